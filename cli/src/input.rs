@@ -298,7 +298,7 @@ fn counted(
         .map(|(piece, counted)| Counted { piece, counted, recorded })
         .collect();
     if counted.is_empty() {
-        if let (Some(from), Some(to)) = (first_s, last_s) {
+        if let (Some(from), Some(to), 1) = (first_s, last_s, pieces) {
             let message = format!("--from {from} --to {to}: there is no sample between them");
             return Err(CliError::Usage(message));
         }

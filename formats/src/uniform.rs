@@ -9,6 +9,8 @@ const GAP: f64 = 2.5;
 const RATE: f64 = 0.05;
 /// Rows that are further apart than so many periods have one missing between them.
 const MISSING: f64 = 1.5;
+/// One stretched distance in so many is more than a loss now and then.
+const BURSTS: usize = 20;
 /// Rows that are nearer than so many periods are one: a cubic through both would follow their noise.
 const NEAR: f64 = 0.3;
 /// Times this near are on the grid \[s\].
@@ -49,11 +51,22 @@ pub enum TimesError {
     TooShort,
 }
 
-/// The rate of times \[Hz\], by the mean of those distances that no loss has stretched; nothing where they do not advance.
+/// The rate of times \[Hz\], by the mean of those distances that no loss has stretched; nothing where they do not advance. Where many are
+/// stretched, and most of the time is between these rows, they come in bursts, and the mean of all counts.
 pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
+    // Sorted, so that these are the last ones. One of the usual length for each: a pause is none.
+    let plain = steps.partition_point(|step| *step < MISSING * median);
+    let (near, apart) = steps.split_at(plain);
+    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
+    if let Some(usual) = apart.get(apart.len() / 2).filter(|_| BURSTS * apart.len() > steps.len()) {
+        let [near_s, apart_s] = [near.iter().sum::<f64>(), apart.len() as f64 * usual];
+        if apart_s > near_s {
+            return Some(steps.len() as f64 / (near_s + apart_s));
+        }
+    }
     steps.retain(|step| *step > 0.0 && *step < MISSING * median);
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = steps.len() as f64;
@@ -283,6 +296,26 @@ mod tests {
                 assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn the_rate_of_bursts_is_that_of_all_rows_and_losses_change_none() {
+        let close = |times: Vec<f64>, rate_hz: f64| {
+            let found = mean_rate_hz(&times).unwrap();
+            assert!((found / rate_hz - 1.0).abs() < 0.01, "{found}");
+        };
+        // Five rows every 20 ms.
+        close(
+            (0..2500).map(|k| 0.02 * f64::from(k / 5) + 2e-4 * f64::from(k % 5)).collect(),
+            250.0,
+        );
+        // A tenth of the rows is lost, and a minute.
+        let lost = (0..2500).filter(|k| k % 10 != 3);
+        close(
+            lost.map(|k| 0.004 * f64::from(k) + if k > 2000 { 60.0 } else { 0.0 }).collect(),
+            250.0,
+        );
+        assert_eq!(mean_rate_hz(&[1.0, 1.0, 1.0]), None);
     }
 
     #[test]

@@ -229,7 +229,8 @@ pub(super) fn unit<'a>(name: &str, known: &[(&str, &'a str)]) -> Option<Result<&
         return Some(of(stated).ok_or_else(|| stated.to_owned()));
     }
     let own = name.replace(AXIS, "").replace(INDEX, "");
-    let mut words = own.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty());
+    let mut words =
+        own.split(|c: char| !c.is_alphabetic() && c != '°').filter(|word| !word.is_empty());
     let last = words.next_back()?;
     let is_other = OTHER_UNITS.contains(&last.to_lowercase().as_str());
     of(last).map(Ok).or_else(|| is_other.then(|| Err(last.to_owned())))

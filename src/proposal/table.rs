@@ -14,8 +14,14 @@ use crate::cell::OPEN;
 
 const SECTION: &str = "data";
 /// Words at the end of a name that say its unit.
-const TURNS: &[(&str, &str)] =
-    &[("rad", "rad"), ("deg", "deg"), ("degree", "deg"), ("degrees", "deg"), ("mm", "mm")];
+const TURNS: &[(&str, &str)] = &[
+    ("rad", "rad"),
+    ("deg", "deg"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("°", "deg"),
+    ("mm", "mm"),
+];
 const TORQUES: &[(&str, &str)] =
     &[("nm", "Nm"), ("mnm", "mNm"), ("a", "A"), ("amp", "A"), ("ampere", "A"), ("n", "N")];
 /// Names that say what was measured, where there are several of a kind.

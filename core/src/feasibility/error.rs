@@ -9,7 +9,7 @@ use crate::dynamics::UnknownBaseParameter;
 pub enum FeasibilityError {
     /// A robot without nominal parameters cannot give a prior.
     #[error(
-        "the robot \"{robot}\" has no [nominal] parameters; give the total mass of its moving links instead"
+        "the robot \"{robot}\" has no [nominal] parameters; give the total mass of its moving links instead (`--total-mass-kg`)"
     )]
     NothingNominal {
         /// Its name.

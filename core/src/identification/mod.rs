@@ -47,12 +47,12 @@ pub use given::{
 };
 pub use identify::identify;
 pub use judgement::{
-    Bodies, ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial,
-    Elsewhere, Estimate, Fit, FitMotion, Foretold, Freedom, FreedomEstimate, FrictionChange,
-    FrictionGain, FrictionScore, HeldOut, Identification, Information, KeptParameter,
-    ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity,
-    Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, Slow, TorqueDelay,
-    UseVerdict, Uses, Verdict,
+    Bodies, ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutOff,
+    CutoffTrial, Elsewhere, Estimate, Fit, FitMotion, Foretold, Freedom, FreedomEstimate,
+    FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification, Information,
+    KeptParameter, ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate,
+    PositionBias, Quantity, Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA,
+    SingularValues, Slow, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

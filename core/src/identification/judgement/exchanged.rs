@@ -3,10 +3,14 @@
 use super::reasons::Reason;
 use super::refitted::{LOOKED_AT, Refitted};
 use super::verdict::UNEXPLAINED;
-use crate::identification::given::Context;
+use crate::MAX_JOINTS;
+use crate::identification::given::{Context, Experiment};
 
 /// What the exchange leaves at most of the squares that are left as stated, to speak for it.
 const LEAVES: f64 = 0.5;
+
+/// A motor that goes no further has nothing that could be another's \[rad or m\].
+const MOVES: f64 = 0.01;
 
 /// The two motors that fit best in each other's place, of which one drives the joint that leaves most of its torque, where that is much.
 /// `errors` are the relative errors of all joints; of rows that no filter has passed, noise is most of what is left.
@@ -17,10 +21,12 @@ pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason>
     let worst = worst.filter(is_asked)?;
     let (stated, transmission) =
         (context.experiment.beginning(LOOKED_AT), context.robot.transmission());
-    let drives = |motor: usize| transmission.row(motor)[worst] != 0.0;
+    let moves = moving(context, &stated);
+    let asked = |motor: &usize| transmission.row(*motor)[worst] != 0.0;
     let pairs = joints.flat_map(|other| (0..other).map(move |one| [one, other]));
+    let pairs = pairs.filter(|[one, other]| moves[*one] && moves[*other]);
     let mut best = (LEAVES * Refitted::new(context, &stated).ok()?.left, None);
-    for motors in pairs.filter(|motors| motors.iter().any(|motor| drives(*motor))) {
+    for motors in pairs.filter(|motors| motors.iter().any(asked)) {
         // Where they have no solution, they do not fit better.
         let exchanged = stated.with_exchanged_motors(transmission, motors);
         let Ok(Refitted { left, .. }) = Refitted::new(context, &exchanged) else { continue };
@@ -29,4 +35,20 @@ pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason>
         }
     }
     best.1
+}
+
+/// Which motors move.
+fn moving(context: &Context<'_>, experiment: &Experiment) -> Vec<bool> {
+    let (positions, joints) = (experiment.position_rad(), context.robot.joints());
+    let mut ranges = vec![[f64::MAX, f64::MIN]; joints];
+    for position in positions.row_iter() {
+        let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
+        of_joints.iter_mut().zip(position.iter()).for_each(|(to, value)| *to = *value);
+        let transmission = context.robot.transmission();
+        transmission.motor_position(&of_joints[..joints], &mut of_motors[..joints]);
+        for ([low, high], value) in ranges.iter_mut().zip(of_motors) {
+            (*low, *high) = (low.min(value), high.max(value));
+        }
+    }
+    ranges.into_iter().map(|[low, high]| high - low > MOVES).collect()
 }

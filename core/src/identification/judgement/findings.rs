@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::bodies::Bodies;
 use super::checks::{Checks, FittedModel, PositionError};
-use super::cut_off::cut_off;
+use super::cut_off::CutOff;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
@@ -18,9 +18,10 @@ use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
 use super::reached::Reached;
+use super::reasons::{Note, Reason};
 use super::uncertainty::{Beside, Uncertainty};
 use super::uses::Verdict;
-use super::verdict::Known;
+use super::verdict::{Known, UNEXPLAINED};
 use super::workspace::indefinite_posture;
 use crate::feasibility::Held;
 use crate::identification::given::{Context, IdentificationError, Method};
@@ -199,7 +200,17 @@ impl Findings<'_> {
             &covariance,
         )?;
         let errors = &estimate.relative_error_per_joint;
-        let of_signals = exchanged(context, errors).into_iter().chain(cut_off(context, errors));
+        let transmission = context.robot.transmission();
+        // What is not explained may follow from it.
+        let (unexplained, explained): (Vec<_>, Vec<_>) =
+            CutOff::all(context).into_iter().partition(|found| {
+                let row = errors.iter().zip(transmission.row(found.motor - 1));
+                let is_unexplained =
+                    |(error, ratio): (&f64, &f64)| *error > UNEXPLAINED && *ratio != 0.0;
+                found.is_constant() || row.into_iter().any(is_unexplained)
+            });
+        let cut_off = unexplained.into_iter().map(|found| Reason::CutOff { found });
+        let of_signals = exchanged(context, errors).into_iter().chain(cut_off);
         let known = Known {
             context,
             torque: uncertainty.torque,
@@ -214,6 +225,7 @@ impl Findings<'_> {
         let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
+        notes.extend(explained.into_iter().map(|found| Note::CutOff { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measured();

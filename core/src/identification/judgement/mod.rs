@@ -34,6 +34,7 @@ pub use bodies::Bodies;
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
+pub use cut_off::CutOff;
 pub use elsewhere::Elsewhere;
 pub use estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,

@@ -6,6 +6,7 @@ use core::ops::Range;
 use serde::{Serialize, Serializer};
 
 use super::bias::PositionBias;
+use super::cut_off::CutOff;
 use super::freedoms::{Freedom, FreedomEstimate};
 use crate::feasibility::{FarBody, NoBodies};
 use crate::identification::given::Failure;
@@ -45,8 +46,10 @@ pub enum Reason {
     WrongSigns { negative: usize, of: usize },
     /// With the signals of these two motors exchanged the model leaves far less.
     Exchanged { motors: [usize; 2] },
-    /// The torque of a motor stands at its largest value \[N·m or N\] in this share of the samples.
-    CutOff { motor: usize, torque: f64, share: f64 },
+    /// Most of what a joint, numbered from 1, has of its own and cannot be negative is so, beyond its statistical uncertainty.
+    WrongSignsOfJoint { joint: usize, negative: usize },
+    /// The torque of a motor stands at its largest value again and again, and a joint of it is not explained.
+    CutOff { found: CutOff },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: usize, torque: f64, limit: f64 },
     /// What is stated is not what the data show.
@@ -97,6 +100,8 @@ pub enum Note {
     PositionBias { bias: PositionBias },
     /// A signal of a motor, numbered from 1, looks low-passed with this time constant \[s\].
     LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
+    /// The torque of a motor stands at its largest value again and again.
+    CutOff { found: CutOff },
     /// All signals look low-passed with this time constant \[s\].
     AllLowPassed { time_constant_s: f64 },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
@@ -306,11 +311,20 @@ impl Display for Reason {
                 "the model leaves far less of the torques with the drives of motors {one} and {other} exchanged: check which \
                  is which"
             ),
-            Self::CutOff { motor, torque, share } => write!(
+            Self::WrongSignsOfJoint { joint, negative } => write!(
                 f,
-                "the torque of motor {motor} is {torque:.3} N·m in {:.0} % of the samples and never beyond, and the model does \
-                 not explain it: it looks cut off; check the range of the signal and the limit of the drive",
-                100.0 * share
+                "all {negative} drive inertias and friction coefficients that the data tell of joint {joint} are negative: its torque \
+                 has the wrong sign, or its position; turn the sign of one of the two"
+            ),
+            Self::CutOff { found } if found.is_constant() => write!(
+                f,
+                "the torque of motor {} is {:.4} N·m in all samples: it was not measured; check the signal, or record it",
+                found.motor, found.torque
+            ),
+            Self::CutOff { found } => write!(
+                f,
+                "{}, and the model does not explain it: it looks cut off; {CHECK_THE_RANGE}",
+                Standing(found)
             ),
             Self::WeakInstruments { correlation } => write!(
                 f,
@@ -335,6 +349,23 @@ impl Display for Reason {
                 }
             ),
         }
+    }
+}
+
+/// What helps where a torque is cut off.
+const CHECK_THE_RANGE: &str = "check the range of the signal and the limit of the drive";
+
+/// How often a torque stands at its largest value.
+struct Standing<'a>(&'a CutOff);
+
+impl fmt::Display for Standing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let CutOff { motor, torque, share } = self.0;
+        let percent = 100.0 * share;
+        write!(
+            f,
+            "the torque of motor {motor} is {torque:.3} N·m in {percent:.0} % of the samples and never beyond"
+        )
     }
 }
 
@@ -441,6 +472,11 @@ impl Display for Note {
                     Slow::Position => "position",
                 },
                 1e3 * time_constant_s
+            ),
+            Self::CutOff { found } => write!(
+                f,
+                "{}: where it is cut off there, the parameters are wrong; {CHECK_THE_RANGE}",
+                Standing(found)
             ),
             Self::AllLowPassed { time_constant_s } => write!(
                 f,

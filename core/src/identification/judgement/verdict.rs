@@ -11,6 +11,9 @@ use crate::feasibility::Outcome;
 use crate::identification::given::{Context, Tolerances, VerdictLimits};
 use crate::robot::{FrictionLaw, Parameter, ParameterKind};
 
+/// So many quantities of a joint that cannot be negative, all of which are, are no errors of the model.
+const TURNED: usize = 2;
+
 /// A parameter within this many standard deviations of zero could be zero.
 const INSIGNIFICANT: f64 = 2.0;
 
@@ -93,15 +96,22 @@ impl VerdictLimits {
                 .filter(|(_, torque, limit)| *torque > OTHER_UNIT * limit)
                 .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
         );
-        let positive: Vec<bool> = (estimate.parameters.iter().enumerate())
+        // Joint, and whether it is negative.
+        let positive: Vec<(usize, bool)> = (estimate.parameters.iter().enumerate())
             .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
-            .map(|(_, p)| p)
-            .filter(|p| p.value.abs() > self.negative_deviations * p.standard_deviation)
-            .map(|p| p.value < 0.0)
+            .filter(|(_, p)| p.value.abs() > self.negative_deviations * p.standard_deviation)
+            .map(|(index, p)| (parameter(known.context, index).joint, p.value < 0.0))
             .collect();
-        let negative = positive.iter().filter(|negative| **negative).count();
+        let negative = positive.iter().filter(|(_, negative)| *negative).count();
         if 2 * negative > positive.len() {
             reasons.push(Reason::WrongSigns { negative, of: positive.len() });
+        } else {
+            reasons.extend((0..known.torque.len()).filter_map(|joint| {
+                let own = || positive.iter().filter(|(of, _)| *of == joint);
+                let is_turned = own().count() >= TURNED && own().all(|(_, negative)| *negative);
+                let (joint, negative) = (joint + 1, own().count());
+                is_turned.then_some(Reason::WrongSignsOfJoint { joint, negative })
+            }));
         }
         reasons
     }
@@ -389,10 +399,14 @@ fn exceeds(value: f64, limit: f64) -> bool {
     value.is_nan() || value > limit
 }
 
+/// A selected parameter, by its number.
+fn parameter(context: &Context<'_>, index: usize) -> Parameter {
+    context.robot.parameters().parameters()[context.selection.columns()[index]]
+}
+
 /// What a selected parameter is called, by its number, when it cannot be negative.
 fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
-    let column = context.selection.columns()[index];
-    let Parameter { kind, joint } = context.robot.parameters().parameters()[column];
+    let Parameter { kind, joint } = parameter(context, index);
     // Of viscous friction that bends, the part that does not may have either sign.
     let bends =
         |law: &FrictionLaw| !matches!(law, FrictionLaw::Load | FrictionLaw::Stribeck { .. });
