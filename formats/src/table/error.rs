@@ -6,6 +6,22 @@ use super::place::Place;
 use crate::holes::{Apart, Holes};
 use crate::uniform::TimesError;
 
+/// What is wrong with the text of a table, and what to do.
+fn of_text(error: &csv::Error) -> String {
+    let line = |at: &Option<csv::Position>| at.as_ref().map_or(0, csv::Position::line);
+    match error.kind() {
+        csv::ErrorKind::Utf8 { pos, .. } => format!(
+            "line {} is no UTF-8 text; write the file as UTF-8 (a spreadsheet has \"CSV UTF-8\")",
+            line(pos).max(1)
+        ),
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => format!(
+            "line {} has {len} fields, and those before have {expected_len}; complete the line, or remove it where a logger was stopped as it wrote it",
+            line(pos)
+        ),
+        _ => error.to_string(),
+    }
+}
+
 /// Why a table could not be read or written. Every variant names the file and, where there is one, the
 /// line or the row.
 #[derive(Debug, thiserror::Error)]
@@ -54,13 +70,13 @@ pub enum TableError {
         /// The unit that the cell, or the name `time_s`, states.
         stated: &'static str,
     },
-    /// Not a CSV table, or a row with another number of fields than the header.
-    #[error("{}: {source}", file.display())]
+    /// Not a CSV table, or a row with another number of fields than the header: mend the line, or write the file as UTF-8.
+    #[error("{}: {}", file.display(), of_text(error))]
     Table {
         /// The file.
         file: PathBuf,
         /// What the parser said, with the line.
-        source: csv::Error,
+        error: csv::Error,
     },
     /// A header name that the format does not know: rename or remove the column.
     #[error("{}: column `{column}` is not known; expected time_s and motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so on, or the same with joint_", file.display())]

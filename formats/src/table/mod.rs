@@ -470,7 +470,7 @@ mod tests {
         let cases = [
             (format!("{HEADER}0,1,2\n0.1,inf,2\n"), "line 3, column `joint_position_rad_1`: `inf`"),
             (format!("{HEADER}0,1,\n0.1,1,NaN\n"), "`joint_torque_nm_1` has no value in any row"),
-            (format!("{HEADER}0,1,2\n0.1,1\n"), "line: 3"),
+            (format!("{HEADER}0,1,2\n0.1,1\n"), "line 3"),
             ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
             ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
             ("time_s,joint_position_rad_1\n".into(), "`joint_torque_nm_1` is missing"),

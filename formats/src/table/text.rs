@@ -41,7 +41,7 @@ impl Text {
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
         let header = reader.headers();
-        let header = header.map_err(|source| TableError::Table { file: path.clone(), source })?;
+        let header = header.map_err(|error| TableError::Table { file: path.clone(), error })?;
         let names = header.iter().map(str::to_owned).collect();
         Ok(Self { path, reader, names, delimiter })
     }
@@ -70,7 +70,7 @@ impl Source for Text {
         while self
             .reader
             .read_record(&mut record)
-            .map_err(|source| TableError::Table { file: file(), source })?
+            .map_err(|error| TableError::Table { file: file(), error })?
         {
             if rows == room.samples {
                 return Err(TableError::TooLong { file: file(), samples: rows });

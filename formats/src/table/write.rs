@@ -18,7 +18,7 @@ pub fn write_csv(
     output: impl Write,
     path: &Path,
 ) -> Result<(), TableError> {
-    let table = |source| TableError::Table { file: path.to_path_buf(), source };
+    let table = |error| TableError::Table { file: path.to_path_buf(), error };
     let mut writer = csv::Writer::from_writer(output);
     let blocks: Vec<(Quantity, &Vec<Vec<f64>>)> = [
         (Quantity::Position, Some(&measured.signals.position_rad)),
