@@ -298,9 +298,12 @@ fn counted(
         .map(|(piece, counted)| Counted { piece, counted, recorded })
         .collect();
     if counted.is_empty() {
-        if let (Some(from), Some(to), 1) = (first_s, last_s, pieces) {
-            let message = format!("--from {from} --to {to}: there is no sample between them");
-            return Err(CliError::Usage(message));
+        if let (Some(from), Some(to)) = (first_s, last_s) {
+            let what = match pieces {
+                1 => "there is no sample between them".to_owned(),
+                _ => format!("none of {pieces} pieces has enough samples between them"),
+            };
+            return Err(CliError::Usage(format!("--from {from} --to {to}: {what}")));
         }
         let message = if pieces > 1 {
             format!(

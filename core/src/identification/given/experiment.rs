@@ -118,16 +118,22 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// Its first recordings, of so many samples together; of one that is longer, the beginning.
+    /// Its first recordings, of so many samples together from the first that counts on; of one that is longer, the beginning.
     #[must_use]
     pub(crate) fn beginning(&self, samples: usize) -> Self {
-        let mut recordings = Vec::new();
+        let limit = self.recordings.first().map_or(0, |first| first.counted.start) + samples;
+        let mut recordings: Vec<Recording> = Vec::new();
         for Recording { samples: own, counted } in &self.recordings {
-            if own.end > samples && !recordings.is_empty() {
+            // A part of one is wanted where those before are few.
+            let few = recordings.last().is_none_or(|last| 2 * last.samples.end < limit);
+            if own.end > limit && !few {
                 break;
             }
-            let before = |range: &Range<usize>| range.start.min(samples)..range.end.min(samples);
+            let before = |range: &Range<usize>| range.start.min(limit)..range.end.min(limit);
             recordings.push(Recording { samples: before(own), counted: before(counted) });
+            if own.end >= limit {
+                break;
+            }
         }
         let end = recordings.last().map_or(0, |last| last.samples.end);
         let rows = |of: &DMatrix<f64>| of.rows(0, end).into_owned();

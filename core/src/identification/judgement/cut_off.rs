@@ -1,21 +1,22 @@
 //! Torques that say nothing for a part of the time: a signal that never changes, or stands at its largest value again and again.
 
-use core::ops::Range;
-
 use crate::MAX_JOINTS;
 use crate::identification::given::Context;
 
-/// The share of all samples that has to be at the largest value.
+/// Samples of a recording, with fewer of which it is not asked.
+const SAMPLES: usize = 1000;
+
+/// The share of these that has to be at the largest value.
 const SHARE: f64 = 0.05;
 
 /// Values beyond this share of the largest are beside it: a signal that is not cut off has more of them.
 const BESIDE: f64 = 0.8;
 
-/// Values beyond this share of the largest are it, whatever the transmission rounds.
-const SAME: f64 = 1.0 - 1e-9;
-
-/// Different values of a signal, with fewer of which the largest recurs by itself.
+/// Different values of the same sign, with fewer of which the largest recurs by itself.
 const VALUES: usize = 20;
+
+/// Values that differ by this share of the largest torque of all motors are the same, whatever the transmission rounds.
+const SAME: f64 = 1e-9;
 
 /// The torque of a motor that stands at a value again and again.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,70 +25,79 @@ pub struct CutOff {
     pub motor: usize,
     /// The value \[N·m or N\].
     pub torque: f64,
-    /// The share of the samples of a recording where it is that; 1 where it is never another.
+    /// The share of the samples of a recording where it is that, the largest of all; 1 where it never is another in any.
     pub share: f64,
 }
 
 impl CutOff {
     /// Each motor whose torque is.
     pub(super) fn all(context: &Context<'_>) -> Vec<Self> {
-        (0..context.robot.joints()).filter_map(|motor| Self::of(context, motor)).collect()
-    }
-
-    /// In the first recording where it is.
-    fn of(context: &Context<'_>, motor: usize) -> Option<Self> {
-        let mut recordings = context.experiment.recordings().iter();
-        recordings.find_map(|of| {
-            let (torque, share) = standing(&torque_of(context, motor, of.counted.clone()))?;
+        let joints = context.robot.joints();
+        let mut ranges = vec![[f64::MAX, f64::MIN]; joints];
+        for torques in context.experiment.counted_samples().map(|k| torques_at(context, k)) {
+            for ([low, high], torque) in ranges.iter_mut().zip(torques) {
+                (*low, *high) = (low.min(torque), high.max(torque));
+            }
+        }
+        let largest = ranges.iter().flatten().fold(0.0, |most: f64, torque| most.max(torque.abs()));
+        let same = SAME * largest;
+        let of_motor = |motor: usize| {
+            let [low, high] = ranges[motor];
+            let (torque, share) = match high - low <= same {
+                true => (high, 1.0),
+                false => Self::standing_in_any(context, motor, same)?,
+            };
             Some(Self { motor: motor + 1, torque, share })
-        })
+        };
+        (0..joints).filter_map(of_motor).collect()
     }
 
     /// Whether it is never another.
     pub(super) fn is_constant(&self) -> bool {
         self.share >= 1.0
     }
+
+    /// The value at which a motor's torque stands in the largest share of a recording, and that share.
+    fn standing_in_any(context: &Context<'_>, motor: usize, same: f64) -> Option<(f64, f64)> {
+        let recordings = context.experiment.recordings().iter();
+        let long = recordings.filter(|of| of.counted.len() >= SAMPLES);
+        let found = long.filter_map(|of| {
+            let torque = of.counted.clone().map(|k| torques_at(context, k)[motor]);
+            standing(torque.collect(), same)
+        });
+        found.max_by(|one, other| one.1.total_cmp(&other.1))
+    }
 }
 
-/// The torque of a motor in some samples \[N·m or N\].
-fn torque_of(context: &Context<'_>, motor: usize, samples: Range<usize>) -> Vec<f64> {
+/// The torques of all motors at a sample \[N·m or N\].
+fn torques_at(context: &Context<'_>, sample: usize) -> [f64; MAX_JOINTS] {
     let (torques, joints) = (context.experiment.torque_nm(), context.robot.joints());
-    let torque = |sample: usize| {
-        let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
-        for (joint, torque) in of_joints.iter_mut().zip(torques.row(sample).iter()) {
-            *joint = *torque;
-        }
-        let transmission = context.robot.transmission();
-        transmission.motor_torque(&of_joints[..joints], &mut of_motors[..joints]);
-        of_motors[motor]
-    };
-    samples.map(torque).collect()
+    let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
+    for (joint, torque) in of_joints.iter_mut().zip(torques.row(sample).iter()) {
+        *joint = *torque;
+    }
+    let transmission = context.robot.transmission();
+    transmission.motor_torque(&of_joints[..joints], &mut of_motors[..joints]);
+    of_motors
 }
 
 /// The value at which a signal stands, and in which share of it.
-fn standing(signal: &[f64]) -> Option<(f64, f64)> {
-    let first = signal.first().copied()?;
-    if signal.iter().all(|other| (other - first).abs() <= (1.0 - SAME) * first.abs()) {
-        return Some((first, 1.0));
-    }
-    [1.0, -1.0].into_iter().find_map(|sign| {
-        let largest = signal.iter().map(|value| sign * value).fold(0.0, f64::max);
-        let beyond =
-            |share: f64| signal.iter().filter(|value| sign * **value >= share * largest).count();
-        let (at, beside) = (beyond(SAME), beyond(BESIDE));
-        let share = at as f64 / signal.len() as f64;
-        let is_cut = largest > 0.0 && share > SHARE && 2 * at > beside;
-        (is_cut && values(signal) >= VALUES).then_some((sign * largest, share))
-    })
-}
-
-/// How many different values a signal has, as far as they count.
-fn values(signal: &[f64]) -> usize {
-    let mut sorted = signal.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let is_next =
-        |pair: &&[f64]| pair[1] - pair[0] > (1.0 - SAME) * pair[0].abs().max(pair[1].abs());
-    1 + sorted.windows(2).filter(is_next).count()
+fn standing(mut signal: Vec<f64>, same: f64) -> Option<(f64, f64)> {
+    signal.sort_unstable_by(f64::total_cmp);
+    let all = signal.len() as f64;
+    // From the largest on, either way.
+    let of_sign = |values: &mut dyn Iterator<Item = f64>, sign: f64| {
+        let own: Vec<f64> = values.take_while(|value| *value > 0.0).collect();
+        let largest = *own.first()?;
+        let until = |least: f64| own.partition_point(|value| *value >= least);
+        let (at, beside) = (until(largest - same), until(BESIDE * largest));
+        let different = 1 + own.windows(2).filter(|pair| pair[0] - pair[1] > same).count();
+        let share = at as f64 / all;
+        let is_cut = share > SHARE && 2 * at > beside && different >= VALUES;
+        is_cut.then_some((sign * largest, share))
+    };
+    let positive = of_sign(&mut signal.iter().rev().copied(), 1.0);
+    positive.or_else(|| of_sign(&mut signal.iter().map(|value| -value), -1.0))
 }
 
 #[cfg(test)]
@@ -96,17 +106,20 @@ mod tests {
 
     #[test]
     fn a_signal_that_is_cut_off_is_told_from_a_coarse_one() {
-        let sine = |change: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            (0..2000).map(|k| change((0.01 * f64::from(k)).sin() + 0.2)).collect()
+        let of_sine = |change: &dyn Fn(f64) -> f64| {
+            let sine = (0..2000).map(|k| change((0.01 * f64::from(k)).sin())).collect();
+            standing(sine, 1e-9)
         };
-        assert_eq!(standing(&sine(&|value| value)), None);
-        // Steps of a tenth of the range: eleven values, of which the largest comes often.
-        assert_eq!(standing(&sine(&|value| (5.0 * value).round())), None);
-        let (largest, share) = standing(&sine(&|value| value.min(0.9))).unwrap();
-        assert!(largest >= 0.9 && (0.2..0.3).contains(&share), "{largest} {share}");
-        let (largest, share) = standing(&sine(&|value| value.max(-0.4))).unwrap();
-        assert!(largest <= -0.4 && (0.25..0.35).contains(&share), "{largest} {share}");
-        assert_eq!(standing(&[1.5; 100]), Some((1.5, 1.0)));
-        assert_eq!(standing(&[]), None);
+        assert_eq!(of_sine(&|value| value), None);
+        // Of coarse ones the largest comes often: of few values, of few on one side, and of just more.
+        for steps in [5.0, 10.49, 13.45, 14.49, 20.0, 40.0] {
+            assert_eq!(of_sine(&|value| (steps * value).round()), None, "{steps}");
+        }
+        assert_eq!(of_sine(&|value| (30.0 * value - 28.0).round()), None);
+        let (largest, share) = of_sine(&|value| value.min(0.7)).unwrap();
+        assert!((largest - 0.7).abs() < 1e-12 && (0.2..0.3).contains(&share), "{largest} {share}");
+        let (largest, share) = of_sine(&|value| value.max(-0.6)).unwrap();
+        assert!((largest + 0.6).abs() < 1e-12 && (0.25..0.35).contains(&share), "{share}");
+        assert_eq!(standing(Vec::new(), 1e-9), None);
     }
 }

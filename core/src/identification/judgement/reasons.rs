@@ -46,9 +46,9 @@ pub enum Reason {
     WrongSigns { negative: usize, of: usize },
     /// With the signals of these two motors exchanged the model leaves far less.
     Exchanged { motors: [usize; 2] },
-    /// Most of what a joint, numbered from 1, has of its own and cannot be negative is so, beyond its statistical uncertainty.
+    /// All that the data tell of a joint, numbered from 1, and that cannot be negative is so: two quantities at least.
     WrongSignsOfJoint { joint: usize, negative: usize },
-    /// The torque of a motor stands at its largest value again and again, and a joint of it is not explained.
+    /// The torque of a motor never changes, or stands at its largest value again and again and a joint of it is not explained.
     CutOff { found: CutOff },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: usize, torque: f64, limit: f64 },
@@ -318,7 +318,7 @@ impl Display for Reason {
             ),
             Self::CutOff { found } if found.is_constant() => write!(
                 f,
-                "the torque of motor {} is {:.4} N·m in all samples: it was not measured; check the signal, or record it",
+                "the torque of motor {} is {:.4} in all samples: it was not measured; check the signal, or record it",
                 found.motor, found.torque
             ),
             Self::CutOff { found } => write!(
@@ -364,7 +364,7 @@ impl fmt::Display for Standing<'_> {
         let percent = 100.0 * share;
         write!(
             f,
-            "the torque of motor {motor} is {torque:.3} N·m in {percent:.0} % of the samples and never beyond"
+            "the torque of motor {motor} stands at its largest value, {torque:.4}, in {percent:.0} % of the samples of a recording"
         )
     }
 }

@@ -379,7 +379,9 @@ fn contradicted<'a>(
 }
 
 fn has_wrong_signs(reasons: &[Reason]) -> bool {
-    reasons.iter().any(|reason| matches!(reason, Reason::WrongSigns { .. }))
+    reasons.iter().any(|reason| {
+        matches!(reason, Reason::WrongSigns { .. } | Reason::WrongSignsOfJoint { .. })
+    })
 }
 
 fn largest(values: &[f64]) -> Option<f64> {
