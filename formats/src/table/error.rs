@@ -14,10 +14,14 @@ fn of_text(error: &csv::Error) -> String {
             "line {} is no UTF-8 text; write the file as UTF-8 (a spreadsheet has \"CSV UTF-8\")",
             line(pos).max(1)
         ),
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => format!(
-            "line {} has {len} fields, and those before have {expected_len}; complete the line, or remove it where a logger was stopped as it wrote it",
-            line(pos)
-        ),
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let what = match len > expected_len {
+                true => "write its decimals with a point, or separate the columns by semicolons",
+                false => "complete it, or remove it where a logger was stopped as it wrote it",
+            };
+            let line = line(pos);
+            format!("line {line} has {len} fields, and those before have {expected_len}; {what}")
+        }
         _ => error.to_string(),
     }
 }
