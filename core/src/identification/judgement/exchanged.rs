@@ -3,8 +3,7 @@
 use super::reasons::Reason;
 use super::refitted::{LOOKED_AT, Refitted};
 use super::verdict::UNEXPLAINED;
-use crate::MAX_JOINTS;
-use crate::identification::given::{Context, Experiment};
+use crate::identification::given::Context;
 
 /// What the exchange leaves at most of the squares that are left as stated, to speak for it.
 const LEAVES: f64 = 0.5;
@@ -21,7 +20,9 @@ pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason>
     let worst = worst.filter(is_asked)?;
     let (stated, transmission) =
         (context.experiment.beginning(LOOKED_AT), context.robot.transmission());
-    let moves = moving(context, &stated);
+    let positions = stated.motor_position(transmission);
+    let moves: Vec<bool> =
+        positions.column_iter().map(|own| own.max() - own.min() > MOVES).collect();
     let asked = |motor: &usize| transmission.row(*motor)[worst] != 0.0;
     let pairs = joints.flat_map(|other| (0..other).map(move |one| [one, other]));
     let pairs = pairs.filter(|[one, other]| moves[*one] && moves[*other]);
@@ -35,20 +36,4 @@ pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason>
         }
     }
     best.1
-}
-
-/// Which motors move.
-fn moving(context: &Context<'_>, experiment: &Experiment) -> Vec<bool> {
-    let (positions, joints) = (experiment.position_rad(), context.robot.joints());
-    let mut ranges = vec![[f64::MAX, f64::MIN]; joints];
-    for position in positions.row_iter() {
-        let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
-        of_joints.iter_mut().zip(position.iter()).for_each(|(to, value)| *to = *value);
-        let transmission = context.robot.transmission();
-        transmission.motor_position(&of_joints[..joints], &mut of_motors[..joints]);
-        for ([low, high], value) in ranges.iter_mut().zip(of_motors) {
-            (*low, *high) = (low.min(value), high.max(value));
-        }
-    }
-    ranges.into_iter().map(|[low, high]| high - low > MOVES).collect()
 }
