@@ -66,7 +66,7 @@ impl Arm {
         let transmission = robot.transmission();
         let mut recorded = read_csv(&self.empty, None).unwrap();
         let experiment = Experiment::motor_side(&recorded.signals, transmission).unwrap();
-        let motion = filtered_motion(&experiment, &cell.options.position_filter).unwrap();
+        let motion = filtered_motion(robot, &experiment, &cell.options.position_filter).unwrap();
         let [x, y, z] = CENTRE;
         let about = [
             [y * y + z * z, -x * y, -x * z],

@@ -139,7 +139,7 @@ fn equation(
     };
     let experiment = experiment.unwrap().with_counted(counted.clone()).unwrap();
     let decimation = cell.options.decimation_filter.design().unwrap();
-    let motion = filtered_motion(&experiment, &cell.options.position_filter).unwrap();
+    let motion = filtered_motion(&cell.robot, &experiment, &cell.options.position_filter).unwrap();
     let torque = decimation.decimate_columns(experiment.torque_nm(), counted.clone()).unwrap();
     let torque = DVector::from_column_slice(torque.as_slice());
     let all = Selection::new(&cell.robot, &cell.base, None).unwrap();

@@ -59,7 +59,8 @@ impl Study {
         let position = arm.positions(random, SAMPLES, RATE_HZ, 2.0);
         let silent = signals(RATE_HZ, position.clone(), position.clone());
         let silent = Experiment::joint_side(&silent).unwrap();
-        let motion = filtered_motion(&silent, &options(20.0, 0.8, 10).position_filter).unwrap();
+        let motion =
+            filtered_motion(&arm.robot, &silent, &options(20.0, 0.8, 10).position_filter).unwrap();
         let torques = arm.torques_of(standard, &motion);
         let transmission = arm.robot.transmission();
         let (mut motors, mut of_motors) = (position.clone(), torques.clone());

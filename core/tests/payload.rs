@@ -40,7 +40,8 @@ fn record(
     position[first..].iter_mut().for_each(|joint| joint.fill(0.4));
     let silent = signals(RATE_HZ, position.clone(), position.clone());
     let silent = Experiment::joint_side(&silent).unwrap();
-    let motion = filtered_motion(&silent, &options(20.0, 0.8, 10).position_filter).unwrap();
+    let motion =
+        filtered_motion(&arm.robot, &silent, &options(20.0, 0.8, 10).position_filter).unwrap();
     let mut torques = arm.torques_of(standard, &motion);
     for torque in &mut torques {
         let square: f64 = torque.iter().map(|tau| tau * tau).sum();

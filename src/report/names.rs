@@ -33,6 +33,9 @@ pub fn meaning(kind: ParameterKind) -> &'static str {
         Fs => {
             "By how much friction at rest is above `fc`, which falls as motion begins (Stribeck; `stribeck_rad_s`)."
         }
+        Fh => {
+            "Friction that lags: after a reversal it turns over a way, and stays the same from there on (`hysteresis_rad`)."
+        }
         Off => {
             "Constant torque: unequal friction in the two directions, and the offset of the drive's current."
         }

@@ -7,7 +7,7 @@ use super::page::{Block, Page};
 use didim::report::names::{NAMES, meaning};
 
 /// Every kind, in the order in which a model has them.
-pub(super) const KINDS: [ParameterKind; 21] = [
+pub(super) const KINDS: [ParameterKind; 22] = [
     Xx,
     Xy,
     Xz,
@@ -26,6 +26,7 @@ pub(super) const KINDS: [ParameterKind; 21] = [
     Fc,
     FcLoad,
     Fs,
+    Fh,
     Off,
     FvMotor,
     FcMotor,

@@ -348,7 +348,9 @@ const ASYMMETRIC: &str = "A term `fva` × |speed|: viscous friction that differs
 const LOAD: &str = "A term `fcl` × |load| × sign: Coulomb friction that grows with the torque that the drive holds where the arm rests.";
 const BELL: &str = "A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins; this is vs. Of a prismatic joint the same number of m/s.";
 
-const OWN_FRICTION: [Key; 6] = [
+const HYSTERESIS: &str = "A term `fh` × z, which lags: after a reversal z goes from −1 to 1 over this way, and stays there (Maxwell slip). Of a prismatic joint the same number of m.";
+
+const OWN_FRICTION: [Key; 7] = [
     key(
         "sign",
         Table,
@@ -361,6 +363,7 @@ const OWN_FRICTION: [Key; 6] = [
     term("asymmetric", Optional("that of `[friction]`"), ASYMMETRIC),
     term("load", Optional("that of `[friction]`"), LOAD),
     key("stribeck_rad_s", STRIBECK.0, STRIBECK.1, Optional("that of `[friction]`"), BELL),
+    key("hysteresis_rad", Number, "rad", Optional("that of `[friction]`"), HYSTERESIS),
 ];
 
 const DRIVES: &[Section] = &[
@@ -395,6 +398,7 @@ const DRIVES: &[Section] = &[
             term("asymmetric", Default("false"), ASYMMETRIC),
             term("load", Default("false"), LOAD),
             key("stribeck_rad_s", STRIBECK.0, STRIBECK.1, Optional("no such term"), BELL),
+            key("hysteresis_rad", Number, "rad", Optional("no such term"), HYSTERESIS),
         ],
         example: "[friction]\nviscous = true\ncoulomb = true\noffset = true\nsign = { model = \"tanh\", width_rad_s = 0.05 }\nquadratic = false",
     },

@@ -71,14 +71,14 @@ impl Model {
     ) -> Result<(), NotPositiveDefinite> {
         // A bound that the compiler sees.
         let n = self.joints().min(MAX_JOINTS);
-        let mut friction = self.friction_torques(parameters, dq);
+        let mut friction = self.friction_torques(ws, parameters, dq);
         self.take_off_known(q, &mut friction);
         self.place(ws, q);
         self.add_load_friction(ws, parameters, [q, dq], &mut friction);
         let links = self.heavy_links(parameters);
         self.propagate(ws, links, dq, None);
 
-        let Workspace { poses, motions, factor } = ws;
+        let Workspace { poses, motions, factor, .. } = ws;
         let mut outer = OuterLinks::none();
         let mut carried = Wrench::zero();
         for i in (0..n).rev() {

@@ -62,6 +62,8 @@ pub(super) struct Drives {
     laws: Vec<LawTerm>,
     /// Those that grow with the load.
     loads: Vec<LawTerm>,
+    /// Those that lag at reversals.
+    hysteresis: Vec<LawTerm>,
     /// Column and row.
     offset: Vec<(usize, usize)>,
 }
@@ -76,6 +78,7 @@ impl Drives {
             coulomb: Vec::new(),
             laws: Vec::new(),
             loads: Vec::new(),
+            hysteresis: Vec::new(),
             offset: Vec::new(),
         };
         for j in 0..n {
@@ -107,6 +110,7 @@ impl Drives {
                 if let Some(column) = table.column(law.kind(), j) {
                     let terms = match law {
                         FrictionLaw::Load => &mut drives.loads,
+                        FrictionLaw::Hysteresis { .. } => &mut drives.hysteresis,
                         _ => &mut drives.laws,
                     };
                     terms.push(LawTerm { column, joint: j, law, sign });
@@ -130,7 +134,8 @@ impl Drives {
         for alike in &mut self.coulomb {
             alike.sign = sign_model;
         }
-        for term in self.laws.iter_mut().chain(&mut self.loads) {
+        let laws = self.laws.iter_mut().chain(&mut self.loads);
+        for term in laws.chain(&mut self.hysteresis) {
             term.sign = sign_model;
         }
     }
@@ -157,11 +162,12 @@ impl Drives {
         }
     }
 
-    /// The same for friction and offsets.
+    /// The same for friction and offsets; what lags at reversals stands at `hysteresis`.
     #[inline(always)]
     pub(super) fn for_each_friction<T: Scalar>(
         &self,
         dq: &[T],
+        hysteresis: Option<&[T; MAX_JOINTS]>,
         mut add: impl FnMut(usize, usize, T),
     ) {
         for &Term { column, row, input, factor } in &self.viscous {
@@ -184,6 +190,13 @@ impl Drives {
         }
         for &LawTerm { column, joint, law, sign } in &self.laws {
             add(joint, column, law.value(dq[joint], sign));
+        }
+        for &LawTerm { column, joint, law, sign } in &self.hysteresis {
+            let share = match hysteresis {
+                Some(shares) => shares[joint],
+                None => law.value(dq[joint], sign),
+            };
+            add(joint, column, share);
         }
         for &(column, row) in &self.offset {
             add(row, column, T::constant(1.0));
@@ -236,7 +249,7 @@ impl Drives {
                 at(joint, *column);
             }
         }
-        for term in self.laws.iter().chain(&self.loads) {
+        for term in self.laws.iter().chain(&self.loads).chain(&self.hysteresis) {
             at(term.joint, term.column);
         }
         for &(column, row) in &self.offset {
@@ -244,7 +257,7 @@ impl Drives {
         }
     }
 
-    /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes.
+    /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes, but for what has a history.
     #[inline(always)]
     pub(super) fn for_each_friction_partial(
         &self,
@@ -277,6 +290,23 @@ impl Drives {
         }
     }
 
+    /// The same of friction that lags at reversals, for joints that have gone on for long.
+    pub(super) fn for_each_sliding_partial(
+        &self,
+        parameters: &[f64],
+        dq: &[f64],
+        mut add: impl FnMut(usize, f64),
+    ) {
+        for &LawTerm { column, joint, law, sign } in &self.hysteresis {
+            add(joint, parameters[column] * law.slope(dq[joint], sign));
+        }
+    }
+
+    /// Joint and column of the coefficient of all friction that lags at reversals.
+    pub(super) fn hysteresis(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.hysteresis.iter().map(|term| (term.joint, term.column))
+    }
+
     /// The drives of the parameters with a place, by their places in place of their columns.
     pub(super) fn selecting(&self, places: &[Option<usize>]) -> Self {
         let terms = |terms: &[Term]| {
@@ -305,6 +335,7 @@ impl Drives {
             coulomb: self.coulomb.iter().map(alike).collect(),
             laws: laws(&self.laws),
             loads: laws(&self.loads),
+            hysteresis: laws(&self.hysteresis),
             offset: offset.collect(),
         }
     }

@@ -59,7 +59,7 @@ impl Model {
         self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);
-        let mut torques = self.friction_torques(parameters, dq);
+        let mut torques = self.friction_torques(ws, parameters, dq);
         if self.feels_loads() {
             self.place(ws, q);
             self.add_load_friction(ws, parameters, [q, dq], &mut torques);
@@ -71,11 +71,14 @@ impl Model {
     #[inline(always)]
     pub(super) fn friction_torques<T: Scalar>(
         &self,
+        ws: &Workspace<T>,
         parameters: &[T],
         dq: &[T],
     ) -> [T; MAX_JOINTS] {
         let mut torques = [T::zero(); MAX_JOINTS];
-        self.drives.for_each_friction(dq, |row, column, c| torques[row] += parameters[column] * c);
+        self.drives.for_each_friction(dq, ws.hysteresis.as_ref(), |row, column, c| {
+            torques[row] += parameters[column] * c;
+        });
         torques
     }
 
@@ -96,7 +99,7 @@ impl Model {
         T::vectorised(
             #[inline(always)]
             || {
-                let mut torques = self.friction_torques(parameters, dq);
+                let mut torques = self.friction_torques(ws, parameters, dq);
                 self.take_off_known(q, &mut torques);
                 self.place(ws, q);
                 self.add_load_friction(ws, parameters, [q, dq], &mut torques);

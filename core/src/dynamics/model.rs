@@ -109,6 +109,11 @@ impl Model {
         self
     }
 
+    /// Joint, counted from 0, and column of the coefficient of all friction that lags at reversals.
+    pub(crate) fn hysteresis(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.drives.hysteresis()
+    }
+
     /// The torque that a joint, counted from 0, is known to get beside gravity and drive, at several
     /// positions side by side.
     pub(crate) fn known_torque<T: Scalar>(&self, joint: usize, position: T) -> Option<T> {

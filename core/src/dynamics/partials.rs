@@ -183,6 +183,12 @@ impl Model {
         self.drives.for_each_friction_partial(parameters, dq, |row, column, value| {
             by_velocity[row * n + column] += value;
         });
+        // With a history it is the position that counts, and what became of it before.
+        if ws.hysteresis.is_none() {
+            self.drives.for_each_sliding_partial(parameters, dq, |joint, value| {
+                by_velocity[joint * n + joint] += value;
+            });
+        }
         self.add_load_partials(ws, parameters, [q, dq], by_position, by_velocity);
     }
 

@@ -125,7 +125,9 @@ impl Model {
             }
         }
         columns.drives.for_each_inertia(ddq, |row, column, c| out[at(row, column)] += c);
-        columns.drives.for_each_friction(dq, |row, column, c| out[at(row, column)] += c);
+        columns.drives.for_each_friction(dq, ws.hysteresis.as_ref(), |row, column, c| {
+            out[at(row, column)] += c;
+        });
         if let Some(loads) = loads {
             let add = |row: usize, column: usize, c: T| out[at(row, column)] += c;
             columns.drives.for_each_load_friction(dq, loads, add);

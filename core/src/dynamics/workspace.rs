@@ -11,6 +11,9 @@ use crate::numeric::Scalar;
 pub struct Workspace<T> {
     pub(super) poses: [Pose<T>; MAX_JOINTS],
     pub(super) motions: [Motion<T>; MAX_JOINTS],
+    /// Where friction that lags at reversals stands at every joint, −1 to 1; at a state without a history the joint has
+    /// gone on for long.
+    pub(super) hysteresis: Option<[T; MAX_JOINTS]>,
     /// Of the mass matrix of the last direct dynamics that had no error.
     pub(super) factor: Factor<T>,
 }
@@ -21,8 +24,15 @@ impl<T: Scalar> Workspace<T> {
         Self {
             poses: [Pose::identity(); MAX_JOINTS],
             motions: [Motion::zero(); MAX_JOINTS],
+            hysteresis: None,
             factor: Factor::zero(),
         }
+    }
+
+    /// Says where friction that lags at reversals stands at every joint, −1 to 1, until it is said anew; nothing at states
+    /// without a history, where joints have gone on for long.
+    pub fn set_hysteresis(&mut self, shares: Option<[T; MAX_JOINTS]>) {
+        self.hysteresis = shares;
     }
 }
 

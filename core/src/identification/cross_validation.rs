@@ -104,7 +104,8 @@ struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
-        let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
+        let motion =
+            filtered_motion(context.robot, context.experiment, &context.options.position_filter)?;
         let matrix = fitted_matrix(context, &motion)?;
         let equation = torque_equation(context, matrix, filtered_torque(context)?, &motion)?;
         Ok(Self { context, equation })

@@ -50,7 +50,7 @@ pub fn choose_friction(
     options: &Options,
     tried: impl FnMut(),
 ) -> Result<ChosenFriction, IdentificationError> {
-    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
     let highest = |joint: usize| {
         let speeds = experiment.counted_samples().map(|k| motion.velocity(k, joint).abs());
         speeds.fold(0.0, f64::max)

@@ -117,7 +117,7 @@ pub fn predict(
 ) -> Result<Prediction, IdentificationError> {
     let options = model.options(options);
     let (context, parameters) = model.context(robot, base, experiment, &options)?;
-    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
     let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
     let observations = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
     let residuals = observations.residuals(&parameters);

@@ -31,7 +31,7 @@ pub fn torque_along(
     let KnownArm { model, covariance } = arm;
     let options = model.options(options);
     let (context, parameters) = model.context(robot, base, experiment, &options)?;
-    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
     let matrix = fitted_matrix(&context, &motion)?;
     let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));

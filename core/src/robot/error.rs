@@ -99,8 +99,8 @@ pub enum RobotError {
     },
     /// Coulomb friction without a sign model, or what needs Coulomb friction without it.
     #[error(
-        "line {line}: give `sign` in [friction] if and only if `coulomb` is true, and `sign` or \
-         `stribeck_rad_s` of a joint only then"
+        "line {line}: give `sign` in [friction] if and only if `coulomb` is true, and `sign`, \
+         `load`, `stribeck_rad_s` or `hysteresis_rad` of a joint only then"
     )]
     SignModel {
         /// Line, counted from 1.

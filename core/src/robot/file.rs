@@ -74,6 +74,7 @@ struct RawFriction {
     asymmetric: Option<bool>,
     load: Option<bool>,
     stribeck_rad_s: Option<f64>,
+    hysteresis_rad: Option<f64>,
 }
 
 /// The text, to turn the reader's byte offsets into lines.
@@ -279,9 +280,17 @@ fn read_friction(
 ) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
     let line = text.line_of(raw);
     let &RawFriction { viscous, coulomb, offset, .. } = raw.get_ref();
-    let &RawFriction { sign, quadratic, cubic, asymmetric, load, stribeck_rad_s, .. } =
-        raw.get_ref();
-    let all = RawJointFriction { sign, quadratic, cubic, asymmetric, load, stribeck_rad_s };
+    let &RawFriction { sign, quadratic, cubic, asymmetric, load, .. } = raw.get_ref();
+    let &RawFriction { stribeck_rad_s, hysteresis_rad, .. } = raw.get_ref();
+    let all = RawJointFriction {
+        sign,
+        quadratic,
+        cubic,
+        asymmetric,
+        load,
+        stribeck_rad_s,
+        hysteresis_rad,
+    };
     if coulomb != sign.is_some() {
         return Err(RobotError::SignModel { line });
     }
@@ -293,8 +302,10 @@ fn read_friction(
             None => (line, "[friction]".to_owned(), RawJointFriction::default()),
         };
         let own = own.over(&all);
-        let has_signs =
-            own.sign.is_some() || own.load == Some(true) || own.stribeck_rad_s.is_some();
+        let has_signs = own.sign.is_some()
+            || own.load == Some(true)
+            || own.stribeck_rad_s.is_some()
+            || own.hysteresis_rad.is_some();
         if !coulomb && has_signs {
             return Err(RobotError::SignModel { line });
         }

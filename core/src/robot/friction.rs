@@ -100,7 +100,7 @@ impl JointFriction {
         Self { sign: self.sign, laws }
     }
 
-    /// With every speed at which it bends changed \[rad/s or m/s\].
+    /// With every speed at which it bends \[rad/s or m/s\], and the way over which it turns \[rad or m\], changed.
     #[must_use]
     pub fn with_shapes(&self, change: impl Fn(f64) -> f64) -> Self {
         let sign = match self.sign {
@@ -110,6 +110,9 @@ impl JointFriction {
         let changed = |law: &FrictionLaw| match *law {
             FrictionLaw::Stribeck { speed_rad_s } => {
                 FrictionLaw::Stribeck { speed_rad_s: change(speed_rad_s) }
+            }
+            FrictionLaw::Hysteresis { way_rad } => {
+                FrictionLaw::Hysteresis { way_rad: change(way_rad) }
             }
             other => other,
         };
@@ -138,6 +141,13 @@ pub enum FrictionLaw {
         /// vs \[rad/s or m/s\].
         speed_rad_s: f64,
     },
+    /// `fh` z: what lags at reversals, a spring that slips (Maxwell slip, as in Al-Bender, Lampaert and Swevers, *The
+    /// generalized Maxwell-slip model*, 2005). z goes from −1 to 1 over a way, and stays there until the joint turns: see
+    /// [`Hysteresis`](super::Hysteresis).
+    Hysteresis {
+        /// The way after a reversal over which it turns \[rad or m\].
+        way_rad: f64,
+    },
 }
 
 impl FrictionLaw {
@@ -149,17 +159,19 @@ impl FrictionLaw {
             Self::Asymmetric => ParameterKind::FvAsymmetric,
             Self::Load => ParameterKind::FcLoad,
             Self::Stribeck { .. } => ParameterKind::Fs,
+            Self::Hysteresis { .. } => ParameterKind::Fh,
         }
     }
 
-    /// The torque per unit of its coefficient at a speed, and per unit of the load where it grows with that.
+    /// The torque per unit of its coefficient at a speed, and per unit of the load where it grows with that; of what lags, where the
+    /// joint has gone on for long.
     #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T, sign: SignModel) -> T {
         match self {
             Self::Quadratic => speed * magnitude(speed),
             Self::Cubic => speed * speed * speed,
             Self::Asymmetric => magnitude(speed),
-            Self::Load => sign.value(speed),
+            Self::Load | Self::Hysteresis { .. } => sign.value(speed),
             Self::Stribeck { speed_rad_s } => bell(speed, speed_rad_s) * sign.value(speed),
         }
     }
@@ -170,7 +182,7 @@ impl FrictionLaw {
             Self::Quadratic => 2.0 * speed.abs(),
             Self::Cubic => 3.0 * speed * speed,
             Self::Asymmetric => Scalar::sign(speed),
-            Self::Load => sign.slope(sign.value(speed)),
+            Self::Load | Self::Hysteresis { .. } => sign.slope(sign.value(speed)),
             Self::Stribeck { speed_rad_s } => {
                 let (bell, value) = (bell(speed, speed_rad_s), sign.value(speed));
                 if bell <= 0.0 {
@@ -220,11 +232,11 @@ impl From<SignModel> for RawSignModel {
     }
 }
 
-fn positive(key: &str, value: f64) -> Result<f64, String> {
+fn positive(key: &str, value: f64, what: &str) -> Result<f64, String> {
     if value > 0.0 && value.is_finite() {
         Ok(value)
     } else {
-        Err(format!("`{key}` is {value}; give a positive speed in rad/s"))
+        Err(format!("`{key}` is {value}; give a positive {what}"))
     }
 }
 
@@ -234,11 +246,11 @@ impl TryFrom<RawSignModel> for SignModel {
     fn try_from(raw: RawSignModel) -> Result<Self, String> {
         match (raw.model.as_str(), raw.threshold_rad_s, raw.width_rad_s) {
             ("sign", None, None) => Ok(Self::Sign),
-            ("dead-band", Some(threshold), None) => {
-                Ok(Self::DeadBand { threshold_rad_s: positive("threshold_rad_s", threshold)? })
-            }
+            ("dead-band", Some(threshold), None) => Ok(Self::DeadBand {
+                threshold_rad_s: positive("threshold_rad_s", threshold, "speed in rad/s")?,
+            }),
             ("tanh", None, Some(width)) => {
-                Ok(Self::Tanh { width_rad_s: positive("width_rad_s", width)? })
+                Ok(Self::Tanh { width_rad_s: positive("width_rad_s", width, "speed in rad/s")? })
             }
             ("sign", ..) => Err("the model \"sign\" has no threshold and no width".into()),
             ("dead-band", ..) => {
@@ -270,6 +282,8 @@ pub(super) struct RawJointFriction {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) load: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) hysteresis_rad: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stribeck_rad_s: Option<f64>,
 }
 
@@ -283,6 +297,7 @@ impl RawJointFriction {
             asymmetric: self.asymmetric.or(all.asymmetric),
             load: self.load.or(all.load),
             stribeck_rad_s: self.stribeck_rad_s.or(all.stribeck_rad_s),
+            hysteresis_rad: self.hysteresis_rad.or(all.hysteresis_rad),
         }
     }
 }
@@ -292,8 +307,12 @@ impl TryFrom<RawJointFriction> for JointFriction {
 
     fn try_from(raw: RawJointFriction) -> Result<Self, String> {
         let stribeck = raw.stribeck_rad_s.map(|speed_rad_s| {
-            let speed_rad_s = positive("stribeck_rad_s", speed_rad_s)?;
+            let speed_rad_s = positive("stribeck_rad_s", speed_rad_s, "speed in rad/s")?;
             Ok::<_, String>(FrictionLaw::Stribeck { speed_rad_s })
+        });
+        let hysteresis = raw.hysteresis_rad.map(|way_rad| {
+            let way_rad = positive("hysteresis_rad", way_rad, "way in rad")?;
+            Ok::<_, String>(FrictionLaw::Hysteresis { way_rad })
         });
         let law = |stated: Option<bool>, law| stated.unwrap_or(false).then_some(law);
         let laws = [
@@ -302,6 +321,7 @@ impl TryFrom<RawJointFriction> for JointFriction {
             law(raw.asymmetric, FrictionLaw::Asymmetric),
             law(raw.load, FrictionLaw::Load),
             stribeck.transpose()?,
+            hysteresis.transpose()?,
         ];
         // Without Coulomb friction no term reads the sign model.
         let sign = raw.sign.unwrap_or(SignModel::Sign);
@@ -319,6 +339,7 @@ impl From<JointFriction> for RawJointFriction {
                 FrictionLaw::Asymmetric => raw.asymmetric = Some(true),
                 FrictionLaw::Load => raw.load = Some(true),
                 FrictionLaw::Stribeck { speed_rad_s } => raw.stribeck_rad_s = Some(speed_rad_s),
+                FrictionLaw::Hysteresis { way_rad } => raw.hysteresis_rad = Some(way_rad),
             }
         }
         raw
@@ -347,6 +368,7 @@ impl fmt::Display for FrictionLaw {
             Self::Asymmetric => write!(f, "asymmetric = true"),
             Self::Load => write!(f, "load = true"),
             Self::Stribeck { speed_rad_s } => write!(f, "stribeck_rad_s = {speed_rad_s:?}"),
+            Self::Hysteresis { way_rad } => write!(f, "hysteresis_rad = {way_rad:?}"),
         }
     }
 }
@@ -356,22 +378,24 @@ mod tests {
     use super::*;
 
     const SIGN: SignModel = SignModel::Tanh { width_rad_s: 0.1 };
-    const LAWS: [FrictionLaw; 5] = [
+    const LAWS: [FrictionLaw; 6] = [
         FrictionLaw::Quadratic,
         FrictionLaw::Cubic,
         FrictionLaw::Asymmetric,
         FrictionLaw::Load,
         FrictionLaw::Stribeck { speed_rad_s: 0.3 },
+        FrictionLaw::Hysteresis { way_rad: 0.004 },
     ];
 
     #[test]
     fn laws_have_their_values_and_slopes() {
-        let formulas: [fn(f64) -> f64; 5] = [
+        let formulas: [fn(f64) -> f64; 6] = [
             |v| v * v.abs(),
             |v| v.powi(3),
             f64::abs,
             |v| (v / 0.1).tanh(),
             |v| (-(v / 0.3).powi(2)).exp() * (v / 0.1).tanh(),
+            |v| (v / 0.1).tanh(),
         ];
         for (law, formula) in LAWS.into_iter().zip(formulas) {
             for v in [-3.0, -0.4, -0.02, 0.01, 0.15, 0.6, 5.0] {

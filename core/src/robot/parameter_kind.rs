@@ -41,6 +41,8 @@ pub enum ParameterKind {
     FcLoad,
     /// Fs, by how much friction falls as the joint begins to move (Stribeck) \[N·m, or N\].
     Fs,
+    /// Fh, friction of the joint that turns over a way after a reversal (hysteresis) \[N·m, or N\].
+    Fh,
     /// Offset of the joint's torque \[N·m, or N\].
     Off,
     /// Viscous friction of a coupled motor, on the side of its own joint.
@@ -81,7 +83,9 @@ impl ParameterKind {
             (Self::FvCubic, Revolute) => "N·m·s³/rad³",
             (Self::FvCubic, Prismatic) => "N·s³/m³",
             (Self::FcLoad, _) => "1",
-            (Self::Fc | Self::Fs | Self::FcMotor | Self::Off, joint) => joint.torque_unit(),
+            (Self::Fc | Self::Fs | Self::Fh | Self::FcMotor | Self::Off, joint) => {
+                joint.torque_unit()
+            }
         }
     }
 
@@ -89,7 +93,12 @@ impl ParameterKind {
     pub fn is_friction_law(self) -> bool {
         matches!(
             self,
-            Self::FvQuadratic | Self::FvCubic | Self::FvAsymmetric | Self::FcLoad | Self::Fs
+            Self::FvQuadratic
+                | Self::FvCubic
+                | Self::FvAsymmetric
+                | Self::FcLoad
+                | Self::Fs
+                | Self::Fh
         )
     }
 
@@ -114,6 +123,7 @@ impl ParameterKind {
             Self::Fc => "fc",
             Self::FcLoad => "fcl",
             Self::Fs => "fs",
+            Self::Fh => "fh",
             Self::Off => "off",
             Self::FvMotor => "fv_m",
             Self::FcMotor => "fc_m",

@@ -20,7 +20,7 @@ impl fmt::Display for Parameter {
 }
 
 /// The standard parameters in the order of the regressor's columns: per joint xx xy xz yy yz zz
-/// mx my mz m ia fv fvq fvc fva fc fcl fs off, then fv_m and fc_m of every coupled motor; only what the
+/// mx my mz m ia fv fvq fvc fva fc fcl fs fh off, then fv_m and fc_m of every coupled motor; only what the
 /// robot has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterTable {
@@ -36,7 +36,7 @@ impl ParameterTable {
         transmission: &Transmission,
     ) -> Self {
         use ParameterKind::{
-            Fc, FcLoad, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
+            Fc, FcLoad, FcMotor, Fh, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
         };
 
         let mut parameters = Vec::new();
@@ -52,6 +52,7 @@ impl ParameterTable {
                 (Fc, friction.coulomb),
                 law(FcLoad),
                 law(Fs),
+                law(Fh),
                 (Off, friction.offset),
             ];
             let own = own.into_iter().filter(|(_, present)| *present);

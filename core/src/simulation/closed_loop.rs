@@ -5,14 +5,14 @@ use crate::control::{
     CommandVariation, ContinuousController, ControlTiming, ControllerConfig, SampledController,
 };
 use crate::dynamics::{Model, Workspace};
-use crate::robot::{Robot, SignModel, Transmission};
+use crate::robot::{Hysteresis, Robot, SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::checked::check_length;
 use super::disturbance::DisturbanceTorque;
 use super::error::{SetupError, SimulationError};
 use super::hold::CommandHold;
-use super::hysteresis::Hysteresis;
+use super::hysteresis::Slipping;
 use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::Noises;
@@ -113,7 +113,8 @@ impl<R: Reference> ClosedLoop<R> {
             disturbance: [0.0; MAX_JOINTS],
             stribeck: stribeck.unwrap_or_default(),
             load_friction,
-            hysteresis: Hysteresis::new(hysteresis.unwrap_or_default()),
+            slipping: Slipping::new(&hysteresis.unwrap_or_default()),
+            hysteresis: Hysteresis::of(robot),
             cogging: cogging.unwrap_or_default(),
             transmission: robot.transmission().clone(),
             flexible_inertia: flexible.iter().map(|mode| mode.inertia_kg_m2).collect(),
@@ -198,7 +199,10 @@ impl<R: Reference> ClosedLoop<R> {
             }
         }
         integrals.fill(0.0);
-        self.plant.hysteresis.restart(q);
+        self.plant.slipping.state.restart(q);
+        if let Some(own) = &mut self.plant.hysteresis {
+            own.restart(q);
+        }
         // No spring is loaded.
         let (q_f, dq_f) = flexible.split_at_mut(modes);
         q_f.copy_from_slice(&q[..modes]);

@@ -155,12 +155,19 @@ impl Dynamics {
     ) -> Result<(), SimulationError> {
         let size = y.len() / loops.len();
         let [q, dq, torque, ddq] = &mut self.motion;
+        let mut hysteresis = None;
         let parts = y.chunks_exact(size).zip(rate.chunks_exact_mut(size));
         for (l, ((one, reference), (y, rate))) in
             loops.iter_mut().zip(references).zip(parts).enumerate()
         {
             let n = one.plant.joints;
             one.plant.drive(reference, time_s, y, rate)?;
+            if let Some(own) = &one.plant.hysteresis {
+                let lanes = hysteresis.get_or_insert([Lanes::zero(); MAX_JOINTS]);
+                for (lanes, share) in lanes.iter_mut().zip(own.shares(&y[..n])) {
+                    lanes.0[l..].fill(share);
+                }
+            }
             let own = y[..n].iter().zip(&y[n..]).zip(&one.plant.torque);
             for (((own, q), dq), torque) in own.zip(&mut *q).zip(&mut *dq).zip(&mut *torque) {
                 ((q.0[l], dq.0[l]), torque.0[l]) = ((*own.0.0, *own.0.1), *own.1);
@@ -174,6 +181,7 @@ impl Dynamics {
         let [first, ..] = loops else { return Ok(()) };
         let n = first.plant.joints;
         let (workspace, parameters) = (&mut self.workspace, &self.parameters);
+        workspace.set_hysteresis(hysteresis);
         first
             .plant
             .model

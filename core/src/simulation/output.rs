@@ -34,6 +34,8 @@ pub struct StepOutput {
     /// The torque on the joints just after the sample, disturbance included and what the model does
     /// not know taken off: unmodelled friction, ripple, flexible parts \[N·m\].
     pub true_torque_nm: [f64; MAX_JOINTS],
+    /// Where the model's friction that lags at reversals stands, −1 to 1; nothing where it has none.
+    pub hysteresis: Option<[f64; MAX_JOINTS]>,
 }
 
 /// Many samples: one row per sample, one column per joint or motor.

@@ -3,11 +3,11 @@
 use crate::MAX_JOINTS;
 use crate::control::ContinuousController;
 use crate::dynamics::{Model, Workspace};
-use crate::robot::{SignModel, Transmission};
+use crate::robot::{Hysteresis, SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
-use super::hysteresis::Hysteresis;
+use super::hysteresis::Slipping;
 use super::reference_point::ReferencePoint;
 use super::variation::PlantVariation;
 use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
@@ -31,8 +31,10 @@ pub(super) struct Plant<R> {
     pub(super) stribeck: Vec<Stribeck>,
     /// How much Coulomb friction grows with a joint's load, and its sign; empty when it does not.
     pub(super) load_friction: Vec<(f64, SignModel)>,
-    /// Friction that lags at reversals.
-    pub(super) hysteresis: Hysteresis,
+    /// Friction that lags at reversals and the model does not know.
+    pub(super) slipping: Slipping,
+    /// Where that stands which it knows; nothing where there is none.
+    pub(super) hysteresis: Option<Hysteresis>,
     /// Ripple, one per motor; empty when there is none.
     pub(super) cogging: Vec<Cogging>,
     pub(super) transmission: Transmission,
@@ -108,6 +110,7 @@ impl<R: Reference> Plant<R> {
             variation.rate(
                 &self.model,
                 &mut self.workspace,
+                self.hysteresis.as_ref(),
                 &self.parameters,
                 [q, dq, &*ddq],
                 &error[..n],
@@ -146,15 +149,26 @@ impl<R: Reference> Plant<R> {
         for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
             *torque -= stribeck.torque(*velocity);
         }
-        for (torque, friction) in self.torque.iter_mut().zip(self.hysteresis.torques(q)) {
-            *torque -= friction;
-        }
+        self.slipping.take_off(q, &mut self.torque);
+        self.workspace.set_hysteresis(self.hysteresis.as_ref().map(|own| own.shares(q)));
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
         // Last, because it depends on all others.
         self.add_load_friction(q, dq);
         dq_rate.copy_from_slice(dq);
         Ok(())
+    }
+
+    /// Remembers where friction stands that lags at reversals, at the state of a sample.
+    pub(super) fn settle(&mut self, state: &[f64]) {
+        let q = &state[..self.joints];
+        self.slipping.state.settle(q);
+        let Some(own) = &mut self.hysteresis else { return };
+        own.settle(q);
+        let states = self.states();
+        if let (Some(own), Some(variation)) = (&self.hysteresis, &mut self.variation) {
+            variation.settle(own, own.shares(q), &state[states..]);
+        }
     }
 
     /// The motors' ripple, which joints feel as they feel any torque of the motors.

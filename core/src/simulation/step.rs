@@ -109,7 +109,7 @@ impl<R: Reference> ClosedLoop<R> {
     /// Measures at the state that was reached, and commands.
     pub(super) fn command(&mut self, index: u64, time_s: f64, reference: &ReferencePoint) {
         let n = self.plant.joints;
-        self.plant.hysteresis.settle(&self.state[..n]);
+        self.plant.settle(&self.state);
         let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
@@ -158,6 +158,7 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
         output.true_torque_nm = self.plant.torque;
+        output.hysteresis = self.plant.hysteresis.as_ref().map(|own| own.shares(&q[..n]));
     }
 
     /// Time of a sample \[s\]; a product, so that it does not drift.

@@ -1,7 +1,9 @@
 //! How the simulated signals change with the parameters: the variational equation of the plant.
 
+use crate::MAX_JOINTS;
 use crate::control::CommandVariation;
 use crate::dynamics::{Model, Variation, VariationWorkspace, Workspace};
+use crate::robot::Hysteresis;
 
 /// Derivatives of a loop's signals at one sample with respect to b parameters: n × b, a row per
 /// joint. The unit is that of the signal over that of the parameter.
@@ -28,6 +30,11 @@ pub(super) struct PlantVariation {
     continuous: Option<CommandVariation>,
     /// ∂τ/∂θ of the command that acts.
     torque: Vec<f64>,
+    /// Of where friction that lags stands, z, what does not follow from the position: ∂z/∂θ = this + slope ∂q/∂θ while it
+    /// turns. Empty where there is none.
+    turned: Vec<f64>,
+    /// ∂τ/∂θ less what that friction takes.
+    left: Vec<f64>,
 }
 
 impl PlantVariation {
@@ -38,11 +45,37 @@ impl PlantVariation {
     ) -> Self {
         let (workspace, joints) = (VariationWorkspace::new(model, columns), model.joints());
         let width = columns.len();
-        Self { workspace, width, joints, continuous, torque: vec![0.0; joints * width] }
+        let turned = if model.hysteresis().next().is_some() { joints * width } else { 0 };
+        Self {
+            workspace,
+            width,
+            joints,
+            continuous,
+            torque: vec![0.0; joints * width],
+            turned: vec![0.0; turned],
+            left: vec![0.0; turned],
+        }
     }
 
     pub(super) fn restart(&mut self) {
         self.torque.fill(0.0);
+        self.turned.fill(0.0);
+    }
+
+    /// Where friction that lags slides, it stands where it stands whatever the parameters, and turns from here on.
+    pub(super) fn settle(
+        &mut self,
+        hysteresis: &Hysteresis,
+        shares: [f64; MAX_JOINTS],
+        derivatives: &[f64],
+    ) {
+        let rows = self.turned.chunks_exact_mut(self.width).zip(derivatives.chunks(self.width));
+        for (joint, ((turned, position), share)) in rows.zip(shares).enumerate() {
+            if share.abs() >= 1.0 {
+                let slope = hysteresis.slope(joint);
+                turned.iter_mut().zip(position).for_each(|(to, by)| *to = -slope * by);
+            }
+        }
     }
 
     /// Lets a command act that a sampled controller has computed.
@@ -56,6 +89,7 @@ impl PlantVariation {
         &mut self,
         model: &Model,
         solved: &mut Workspace<f64>,
+        hysteresis: Option<&Hysteresis>,
         parameters: &[f64],
         motion: [&[f64]; 3],
         error: &[f64],
@@ -72,7 +106,23 @@ impl PlantVariation {
             law.evaluate(error, state, &mut self.torque, integral_rate);
         }
         position_rate.copy_from_slice(velocity);
-        let variation = Variation { position, velocity, torque: &self.torque };
+        let mut torque = &self.torque;
+        if let Some(hysteresis) = hysteresis {
+            self.left.copy_from_slice(torque);
+            let shares = hysteresis.shares(motion[0]);
+            for (joint, column) in
+                model.hysteresis().filter(|(joint, _)| shares[*joint].abs() < 1.0)
+            {
+                let (slope, row) =
+                    (hysteresis.slope(joint), joint * self.width..(joint + 1) * self.width);
+                let turned = self.turned[row.clone()].iter().zip(&position[row.clone()]);
+                for (left, (turned, position)) in self.left[row].iter_mut().zip(turned) {
+                    *left -= parameters[column] * (turned + slope * position);
+                }
+            }
+            torque = &self.left;
+        }
+        let variation = Variation { position, velocity, torque };
         let workspace = &mut self.workspace;
         model.acceleration_variation(
             workspace,

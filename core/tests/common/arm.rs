@@ -166,6 +166,16 @@ impl Arm {
         Self { robot, model, base, truth, text: self.text }
     }
 
+    /// With friction in every joint that turns over a tenth of a radian, more or less, and over more of the next.
+    pub(crate) fn with_hysteresis(mut self, random: &mut Random) -> Self {
+        for joint in 0..self.robot.joints() {
+            let way_rad = random.uniform(0.05, 0.2);
+            let size = random.uniform(0.2, 0.5);
+            self = self.with_law(joint, FrictionLaw::Hysteresis { way_rad }, size);
+        }
+        self
+    }
+
     /// With one more law of this size at a joint, counted from 0.
     pub(crate) fn with_law(self, joint: usize, law: FrictionLaw, size: f64) -> Self {
         let mut friction = self.robot.own_friction().to_vec();
@@ -236,6 +246,7 @@ impl Arm {
         for k in 0..samples {
             let row = |m: &DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
             let [q, dq, ddq] = matrices.each_ref().map(row);
+            workspace.set_hysteresis(motion.hysteresis_at(k));
             self.model.inverse_dynamics(&mut workspace, standard, &q, &dq, &ddq, &mut tau);
             for (torque, tau) in torques.iter_mut().zip(&tau) {
                 torque[k] = *tau;

@@ -94,6 +94,13 @@ impl Looped {
         Self::of_arm(arm, random, sampled(0.0), pd)
     }
 
+    /// With friction that lags at reversals in every joint.
+    pub(crate) fn with_hysteresis(seed: u64, joints: usize) -> Self {
+        let mut random = Random(seed);
+        let arm = Arm::random(&mut random, joints).with_hysteresis(&mut random);
+        Self::of_arm(arm, random, sampled(0.0), pd)
+    }
+
     /// With springs and cylinders at its joints, and a file that states its parameters.
     pub(crate) fn with_known_torques(
         seed: u64,
@@ -195,7 +202,8 @@ impl Looped {
     /// the inertia they were tuned for is the mean over the rows' filtered positions.
     pub(crate) fn rescaled_options(&self, experiment: &Experiment) -> Options {
         let mut options = self.options();
-        let motion = filtered_motion(experiment, &options.position_filter).unwrap();
+        let motion =
+            filtered_motion(&self.arm.robot, experiment, &options.position_filter).unwrap();
         let decimation = options.decimation_filter.design().unwrap();
         let kept: Vec<usize> = decimation.kept(experiment.counted()).collect();
         let postures = motion.position.select_rows(&kept);

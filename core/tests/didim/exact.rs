@@ -79,6 +79,12 @@ fn friction_that_grows_with_the_load_gives_the_truth_back() {
     check("load", &Looped::with_load_friction(8, 3), HELD);
 }
 
+/// Friction that lags stands where the simulated joints have turned.
+#[test]
+fn friction_that_lags_at_reversals_gives_the_truth_back() {
+    check("hysteresis", &Looped::with_hysteresis(9, 3), HELD);
+}
+
 /// Springs and cylinders that the file states, and every third parameter not identified but kept at its true
 /// value.
 #[test]

@@ -13,12 +13,14 @@ fn deviation(arm: &Arm, values: impl Iterator<Item = f64>) -> f64 {
 /// The torques belong to the very motion that the filters find.
 #[test]
 fn torques_of_the_filtered_motion_give_every_base_parameter_back() {
-    for seed in 0..7 {
+    for seed in 0..9 {
         let mut random = Random(seed);
         let mut arm = Arm::random(&mut random, 3);
-        // Two of them with friction that grows with the load.
-        if seed > 4 {
-            arm = arm.with_load_friction(&mut random);
+        // Some of them with friction that grows with the load, or lags at reversals.
+        match seed {
+            5..=6 => arm = arm.with_load_friction(&mut random),
+            7..=8 => arm = arm.with_hysteresis(&mut random),
+            _ => {}
         }
         let mut options = options(20.0, 0.8, 10);
         // A random arm on a random motion: the values are judged, not the motion.
@@ -27,9 +29,12 @@ fn torques_of_the_filtered_motion_give_every_base_parameter_back() {
         options.limits.position_filter_deviations = f64::MAX;
         let position = arm.positions(&mut random, 4000, 400.0, 3.0);
         let silent = signals(400.0, position.clone(), position.clone());
-        let motion =
-            filtered_motion(&Experiment::joint_side(&silent).unwrap(), &options.position_filter)
-                .unwrap();
+        let motion = filtered_motion(
+            &arm.robot,
+            &Experiment::joint_side(&silent).unwrap(),
+            &options.position_filter,
+        )
+        .unwrap();
         let experiment =
             Experiment::joint_side(signals(400.0, position, arm.torques(&motion))).unwrap();
         let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
@@ -82,7 +87,7 @@ fn essential_parameters_have_the_columns_they_have_among_all() {
     let position = arm.positions(&mut random, 20_000, 4000.0, 3.0);
     let silent = signals(4000.0, position.clone(), position);
     let experiment = Experiment::joint_side(&silent).unwrap();
-    let motion = filtered_motion(&experiment, &options.position_filter).unwrap();
+    let motion = filtered_motion(&arm.robot, &experiment, &options.position_filter).unwrap();
     let decimation = options.decimation_filter.design().unwrap();
     let matrix = |names: Option<&[String]>| {
         let selection = Selection::new(&arm.robot, &arm.base, names).unwrap();

@@ -55,7 +55,7 @@ fn ordinary_and_weighted_deviations_cover_white_noise() {
     let position = arm.positions(&mut random, 4000, 400.0, 3.0);
     let silent = signals(400.0, position.clone(), position);
     let experiment = Experiment::joint_side(&silent).unwrap();
-    let motion = filtered_motion(&experiment, &options.position_filter).unwrap();
+    let motion = filtered_motion(&arm.robot, &experiment, &options.position_filter).unwrap();
     let decimation = options.decimation_filter.design().unwrap();
     let selection = Selection::new(&arm.robot, &arm.base, None).unwrap();
     let matrix = observation_matrix(&arm.model, &selection, &motion, &decimation, 0..4000).unwrap();
@@ -90,7 +90,7 @@ fn only_corrected_deviations_cover_noise_behind_the_decimation() {
     let position = arm.positions(&mut random, 3200, 400.0, 3.0);
     let silent = signals(400.0, position.clone(), position.clone());
     let experiment = Experiment::joint_side(&silent).unwrap();
-    let motion = filtered_motion(&experiment, &options.position_filter).unwrap();
+    let motion = filtered_motion(&arm.robot, &experiment, &options.position_filter).unwrap();
     let exact = arm.torques(&motion);
     let truth = arm.true_base();
 

@@ -177,8 +177,12 @@ fn a_torque_of_the_wrong_sign_is_not_applicable() {
     let (arm, mut signals) = arm();
     let experiment = Experiment::joint_side(&signals).unwrap();
     let options = options(20.0, 0.8, 10);
-    let motion =
-        didim_core::identification::filtered_motion(&experiment, &options.position_filter).unwrap();
+    let motion = didim_core::identification::filtered_motion(
+        &arm.robot,
+        &experiment,
+        &options.position_filter,
+    )
+    .unwrap();
     signals.torque_nm = arm.torques(&motion);
     signals.torque_nm.iter_mut().flatten().for_each(|tau| *tau = -*tau);
     let experiment = Experiment::joint_side(&signals).unwrap();

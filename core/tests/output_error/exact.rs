@@ -116,6 +116,11 @@ fn friction_that_grows_with_the_load_gives_the_truth_back() {
     check("load", &Looped::with_load_friction(26, 2), HELD);
 }
 
+#[test]
+fn friction_that_lags_at_reversals_gives_the_truth_back() {
+    check("hysteresis", &Looped::with_hysteresis(27, 2), HELD);
+}
+
 /// Springs and cylinders that the file states, and every third parameter not identified but kept at its true
 /// value.
 #[test]

@@ -61,7 +61,7 @@ impl LeftOut {
 /// What a parameter is that has no place in a format; none where it has one.
 fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static str> {
     use ParameterKind::{
-        FcLoad, FcMotor, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
+        FcLoad, FcMotor, Fh, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
     };
 
     let coupled = (0..robot.joints()).any(|motor| robot.transmission().is_coupled(motor));
@@ -76,6 +76,7 @@ fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static 
         (FvAsymmetric, _) => Some("difference of viscous friction between the directions"),
         (FcLoad, _) => Some("Coulomb friction that grows with the load"),
         (Fs, _) => Some("Stribeck friction"),
+        (Fh, _) => Some("friction that lags at reversals"),
         _ => None,
     }
 }

@@ -43,6 +43,9 @@ pub(super) fn observation(model: &Model) -> DMatrix<f64> {
         let q: Vec<f64> = model.chain().iter().map(|j| random.uniform(range(j.kind))).collect();
         let dq: Vec<f64> = (0..n).map(|_| random.uniform(3.0)).collect();
         let ddq: Vec<f64> = (0..n).map(|_| random.uniform(10.0)).collect();
+        // Where friction that lags stands is no matter of the state.
+        let share = |joint: usize| ((sample * n + joint) as f64).sin();
+        workspace.set_hysteresis(Some(core::array::from_fn(share)));
         model.regressor(&mut workspace, &q, &dq, &ddq, &mut regressor);
         stacked.rows_mut(sample * n, n).copy_from(&DMatrix::from_row_slice(n, p, &regressor));
     }

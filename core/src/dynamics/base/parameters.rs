@@ -150,14 +150,14 @@ impl BaseParameters {
 /// How early a parameter is chosen; the later ones are regrouped into the earlier.
 fn rank_of_choice(parameter: Parameter, chain: &[Joint]) -> u8 {
     use ParameterKind::{
-        Fc, FcLoad, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, M, Mx, My,
-        Mz, Off, Xx, Xy, Xz, Yy, Yz, Zz,
+        Fc, FcLoad, FcMotor, Fh, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, M, Mx,
+        My, Mz, Off, Xx, Xy, Xz, Yy, Yz, Zz,
     };
 
     match (parameter.kind, chain[parameter.joint].kind) {
         // Friction and offsets first, so that inertia is regrouped into them and not the reverse.
         // It happens on a sliding axis along gravity only, whose weight is a constant force.
-        (Fv | FvQuadratic | FvCubic | FvAsymmetric | Fc | FcLoad | Fs | Off, _)
+        (Fv | FvQuadratic | FvCubic | FvAsymmetric | Fc | FcLoad | Fs | Fh | Off, _)
         | (FvMotor | FcMotor, _) => 0,
         (Xx | Xy | Xz | Yz | Zz | Mx | My, JointKind::Revolute) => 1,
         (Mx | My | Mz | M, JointKind::Prismatic) => 1,

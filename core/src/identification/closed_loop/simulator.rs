@@ -310,7 +310,8 @@ impl Motion {
     pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
         let StepOutput { true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2, .. } =
             sample;
-        self.set_sample(k, [true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2]);
+        let motion = [true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2];
+        self.set_sample(k, motion, sample.hysteresis);
     }
 }
 

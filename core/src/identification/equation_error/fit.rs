@@ -85,5 +85,5 @@ impl EquationErrorFit {
 }
 
 fn measured_motion(context: &Context<'_>) -> Result<Motion, IdentificationError> {
-    filtered_motion(context.experiment, &context.options.position_filter)
+    filtered_motion(context.robot, context.experiment, &context.options.position_filter)
 }

@@ -42,7 +42,8 @@ impl Equation {
         transmission: Option<&Transmission>,
     ) -> Result<Self, GainsError> {
         let Context { robot, base, selection, .. } = context;
-        let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
+        let motion =
+            filtered_motion(context.robot, context.experiment, &context.options.position_filter)?;
         let BaseColumns { selected, beside } = BaseColumns::new(context, &motion)?;
         let arm = torque_equation(context, selected, filtered_torque(context)?, &motion)?;
         let matrix = arm.matrix().dense();

@@ -28,7 +28,7 @@ impl Refitted {
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
         // Where friction grows with the load, at the same loads.
         context.model = model.clone();
-        let motion = filtered_motion(experiment, &options.position_filter)?;
+        let motion = filtered_motion(robot, experiment, &options.position_filter)?;
         let matrix = fitted_matrix(&context, &motion)?;
         let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
         let ordinary = equation.ordinary().map_err(IdentificationError::Regression)?;

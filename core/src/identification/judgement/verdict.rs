@@ -409,9 +409,10 @@ fn parameter(context: &Context<'_>, index: usize) -> Parameter {
 /// What a selected parameter is called, by its number, when it cannot be negative.
 fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
     let Parameter { kind, joint } = parameter(context, index);
+    use ParameterKind::{FvAsymmetric, FvCubic, FvQuadratic};
+
     // Of viscous friction that bends, the part that does not may have either sign.
-    let bends =
-        |law: &FrictionLaw| !matches!(law, FrictionLaw::Load | FrictionLaw::Stribeck { .. });
+    let bends = |law: &FrictionLaw| matches!(law.kind(), FvQuadratic | FvCubic | FvAsymmetric);
     if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {
         return None;
     }
@@ -421,6 +422,7 @@ fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str
         ParameterKind::Fc | ParameterKind::FcMotor => Some("Coulomb friction"),
         ParameterKind::FcLoad => Some("friction that grows with the load"),
         ParameterKind::Fs => Some("Stribeck friction"),
+        ParameterKind::Fh => Some("friction that lags at reversals"),
         _ => None,
     }
 }

@@ -2,10 +2,12 @@
 
 use nalgebra::DMatrix;
 
+use super::motion::{hysteresis_along, hysteresis_from};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::each;
-use crate::signal::neighbours;
+use crate::robot::Robot;
+use crate::signal::{Group, neighbours};
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed
 /// where they are asked for: memory for all of them takes longer to get than they take to compute.
@@ -15,6 +17,8 @@ pub(crate) struct FilteredPositions {
     ends: Vec<usize>,
     /// 0 beyond the joints.
     samples: Vec<[f64; MAX_JOINTS]>,
+    /// Where friction that lags at reversals stands along them; empty where it was not asked for, or there is none.
+    hysteresis: Vec<[f64; MAX_JOINTS]>,
 }
 
 impl FilteredPositions {
@@ -22,7 +26,8 @@ impl FilteredPositions {
     pub(crate) fn of(experiment: &Experiment) -> Self {
         let samples = vec![[0.0; MAX_JOINTS]; experiment.samples()];
         let ends = experiment.recordings().iter().map(|of| of.samples.end).collect();
-        Self { rate_hz: experiment.sample_rate_hz(), ends, samples }
+        let rate_hz = experiment.sample_rate_hz();
+        Self { rate_hz, ends, samples, hysteresis: Vec::new() }
     }
 
     /// Filters the positions of the experiment without phase, each recording over its whole length.
@@ -48,6 +53,16 @@ impl FilteredPositions {
             start = end;
         }
         Ok(())
+    }
+
+    /// Follows the friction of a robot along the filtered positions, where it lags at reversals.
+    pub(crate) fn follow(&mut self, robot: &Robot) {
+        self.hysteresis = hysteresis_along(robot, &self.ends, |k| self.samples[k]);
+    }
+
+    /// Where that friction stands at some samples from `first` on.
+    pub(super) fn hysteresis(&self, first: usize) -> Option<[Group; MAX_JOINTS]> {
+        hysteresis_from(&self.hysteresis, first)
     }
 
     /// Their number.

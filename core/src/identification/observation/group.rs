@@ -6,19 +6,32 @@ use crate::MAX_JOINTS;
 use crate::numeric::{Lanes, WIDTH, vectorised};
 use crate::signal::Group;
 
-/// q, q̇ and q̈ of every joint at so many consecutive samples.
+/// What the torques of every joint depend on at some samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct States<'a> {
+    pub(crate) q: &'a [Group],
+    pub(crate) dq: &'a [Group],
+    pub(crate) ddq: &'a [Group],
+    /// Where friction that lags at reversals stands; nothing at states without a history.
+    pub(crate) hysteresis: Option<&'a [Group; MAX_JOINTS]>,
+}
+
+/// The states of so many consecutive samples.
 pub(crate) struct MotionGroup {
     joints: usize,
     quantities: [[Group; MAX_JOINTS]; 3],
+    hysteresis: Option<[Group; MAX_JOINTS]>,
 }
 
 impl MotionGroup {
     pub(crate) fn of_joints(joints: usize) -> Self {
-        Self { joints, quantities: [[Lanes([0.0; WIDTH]); MAX_JOINTS]; 3] }
+        let quantities = [[Lanes([0.0; WIDTH]); MAX_JOINTS]; 3];
+        Self { joints, quantities, hysteresis: None }
     }
 
     /// From sample `first` of a motion on; beyond the last sample they are those of the last.
-    pub(crate) fn read(&mut self, motion: &Motion, first: usize) -> [&[Group]; 3] {
+    pub(crate) fn read(&mut self, motion: &Motion, first: usize) -> States<'_> {
+        self.hysteresis = motion.hysteresis(first);
         for joint in 0..self.joints {
             let groups = motion.groups(joint, first);
             for (quantity, group) in self.quantities.iter_mut().zip(groups) {
@@ -33,7 +46,8 @@ impl MotionGroup {
         &mut self,
         positions: &FilteredPositions,
         first: usize,
-    ) -> [&[Group]; 3] {
+    ) -> States<'_> {
+        self.hysteresis = positions.hysteresis(first);
         let last = positions.samples() - 1;
         let [q, dq, ddq] = &mut self.quantities;
         vectorised(
@@ -54,8 +68,9 @@ impl MotionGroup {
         self.of_the_joints()
     }
 
-    fn of_the_joints(&self) -> [&[Group]; 3] {
-        self.quantities.each_ref().map(|quantity| &quantity[..self.joints])
+    fn of_the_joints(&self) -> States<'_> {
+        let [q, dq, ddq] = self.quantities.each_ref().map(|quantity| &quantity[..self.joints]);
+        States { q, dq, ddq, hysteresis: self.hysteresis.as_ref() }
     }
 }
 
@@ -64,26 +79,32 @@ mod tests {
     use super::super::motion::filtered_motion;
     use super::*;
     use crate::identification::{Experiment, PositionFilter, Signals};
+    use crate::robot::{FrictionLaw, Robot};
 
     #[test]
-    fn velocities_and_accelerations_where_they_are_asked_for_are_those_of_the_motion() {
+    fn what_is_formed_where_it_is_asked_for_is_that_of_the_motion() {
+        let robot = Robot::from_toml(include_str!("../../../../config/robots/tx40.toml")).unwrap();
+        let law = FrictionLaw::Hysteresis { way_rad: 0.1 };
+        let friction = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let robot = robot.with_friction(friction);
         for samples in [16, 17, 18, 31] {
             let signal = |joint: usize| -> Vec<f64> {
                 (0..samples).map(|k| ((k * 37 + joint * 11) % 23) as f64 / 23.0).collect()
             };
             let signals = Signals {
                 sample_rate_hz: 300.0,
-                position_rad: vec![signal(0), signal(1)],
-                torque_nm: vec![signal(2), signal(3)],
+                position_rad: (0..6).map(signal).collect(),
+                torque_nm: (6..12).map(signal).collect(),
                 reference_rad: None,
             };
             let experiment = Experiment::joint_side(&signals).unwrap();
             let filter = PositionFilter { order: 4, cutoff_hz: 60.0 };
-            let motion = filtered_motion(&experiment, &filter).unwrap();
+            let motion = filtered_motion(&robot, &experiment, &filter).unwrap();
             let mut positions = FilteredPositions::of(&experiment);
             positions.filter(&experiment, &filter).unwrap();
+            positions.follow(&robot);
             let (mut of_motion, mut of_positions) =
-                (MotionGroup::of_joints(2), MotionGroup::of_joints(2));
+                (MotionGroup::of_joints(6), MotionGroup::of_joints(6));
             for first in (0..samples).chain([0]) {
                 let found = of_positions.differentiate(&positions, first);
                 assert_eq!(found, of_motion.read(&motion, first), "{first} of {samples}");

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::group::MotionGroup;
+use super::group::{MotionGroup, States};
 use super::motion::Motion;
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
@@ -23,14 +23,15 @@ impl InverseDynamics {
         Self { standard, workspace: Workspace::new() }
     }
 
-    /// Torque of every joint \[N·m or N\] at q, q̇ and q̈, zeros beyond, by the model of the estimate or one of
+    /// Torque of every joint \[N·m or N\] at these states, zeros beyond, by the model of the estimate or one of
     /// another geometry.
     pub(crate) fn torque(
         &mut self,
         model: &Model,
-        [q, dq, ddq]: [&[Group]; 3],
+        States { q, dq, ddq, hysteresis }: States<'_>,
     ) -> [Group; MAX_JOINTS] {
         let mut torque = [Lanes::zero(); MAX_JOINTS];
+        self.workspace.set_hysteresis(hysteresis.copied());
         let of_joints = &mut torque[..q.len()];
         model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, of_joints);
         torque

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::group::MotionGroup;
+use super::group::{MotionGroup, States};
 use super::motion::Motion;
 use crate::dynamics::{Model, RegressorColumns, Workspace};
 use crate::identification::given::{Context, IdentificationError, Selection};
@@ -139,7 +139,8 @@ fn entries_along<'a>(
 ) -> impl FnMut(usize, &mut [Group]) + use<'a> {
     let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
     move |first, entries| {
-        let [q, dq, ddq] = group.read(motion, first);
+        let States { q, dq, ddq, hysteresis } = group.read(motion, first);
+        workspace.set_hysteresis(hysteresis.copied());
         model.selected_regressor(&mut workspace, columns, q, dq, ddq, entries);
     }
 }

@@ -6,6 +6,7 @@ use super::filtered_positions::FilteredPositions;
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::{Lanes, WIDTH};
+use crate::robot::{Hysteresis, Robot};
 use crate::signal::{Group, SignalError, group_of, neighbours};
 use crate::simulation::set_row;
 
@@ -16,6 +17,8 @@ pub struct Motion {
     /// q.
     pub position: DMatrix<f64>,
     rates: Rates,
+    /// Where friction that lags at reversals stands at each sample; nothing where there is none, or no history.
+    hysteresis: Vec<[f64; MAX_JOINTS]>,
 }
 
 /// q̇ and q̈.
@@ -33,13 +36,13 @@ enum Rates {
 }
 
 impl Motion {
-    /// Of these, samples × joints each.
+    /// Of these, samples × joints each: states, whose friction has gone on in one direction for long.
     ///
     /// # Panics
     /// When they are not of one size.
     pub fn of(position: DMatrix<f64>, velocity: DMatrix<f64>, acceleration: DMatrix<f64>) -> Self {
         assert!(position.shape() == velocity.shape() && position.shape() == acceleration.shape());
-        Self { position, rates: Rates::Given([velocity, acceleration]) }
+        Self { position, rates: Rates::Given([velocity, acceleration]), hysteresis: Vec::new() }
     }
 
     /// q̇ of a joint at a sample.
@@ -72,8 +75,16 @@ impl Motion {
         [self.position.clone(), velocity, acceleration]
     }
 
-    /// Sets all joints' at a sample. The rates are in memory from then on.
-    pub(crate) fn set_sample(&mut self, sample: usize, quantities: [&[f64; MAX_JOINTS]; 3]) {
+    /// Sets all joints' at a sample, and where friction that lags at reversals stands. The rates are in memory from then on.
+    pub(crate) fn set_sample(
+        &mut self,
+        sample: usize,
+        quantities: [&[f64; MAX_JOINTS]; 3],
+        hysteresis: Option<[f64; MAX_JOINTS]>,
+    ) {
+        if let (Some(shares), Some(to)) = (hysteresis, self.hysteresis.get_mut(sample)) {
+            *to = shares;
+        }
         if let Rates::Differences { .. } = self.rates {
             let [_, velocity, acceleration] = self.matrices();
             self.rates = Rates::Given([velocity, acceleration]);
@@ -84,6 +95,16 @@ impl Motion {
                 set_row(matrix, sample, values);
             }
         }
+    }
+
+    /// Where friction that lags at reversals stands at a sample, −1 to 1; nothing where there is none, or no history.
+    pub fn hysteresis_at(&self, sample: usize) -> Option<[f64; MAX_JOINTS]> {
+        self.hysteresis.get(sample).copied()
+    }
+
+    /// The same at some samples from `first` on; beyond the last sample it is that of the last.
+    pub(super) fn hysteresis(&self, first: usize) -> Option<[Group; MAX_JOINTS]> {
+        hysteresis_from(&self.hysteresis, first)
     }
 
     /// q, q̇ and q̈ of a joint at some samples from `first` on; beyond the last sample they are those of the last.
@@ -120,6 +141,37 @@ impl Motion {
     }
 }
 
+/// Where friction that lags at reversals stands along these positions, by those samples at which a recording ends;
+/// empty where the robot has none. It begins half turned.
+pub(super) fn hysteresis_along(
+    robot: &Robot,
+    ends: &[usize],
+    position: impl Fn(usize) -> [f64; MAX_JOINTS],
+) -> Vec<[f64; MAX_JOINTS]> {
+    let Some(mut state) = Hysteresis::of(robot) else { return Vec::new() };
+    let samples = ends.last().copied().unwrap_or_default();
+    let mut shares = Vec::with_capacity(samples);
+    for k in 0..samples {
+        let q = position(k);
+        if k == 0 || ends.contains(&k) {
+            state.restart(&q);
+        }
+        state.settle(&q);
+        shares.push(state.shares(&q));
+    }
+    shares
+}
+
+/// Of some samples from `first` on; beyond the last sample they are those of the last.
+pub(super) fn hysteresis_from(
+    shares: &[[f64; MAX_JOINTS]],
+    first: usize,
+) -> Option<[Group; MAX_JOINTS]> {
+    let last = shares.len().checked_sub(1)?;
+    let of_joint = |joint: usize| Lanes::from_fn(|l| shares[(first + l).min(last)][joint]);
+    Some(core::array::from_fn(of_joint))
+}
+
 /// [`central_difference`](crate::signal::central_difference) at one sample, within its recording.
 fn difference(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize) -> f64) -> f64 {
     let recording = ends.partition_point(|end| *end <= sample);
@@ -132,25 +184,27 @@ fn of_joint(matrix: &DMatrix<f64>, joint: usize) -> &[f64] {
     &matrix.as_slice()[joint * matrix.nrows()..(joint + 1) * matrix.nrows()]
 }
 
-/// The motion of an experiment: positions filtered without phase over the whole record, then
+/// The motion of a robot in an experiment: positions filtered without phase over the whole record, then
 /// central differences twice.
 ///
 /// # Errors
 /// [`IdentificationError::PositionFilter`] and [`IdentificationError::Signal`].
 pub fn filtered_motion(
+    robot: &Robot,
     experiment: &Experiment,
     filter: &PositionFilter,
 ) -> Result<Motion, IdentificationError> {
     let mut positions = FilteredPositions::of(experiment);
     positions.filter(experiment, filter)?;
-    motion_along(experiment, positions.joint_after_joint(experiment.joints()))
+    motion_along(robot, experiment, positions.joint_after_joint(experiment.joints()))
 }
 
-/// The motion along these positions of an experiment's samples, samples × joints.
+/// The motion of a robot along these positions of an experiment's samples, samples × joints.
 ///
 /// # Errors
 /// [`IdentificationError::Signal`].
 pub(crate) fn motion_along(
+    robot: &Robot,
     experiment: &Experiment,
     position: DMatrix<f64>,
 ) -> Result<Motion, IdentificationError> {
@@ -164,9 +218,15 @@ pub(crate) fn motion_along(
             return failed(0, cause.later_by(samples.start));
         }
     }
-    let ends = recordings.iter().map(|of| of.samples.end).collect();
+    let ends: Vec<usize> = recordings.iter().map(|of| of.samples.end).collect();
+    let of_sample = |k: usize| {
+        let mut q = [0.0; MAX_JOINTS];
+        q.iter_mut().zip(position.row(k).iter()).for_each(|(to, from)| *to = *from);
+        q
+    };
+    let hysteresis = hysteresis_along(robot, &ends, of_sample);
     let rates = Rates::Differences { rate_hz: experiment.sample_rate_hz(), ends };
-    let motion = Motion { position, rates };
+    let motion = Motion { position, rates, hysteresis };
     for joint in 0..experiment.joints() {
         let signal = of_joint(&motion.position, joint);
         // What overflows does so in the second difference.

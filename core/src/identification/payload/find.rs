@@ -92,7 +92,7 @@ pub fn payload(
     let options = model.options(options);
     let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
     let sums = LoadSums::of(robot, base, context.selection.names())?;
-    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
     let stands: Vec<bool> =
         (0..robot.joints()).map(|joint| stands(experiment, &motion, joint)).collect();
     let equation = |context: &Context<'_>, matrix| {

@@ -138,14 +138,14 @@ impl FittedModel<'_> {
     fn along(&self, references: &DMatrix<f64>) -> Result<[DMatrix<f64>; 2], IdentificationError> {
         let Self { context, parameters, .. } = self;
         let n = context.robot.joints();
-        let motion = motion_along(context.experiment, references.clone())?;
+        let motion = motion_along(context.robot, context.experiment, references.clone())?;
         let mut group = MotionGroup::of_joints(n);
         let mut dynamics = InverseDynamics::of_the_estimate(context, parameters);
         let mut read = |first: usize, signals: &mut [Group]| {
-            let [q, dq, ddq] = group.read(&motion, first);
-            signals[..n].copy_from_slice(&dynamics.torque(&context.model, [q, dq, ddq])[..n]);
-            signals[n..2 * n].copy_from_slice(dq);
-            signals[2 * n..].copy_from_slice(ddq);
+            let states = group.read(&motion, first);
+            signals[..n].copy_from_slice(&dynamics.torque(&context.model, states)[..n]);
+            signals[n..2 * n].copy_from_slice(states.dq);
+            signals[2 * n..].copy_from_slice(states.ddq);
         };
         let rows = context.decimate_with_differences(3 * n, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)

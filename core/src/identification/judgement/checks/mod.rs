@@ -227,6 +227,7 @@ impl FittedModel<'_> {
         let mut shift_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..filter };
             positions.filter(experiment, &other)?;
+            positions.follow(self.context.robot);
             Ok(self.analysis.estimate_shift(&self.torque_difference(&positions, reach)?))
         };
         let [shift_1, shift_2] = [shift_with(ratios[0])?, shift_with(ratios[1])?];

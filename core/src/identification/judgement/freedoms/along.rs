@@ -184,7 +184,7 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
     let mut group = MotionGroup::of_joints(joints);
     let mut read = |first: usize, signals: &mut [Group]| {
         let (laws, signs) = signals.split_at_mut(LAWS * directions.len());
-        let [_, dq, _] = group.read(motion, first);
+        let dq = group.read(motion, first).dq;
         for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(directions) {
             let mut u = Lanes::zero();
             for (speed, share) in dq.iter().zip(&direction.shares) {
@@ -211,7 +211,8 @@ fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, Identific
     let mut group = MotionGroup::of_joints(joints);
     let mut part = |which: usize| {
         let mut read = |first: usize, signals: &mut [Group]| {
-            signals.copy_from_slice(group.read(motion, first)[which]);
+            let states = group.read(motion, first);
+            signals.copy_from_slice([states.q, states.dq, states.ddq][which]);
         };
         let rows = columns.context.decimate(joints, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)

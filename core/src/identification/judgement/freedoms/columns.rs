@@ -7,7 +7,9 @@ use super::{Freedom, FreedomEstimate, Quantity};
 use crate::MAX_JOINTS;
 use crate::dynamics::Model;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, regressor_rows};
+use crate::identification::observation::{
+    InverseDynamics, Motion, MotionGroup, States, regressor_rows,
+};
 use crate::numeric::{Lanes, Scalar, WIDTH};
 use crate::regression::JointSolution;
 use crate::robot::JointKind;
@@ -208,7 +210,7 @@ pub(super) struct AtStates<'s> {
     context: &'s Context<'s>,
     directions: &'s [Direction],
     dynamics: &'s mut InverseDynamics,
-    state: [&'s [Group]; 3],
+    state: States<'s>,
     /// The torques of the estimate.
     predicted: [Group; MAX_JOINTS],
 }
@@ -216,7 +218,7 @@ pub(super) struct AtStates<'s> {
 impl AtStates<'_> {
     /// The torque of each joint that a unit of a column makes; none where that is no matter of the state alone.
     pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
-        let ([q, dq, ddq], model) = (self.state, &self.context.model);
+        let (States { q, dq, ddq, .. }, model) = (self.state, &self.context.model);
         let mut torque = [Lanes::zero(); MAX_JOINTS];
         match &column.acts {
             Acts::Bend { direction, bend } => {
@@ -262,7 +264,7 @@ impl AtStates<'_> {
     ) -> [Group; MAX_JOINTS] {
         let direction = &self.directions[direction];
         let mut u = Lanes::zero();
-        for (share, speed) in direction.shares.iter().zip(self.state[1]) {
+        for (share, speed) in direction.shares.iter().zip(self.state.dq) {
             u += *speed * Lanes::constant(*share);
         }
         let (mut torque, value) = ([Lanes::zero(); MAX_JOINTS], law(direction, u));
@@ -274,7 +276,7 @@ impl AtStates<'_> {
 
     /// The difference that another geometry or position makes, over the step to it.
     fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
-        let mut torque = self.dynamics.torque(model, [q, self.state[1], self.state[2]]);
+        let mut torque = self.dynamics.torque(model, States { q, ..self.state });
         for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
             *torque = (*torque - predicted) * Lanes::constant(1.0 / STEP);
         }

@@ -177,7 +177,8 @@ impl Sizes<'_> {
         let own = own.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
         let by_load = self.of(ParameterKind::FcLoad, joint).unwrap_or_default();
         let by_load = by_load * self.observed.torque_nm[joint];
-        own + by_load + self.of(ParameterKind::Fs, joint).unwrap_or_default()
+        let beside = [ParameterKind::Fs, ParameterKind::Fh].map(|kind| self.of(kind, joint));
+        own + by_load + beside.into_iter().flatten().sum::<f64>()
     }
 
     /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]: however it
