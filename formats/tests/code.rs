@@ -267,10 +267,12 @@ fn what_cannot_be_code_is_refused() {
         origin: &[],
     };
     assert!(to_c(model).is_ok());
-    let loaded = robot.own_friction().iter().map(|own| own.with_law(FrictionLaw::Load));
-    let loaded = robot.clone().with_friction(loaded.collect());
-    let by_load = CodeModel { robot: &loaded, ..model };
-    assert_eq!(to_c(by_load), Err(CodeError::LoadFriction { joint: 1 }));
+    for law in [FrictionLaw::Load, FrictionLaw::Hysteresis { way_rad: 0.01 }] {
+        let changed = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let changed = robot.clone().with_friction(changed);
+        let refused = to_c(CodeModel { robot: &changed, ..model });
+        assert_eq!(refused, Err(CodeError::Friction { joint: 1, law }));
+    }
     let negative = DMatrix::from_element(1, 1, -1.0);
     assert_eq!(to_c(CodeModel { covariance: &negative, ..model }), Err(CodeError::Covariance));
     let unknown = ["zz9"];

@@ -270,16 +270,20 @@ impl Arm<'_> {
             }
         }
         let mut model = Model::new(robot);
-        match &self.standard {
-            Some(standard) => model = model.with_load(standard.clone()),
-            // Nothing says with which load friction grows.
-            None => self.parameters.retain(|of| {
-                base.find(&of.name).is_none_or(|index| {
-                    let column = base.columns()[index];
-                    robot.parameters().parameters()[column].kind != ParameterKind::FcLoad
-                })
-            }),
+        if let Some(standard) = &self.standard {
+            model = model.with_load(standard.clone());
         }
+        // Nothing says with which load friction grows; and what lags is Coulomb friction but at reversals.
+        let untold = [
+            (ParameterKind::FcLoad, self.standard.is_none()),
+            (ParameterKind::Fh, self.before.is_none()),
+        ];
+        self.parameters.retain(|of| {
+            base.find(&of.name).is_none_or(|index| {
+                let kind = robot.parameters().parameters()[base.columns()[index]].kind;
+                !untold.contains(&(kind, true))
+            })
+        });
         let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
         let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
         let need = |of: &Lacking| of.value.map_or(0.0, |value| self.need * value.abs());

@@ -109,6 +109,11 @@ impl Model {
         self
     }
 
+    /// Whether any friction lags at reversals.
+    pub fn lags(&self) -> bool {
+        self.hysteresis().next().is_some()
+    }
+
     /// Joint, counted from 0, and column of the coefficient of all friction that lags at reversals.
     pub(crate) fn hysteresis(&self) -> impl Iterator<Item = (usize, usize)> {
         self.drives.hysteresis()

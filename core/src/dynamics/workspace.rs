@@ -29,6 +29,11 @@ impl<T: Scalar> Workspace<T> {
         }
     }
 
+    /// Where friction that lags at reversals stands, as it was said last.
+    pub(crate) fn hysteresis(&self) -> Option<[T; MAX_JOINTS]> {
+        self.hysteresis
+    }
+
     /// Says where friction that lags at reversals stands at every joint, −1 to 1, until it is said anew; nothing at states
     /// without a history, where joints have gone on for long.
     pub fn set_hysteresis(&mut self, shares: Option<[T; MAX_JOINTS]>) {

@@ -110,7 +110,6 @@ impl<R: Reference> Plant<R> {
             variation.rate(
                 &self.model,
                 &mut self.workspace,
-                self.hysteresis.as_ref(),
                 &self.parameters,
                 [q, dq, &*ddq],
                 &error[..n],
@@ -167,7 +166,7 @@ impl<R: Reference> Plant<R> {
         own.settle(q);
         let states = self.states();
         if let (Some(own), Some(variation)) = (&self.hysteresis, &mut self.variation) {
-            variation.settle(own, own.shares(q), &state[states..]);
+            variation.settle(own.shares(q), &state[states..]);
         }
     }
 

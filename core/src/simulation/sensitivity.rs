@@ -41,8 +41,9 @@ impl<R: Reference> ClosedLoop<R> {
             (command.clone(), hold)
         });
         let continuous = self.sampled.is_none().then_some(command);
-        let model = &self.plant.model;
-        self.plant.variation = Some(PlantVariation::new(model, columns, continuous));
+        let (model, hysteresis) = (&self.plant.model, self.plant.hysteresis.as_ref());
+        let variation = PlantVariation::new(model, columns, continuous, hysteresis);
+        self.plant.variation = Some(variation);
         self.computed = vec![0.0; joints * width];
         let size = states * (1 + width);
         self.stages = Stages::new(size);

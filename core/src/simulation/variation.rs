@@ -33,6 +33,8 @@ pub(super) struct PlantVariation {
     /// Of where friction that lags stands, z, what does not follow from the position: ∂z/∂θ = this + slope ∂q/∂θ while it
     /// turns. Empty where there is none.
     turned: Vec<f64>,
+    /// How much it turns for each unit of way, of every joint.
+    slopes: Vec<f64>,
     /// ∂τ/∂θ less what that friction takes.
     left: Vec<f64>,
 }
@@ -42,10 +44,12 @@ impl PlantVariation {
         model: &Model,
         columns: &[usize],
         continuous: Option<CommandVariation>,
+        hysteresis: Option<&Hysteresis>,
     ) -> Self {
         let (workspace, joints) = (VariationWorkspace::new(model, columns), model.joints());
         let width = columns.len();
-        let turned = if model.hysteresis().next().is_some() { joints * width } else { 0 };
+        let slopes = hysteresis.map(|own| (0..joints).map(|joint| own.slope(joint)).collect());
+        let turned = if slopes.is_some() { joints * width } else { 0 };
         Self {
             workspace,
             width,
@@ -53,6 +57,7 @@ impl PlantVariation {
             continuous,
             torque: vec![0.0; joints * width],
             turned: vec![0.0; turned],
+            slopes: slopes.unwrap_or_default(),
             left: vec![0.0; turned],
         }
     }
@@ -63,17 +68,29 @@ impl PlantVariation {
     }
 
     /// Where friction that lags slides, it stands where it stands whatever the parameters, and turns from here on.
-    pub(super) fn settle(
-        &mut self,
-        hysteresis: &Hysteresis,
-        shares: [f64; MAX_JOINTS],
-        derivatives: &[f64],
-    ) {
+    pub(super) fn settle(&mut self, shares: [f64; MAX_JOINTS], derivatives: &[f64]) {
         let rows = self.turned.chunks_exact_mut(self.width).zip(derivatives.chunks(self.width));
-        for (joint, ((turned, position), share)) in rows.zip(shares).enumerate() {
+        for ((turned, position), (share, slope)) in rows.zip(shares.iter().zip(&self.slopes)) {
             if share.abs() >= 1.0 {
-                let slope = hysteresis.slope(joint);
                 turned.iter_mut().zip(position).for_each(|(to, by)| *to = -slope * by);
+            }
+        }
+    }
+
+    /// Leaves of the torque's derivatives what friction that lags does not take, where it turns.
+    fn take_off_hysteresis(
+        &mut self,
+        model: &Model,
+        shares: &[f64; MAX_JOINTS],
+        parameters: &[f64],
+        position: &[f64],
+    ) {
+        self.left.copy_from_slice(&self.torque);
+        for (joint, column) in model.hysteresis().filter(|(joint, _)| shares[*joint].abs() < 1.0) {
+            let (slope, row) = (self.slopes[joint], joint * self.width..(joint + 1) * self.width);
+            let turned = self.turned[row.clone()].iter().zip(&position[row.clone()]);
+            for (left, (turned, position)) in self.left[row].iter_mut().zip(turned) {
+                *left -= parameters[column] * (turned + slope * position);
             }
         }
     }
@@ -89,7 +106,6 @@ impl PlantVariation {
         &mut self,
         model: &Model,
         solved: &mut Workspace<f64>,
-        hysteresis: Option<&Hysteresis>,
         parameters: &[f64],
         motion: [&[f64]; 3],
         error: &[f64],
@@ -106,22 +122,11 @@ impl PlantVariation {
             law.evaluate(error, state, &mut self.torque, integral_rate);
         }
         position_rate.copy_from_slice(velocity);
-        let mut torque = &self.torque;
-        if let Some(hysteresis) = hysteresis {
-            self.left.copy_from_slice(torque);
-            let shares = hysteresis.shares(motion[0]);
-            for (joint, column) in
-                model.hysteresis().filter(|(joint, _)| shares[*joint].abs() < 1.0)
-            {
-                let (slope, row) =
-                    (hysteresis.slope(joint), joint * self.width..(joint + 1) * self.width);
-                let turned = self.turned[row.clone()].iter().zip(&position[row.clone()]);
-                for (left, (turned, position)) in self.left[row].iter_mut().zip(turned) {
-                    *left -= parameters[column] * (turned + slope * position);
-                }
-            }
-            torque = &self.left;
+        let shares = solved.hysteresis();
+        if let Some(shares) = &shares {
+            self.take_off_hysteresis(model, shares, parameters, position);
         }
+        let torque = if shares.is_some() { &self.left } else { &self.torque };
         let variation = Variation { position, velocity, torque };
         let workspace = &mut self.workspace;
         model.acceleration_variation(

@@ -2,7 +2,7 @@
 
 use didim_core::excitation::{Bounds, Course, Margins, sweep, terms};
 use didim_core::identification::{
-    ChosenFriction, Experiment, Method, Motion, Options, choose_friction, identify,
+    ChosenFriction, Experiment, Method, Motion, Options, choose_friction, filtered_motion, identify,
 };
 use didim_core::robot::{FrictionLaw, ParameterKind, SignModel};
 use nalgebra::DMatrix;
@@ -99,6 +99,39 @@ fn an_arm_without_further_laws_gets_none() {
         assert_eq!(chosen.friction, bench.stated.robot.own_friction());
         assert_eq!(chosen.before, chosen.after);
     }
+}
+
+/// The way over which friction turns after a reversal is found from one that is twice as long.
+#[test]
+fn the_way_of_friction_that_lags_is_refined() {
+    const JOINT: usize = 1;
+    const WAY: f64 = 0.2;
+    let law = |way_rad| FrictionLaw::Hysteresis { way_rad };
+    let mut random = Random(70);
+    let plain = Arm::random(&mut random, 3);
+    let arm = plain.clone().with_law(JOINT, law(WAY), 1.0);
+    // Half of what this joint has lags.
+    let silent = plain.positions(&mut random, SAMPLES, RATE_HZ, 1.0);
+    let silent = Experiment::joint_side(signals(RATE_HZ, silent.clone(), silent)).unwrap();
+    let options = options_of_bench();
+    let motion = filtered_motion(&arm.robot, &silent, &options.position_filter).unwrap();
+    let experiment = recorded(&arm, &motion, &mut random);
+    let held_out = |arm: &Arm| {
+        let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
+        found.estimate.held_out.relative_error_per_joint[JOINT]
+    };
+    let stated = plain.clone().with_law(JOINT, law(2.0 * WAY), 1.0);
+    let chosen =
+        choose_friction(&stated.robot, &stated.base, &experiment, &options, || {}).unwrap();
+    let found = chosen.friction[JOINT].laws.iter().find_map(|law| match law {
+        FrictionLaw::Hysteresis { way_rad } => Some(*way_rad),
+        _ => None,
+    });
+    let found = found.unwrap();
+    assert!((found / WAY - 1.0).abs() < 0.15, "{found} instead of {WAY}: {chosen:?}");
+    let without = choose_friction(&plain.robot, &plain.base, &experiment, &options, || {}).unwrap();
+    assert!(held_out(&arm) < 0.8 * held_out(&plain), "{} {}", held_out(&arm), held_out(&plain));
+    assert!(chosen.after.held_out < without.after.held_out, "{chosen:?} {without:?}");
 }
 
 /// What falls as motion begins is told by constant speeds, and not by a motion that is always fast.

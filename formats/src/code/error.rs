@@ -1,6 +1,7 @@
 //! Why a model cannot be written as code.
 
 use didim_core::dynamics::UnknownBaseParameter;
+use didim_core::robot::FrictionLaw;
 
 /// Why a model cannot be written as code.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -14,13 +15,16 @@ pub enum CodeError {
         /// Counted from 1.
         joint: usize,
     },
-    /// Friction of a joint grows with its load, and code has friction by speed alone.
+    /// Code has friction by speed alone.
     #[error(
-        "friction of joint {joint} grows with the load, which is not written as code; identify without `load = true` for this export"
+        "friction of joint {joint} has `{law}`, which is not written as code: that has friction by the speed alone; identify without it for \
+         this export"
     )]
-    LoadFriction {
+    Friction {
         /// Counted from 1.
         joint: usize,
+        /// What depends on the load, or on where the joint turned.
+        law: FrictionLaw,
     },
     /// The covariance of the parameters is not positive definite. Identify again.
     #[error("the covariance of the parameters is not positive definite; identify again")]

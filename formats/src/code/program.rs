@@ -2,7 +2,7 @@
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::numeric::Scalar;
-use didim_core::robot::{FrictionLaw, JointFriction, ParameterKind, Robot};
+use didim_core::robot::{FrictionLaw, ParameterKind, Robot};
 use nalgebra::{Cholesky, DMatrix};
 
 use super::error::CodeError;
@@ -83,9 +83,12 @@ impl<'a> Program<'a> {
         if let Some(joint) = robot.known_torques().iter().position(Option::is_some) {
             return Err(CodeError::KnownTorque { joint: joint + 1 });
         }
-        let grows = |own: &JointFriction| own.laws.contains(&FrictionLaw::Load);
-        if let Some(joint) = robot.own_friction().iter().position(grows) {
-            return Err(CodeError::LoadFriction { joint: joint + 1 });
+        let of_the_speed =
+            |law: &&FrictionLaw| !matches!(law, FrictionLaw::Load | FrictionLaw::Hysteresis { .. });
+        for (joint, own) in (1..).zip(robot.own_friction()) {
+            if let Some(law) = own.laws.iter().find(|law| !of_the_speed(law)) {
+                return Err(CodeError::Friction { joint, law: *law });
+            }
         }
         let dynamics = Model::new(robot);
         // The same dynamics with as many zeros as there can be.

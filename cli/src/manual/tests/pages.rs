@@ -107,7 +107,7 @@ fn the_glossary_has_every_kind() {
     let text = format!(
         "name = 'all'\ngravity_m_s2 = [0.0, 0.0, -9.81]\n{}{}[transmission]\nrows = [[10.0, 0.0], [10.0, 10.0]]\n[friction]\nviscous = true\n\
          coulomb = true\noffset = true\nsign = {{ model = 'sign' }}\nquadratic = true\ncubic = true\nasymmetric = true\nload = true\n\
-         stribeck_rad_s = 0.1\n",
+         stribeck_rad_s = 0.1\nhysteresis_rad = 0.01\n",
         joint(1),
         joint(2)
     );
