@@ -350,10 +350,13 @@ fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
             [&found, &expected].map(|of| of["parameters"][k]["value"].as_f64().unwrap());
         assert!((one - other).abs() < 1e-7 * other.abs().max(1e-2), "{k}: {one} {other}");
     }
-    // Currents, of which each ampere is a thousandth of a newton metre.
-    let currents = cell(&BAG.replace("unit = \"mNm\"", "unit = \"A\", per_ampere = 0.001"));
-    let of_currents = identify(&currents.path().join("cell.toml"), [&at("a.mcap"), &at("b")]);
-    assert_eq!(of_currents["parameters"], found["parameters"]);
+    // Currents, of which each ampere is a thousandth of a newton metre; and each milliampere.
+    for (unit, per_ampere) in [("A", 0.001), ("mA", 1.0)] {
+        let stated = format!("unit = \"{unit}\", per_ampere = {per_ampere:?}");
+        let currents = cell(&BAG.replace("unit = \"mNm\"", &stated));
+        let of_currents = identify(&currents.path().join("cell.toml"), [&at("a.mcap"), &at("b")]);
+        assert_eq!(of_currents["parameters"], found["parameters"], "{unit}");
+    }
     let said = succeed(&[&"check", &"--cell", &at("cell.toml")]);
     assert!(said.contains("no bus: ROS 2 bags, 250 samples/s"), "{said}");
     assert!(!said.contains("window."), "{said}");

@@ -88,7 +88,7 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
     let with = |torque: f64| [1.0, 1.0, 1.0, torque, torque];
     // Names, factors, what has to be found or assumed, what has to be asked.
     type Case = ([&'static str; 5], [f64; 5], &'static [&'static str], &'static [&'static str]);
-    let cases: [Case; 9] = [
+    let cases: [Case; 10] = [
         (
             ["t_ms", "J1 pos [deg]", "J2 pos [deg]", "J1 torque [Nm]", "J2 torque [Nm]"],
             DEG,
@@ -145,6 +145,18 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
                 "urdf.gear_ratios",
                 "data.side",
                 "data.position.unit",
+                "data.torque.per_ampere",
+                "data.torque.sign",
+            ],
+        ),
+        (
+            ["time", "q_1_rad", "q_2_rad", "current_1_mA", "current_2_mA"],
+            with(70.0),
+            &["position.unit = \"rad\"", "torque.unit = \"mA\""],
+            &[
+                "urdf.drive_inertia",
+                "urdf.gear_ratios",
+                "data.side",
                 "data.torque.per_ampere",
                 "data.torque.sign",
             ],

@@ -149,7 +149,8 @@ struct Units {
     amperes: bool,
 }
 
-const AMPERE: &str = "A";
+/// Units of currents, with their amperes.
+pub(crate) const CURRENTS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
 const POSITIONS: Units = Units {
     units: &[
         ("rad", JointKind::Revolute, 1.0),
@@ -346,27 +347,30 @@ impl Stated<'_> {
         if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
             return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
         }
-        if self.per_ampere.is_some() && !unit.iter().any(|unit| unit == AMPERE) {
-            return Err("has `per_ampere`, which belongs to the unit \"A\"".to_owned());
+        let amperes = |unit: &str| CURRENTS.iter().find(|(name, _)| *name == unit).map(|of| of.1);
+        if self.per_ampere.is_some() && !unit.iter().any(|unit| amperes(unit).is_some()) {
+            return Err("has `per_ampere`, which belongs to the units \"A\" and \"mA\"".to_owned());
         }
         let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
         let per_ampere = self.per_ampere.map(of_each).transpose()?;
         let scale = |axis: usize| -> Result<f64, String> {
             // A motor turns, whatever its joint does.
             let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
-            if unit[axis] == AMPERE && known.amperes {
+            if let Some(amperes) = amperes(&unit[axis]).filter(|_| known.amperes) {
                 let of_one = per_ampere.as_ref().map(|of| of[axis]);
                 let fits = of_one.filter(|of| of.is_finite() && *of > 0.0);
-                return fits.ok_or_else(|| {
-                    "has the unit \"A\"; give `per_ampere` with it, the torque or force of one ampere, above 0"
-                        .to_owned()
+                return fits.map(|of_one| amperes * of_one).ok_or_else(|| {
+                    format!(
+                        "has the unit \"{}\"; give `per_ampere` with it, the torque or force of one ampere, above 0",
+                        unit[axis]
+                    )
                 });
             }
             let fitting = known.units.iter().filter(|(_, of, _)| *of == kind);
             let found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
             found.map(|(.., scale)| *scale).ok_or_else(|| {
-                let amperes = known.amperes.then_some(AMPERE);
-                let names = fitting.map(|(name, ..)| *name).chain(amperes);
+                let currents = CURRENTS.iter().filter(|_| known.amperes);
+                let names = fitting.map(|(name, ..)| *name).chain(currents.map(|(name, _)| *name));
                 let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
                 format!(
                     "has the unit \"{}\" for axis {}; use {}",

@@ -27,7 +27,7 @@ use didim_formats::{BagSpec, Columns, UrdfArm};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
-pub(crate) use data::DATES;
+pub(crate) use data::{CURRENTS, DATES};
 pub use data::{DataColumns, DataSection};
 pub use error::{CellError, Faults};
 pub use file::{

@@ -125,7 +125,7 @@ pub(super) fn propose(
         None => [Guess::open(WHICH_TORQUE), Guess::open(WHICH_SIGN)],
     };
     draft.put(SECTION, "effort.unit", unit);
-    if draft.has("data.bag.effort.unit", "A") {
+    if draft.has_current("data.bag.effort.unit") {
         draft.put(
             SECTION,
             "effort.per_ampere",

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::evidence::ProposalError;
 use super::value::{Guess, Standing, parsed, quoted, texts};
-use crate::cell::OPEN;
+use crate::cell::{CURRENTS, OPEN};
 
 /// Values by key, as TOML; a bare word is a text.
 pub type Answers = BTreeMap<String, String>;
@@ -102,6 +102,11 @@ impl<'a> Draft<'a> {
             Some(toml::Value::Array(values)) => values.iter().any(|own| own.as_str() == Some(text)),
             _ => self.is(key, text),
         }
+    }
+
+    /// Whether it is the unit of a current, for all axes or one of them.
+    pub(super) fn has_current(&self, key: &str) -> bool {
+        CURRENTS.iter().any(|(unit, _)| self.has(key, unit))
     }
 
     /// The text of a key that is not open.

@@ -10,7 +10,7 @@ use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, wor
 use super::plausible::{Look, torque_valid};
 use super::time::Time;
 use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, list, quoted};
-use crate::cell::OPEN;
+use crate::cell::{CURRENTS, OPEN};
 
 const SECTION: &str = "data";
 /// Words at the end of a name that say its unit.
@@ -22,8 +22,15 @@ const TURNS: &[(&str, &str)] = &[
     ("°", "deg"),
     ("mm", "mm"),
 ];
-const TORQUES: &[(&str, &str)] =
-    &[("nm", "Nm"), ("mnm", "mNm"), ("a", "A"), ("amp", "A"), ("ampere", "A"), ("n", "N")];
+const TORQUES: &[(&str, &str)] = &[
+    ("nm", "Nm"),
+    ("mnm", "mNm"),
+    ("a", "A"),
+    ("ma", "mA"),
+    ("amp", "A"),
+    ("ampere", "A"),
+    ("n", "N"),
+];
 /// Names that say what was measured, where there are several of a kind.
 const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
 
@@ -133,8 +140,11 @@ impl Table<'_> {
         let is_current =
             torque.as_ref().is_ok_and(|group| meaning(group.name()) == Some(Meaning::Current));
         let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUES));
+        let of_current = |own: &str| CURRENTS.iter().any(|(unit, _)| *unit == own);
         let newton_metres = match &named {
-            Some(Ok(unit)) if *unit != "A" => Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 })),
+            Some(Ok(unit)) if !of_current(unit) => {
+                Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 }))
+            }
             _ => None,
         };
         let [mut unit, sign] = match &in_si {
@@ -151,14 +161,16 @@ impl Table<'_> {
             Some(Err(unknown)) => {
                 unit = Guess::open(&format!("{WHICH_TORQUE}; the columns' names say {unknown}"));
             }
-            Some(Ok("A")) => unit = Guess::found(quoted("A"), "the columns' names"),
+            Some(Ok(own)) if of_current(own) => {
+                unit = Guess::found(quoted(own), "the columns' names");
+            }
             None if is_current => {
                 unit = Guess::assumed(quoted("A"), "the columns are named as currents");
             }
             _ => {}
         }
         draft.put(SECTION, "torque.unit", unit);
-        if draft.has("data.torque.unit", "A") {
+        if draft.has_current("data.torque.unit") {
             draft.put(SECTION, "torque.per_ampere", Guess::open("torque of one ampere, on the same side as the positions, for all or a list [N·m/A]"));
         }
         draft.put(SECTION, "torque.sign", sign);

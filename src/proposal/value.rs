@@ -54,7 +54,7 @@ impl Guess {
 /// What is asked wherever a value is open.
 pub(super) const WHICH_POSITION: &str =
     "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
-pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents; a list where they differ";
+pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" or \"mA\" with per_ampere for currents; a list where they differ";
 pub(super) const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
 pub(super) const WHICH_SIDE: &str =
     "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";

@@ -26,7 +26,7 @@ const fn columns(units: &'static str, per_ampere: &'static str) -> [Key; 5] {
             "A name for each axis, in the arm's order.",
         ),
         key("unit", UNITS, "", Required, units),
-        key("per_ampere", SIGNS, "N·m/A or N/A", Optional("required with `\"A\"`"), per_ampere),
+        key("per_ampere", SIGNS, "N·m/A or N/A", Optional("required with a current"), per_ampere),
         key(
             "sign",
             SIGNS,
@@ -42,7 +42,7 @@ const POSITIONS: [Key; 5] = columns(
     "Not for positions.",
 );
 const TORQUES: [Key; 5] = columns(
-    "The unit of the columns: `\"Nm\"`, `\"mNm\"`; of a prismatic joint `\"N\"`; `\"A\"`, of a current.",
+    "The unit of the columns: `\"Nm\"`, `\"mNm\"`; of a prismatic joint `\"N\"`; `\"A\"` or `\"mA\"`, of a current.",
     "Of a current: the torque or force of one ampere, on the side of the transmission that `side` states.",
 );
 
@@ -199,13 +199,13 @@ pub(super) const SECTIONS: &[Section] = &[
                 UNITS,
                 "",
                 Required,
-                "`\"Nm\"`, `\"mNm\"`; of a prismatic joint `\"N\"`; `\"A\"`, of a current.",
+                "`\"Nm\"`, `\"mNm\"`; of a prismatic joint `\"N\"`; `\"A\"` or `\"mA\"`, of a current.",
             ),
             key(
                 "per_ampere",
                 SIGNS,
                 "N·m/A or N/A",
-                Optional("required with `\"A\"`"),
+                Optional("required with a current"),
                 "Of a current: the torque or force of one ampere.",
             ),
             key(

@@ -221,8 +221,10 @@ impl Display for Reason {
             ),
             Self::FewRows { per_parameter, limit } => write!(
                 f,
-                "{per_parameter:.1} independent rows for each parameter are fewer than {limit}: too \
-                 few to say how uncertain they are; move longer or identify fewer parameters"
+                "{:.1} independent rows for each parameter are fewer than {limit}: too \
+                 few to say how uncertain they are; move longer or identify fewer parameters",
+                // Never up to the limit itself.
+                (10.0 * per_parameter).floor() / 10.0
             ),
             Self::NotDecimated => f.write_str(
                 "identified without the decimation filter, which is for comparison only: the \
