@@ -182,7 +182,7 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
         ),
         // Angles of the joints and currents of the motors.
         (
-            ["time", "q1", "q2", "motor_current_1 [mA]", "motor_current_2 [mA]"],
+            ["time", "q1", "q2", "motor_current_1 [pct]", "motor_current_2 [pct]"],
             with(70.0),
             &[],
             &UNKNOWN_SIDE,

@@ -34,12 +34,17 @@ impl ReferenceTorque {
         }
         let mut columns = vec![Vec::new(); names.len()];
         let (mut workspace, mut regressor) = (Workspace::new(), vec![0.0; joints * width]);
-        for sample in (0..scenario.samples()).step_by(decimation.max(1)) {
+        let mut history = model.history();
+        for sample in 0..scenario.samples() {
             let [mut q, mut dq, mut ddq] = [[0.0; MAX_JOINTS]; 3];
             #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
             let time_s = sample as f64 * period_s;
             scenario.trajectory().at(time_s, &mut q, &mut dq, &mut ddq);
             let (q, dq, ddq) = (&q[..joints], &dq[..joints], &ddq[..joints]);
+            workspace.set_hysteresis(history.as_mut().map(|own| own.follow(q)));
+            if sample % decimation.max(1) != 0 {
+                continue;
+            }
             model.regressor(&mut workspace, q, dq, ddq, &mut regressor);
             for (column, &of_model) in columns.iter_mut().zip(base.columns()) {
                 column.extend((0..joints).map(|joint| regressor[joint * width + of_model]));

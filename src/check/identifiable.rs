@@ -54,7 +54,6 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
     let mut random = Random(0x5eed_c4ec_c000_0000);
     let mut workspace = Workspace::new();
     let mut rows = vec![0.0; n * p];
-    let lags = model.lags();
     let mut stacked = vec![Vec::with_capacity(n * MOTIONS); p];
     for _ in 0..MOTIONS {
         let (mut q, mut dq, mut ddq) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -76,7 +75,7 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
         }
         // Where friction stands that lags at reversals is no matter of the state.
         let share = |_| 2.0 * random.unit() - 1.0;
-        workspace.set_hysteresis(lags.then(|| core::array::from_fn(share)));
+        workspace.set_hysteresis(Some(core::array::from_fn(share)));
         model.selected_regressor(&mut workspace, &selected, &q, &dq, &ddq, &mut rows);
         for row in rows.chunks_exact(p) {
             for (column, value) in stacked.iter_mut().zip(row) {

@@ -273,17 +273,20 @@ impl Arm<'_> {
         if let Some(standard) = &self.standard {
             model = model.with_load(standard.clone());
         }
-        // Nothing says with which load friction grows; and what lags is Coulomb friction but at reversals.
-        let untold = [
-            (ParameterKind::FcLoad, self.standard.is_none()),
-            (ParameterKind::Fh, self.before.is_none()),
-        ];
-        self.parameters.retain(|of| {
-            base.find(&of.name).is_none_or(|index| {
-                let kind = robot.parameters().parameters()[base.columns()[index]].kind;
-                !untold.contains(&(kind, true))
-            })
-        });
+        let is_told = |of: &Lacking| {
+            let column = base.find(&of.name).map(|index| base.columns()[index]);
+            match column.map(|column| robot.parameters().parameters()[column].kind) {
+                // Nothing says with which load friction grows.
+                Some(ParameterKind::FcLoad) => self.standard.is_some(),
+                // Coulomb friction but at reversals, which a design has few samples of: taken for known.
+                Some(ParameterKind::Fh) => false,
+                _ => true,
+            }
+        };
+        let told: Vec<usize> =
+            (0..self.parameters.len()).filter(|k| is_told(&self.parameters[*k])).collect();
+        self.before = self.before.map(|of| of.select_rows(&told).select_columns(&told));
+        self.parameters = told.iter().map(|k| self.parameters[*k].clone()).collect();
         let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
         let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
         let need = |of: &Lacking| of.value.map_or(0.0, |value| self.need * value.abs());

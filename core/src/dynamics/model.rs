@@ -6,7 +6,7 @@ use super::regressor_columns::RegressorColumns;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::{
-    Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
+    Hysteresis, Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
 };
 
 /// Whose load friction grows with.
@@ -32,6 +32,8 @@ pub struct Model {
     /// Of each joint; none at all where no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
+    /// Where friction that lags at reversals stands before a motion; nothing where there is none.
+    history: Option<Hysteresis>,
 }
 
 impl Model {
@@ -59,6 +61,7 @@ impl Model {
             drives,
             known_torques,
             all_columns,
+            history: Hysteresis::of(robot),
         }
     }
 
@@ -109,9 +112,9 @@ impl Model {
         self
     }
 
-    /// Whether any friction lags at reversals.
-    pub fn lags(&self) -> bool {
-        self.hysteresis().next().is_some()
+    /// Where friction that lags at reversals stands before a motion; nothing where there is none.
+    pub fn history(&self) -> Option<Hysteresis> {
+        self.history.clone()
     }
 
     /// Joint, counted from 0, and column of the coefficient of all friction that lags at reversals.

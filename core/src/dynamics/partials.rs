@@ -142,7 +142,7 @@ fn times(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
 
 impl Model {
     /// ∂τ/∂q and ∂τ/∂q̇ of the [`inverse_dynamics`](Self::inverse_dynamics) at constant q̈, n × n
-    /// each, row-major, row = torque.
+    /// each, row-major, row = torque. Where it was said where friction that lags stands, that stands still.
     ///
     /// # Panics
     /// When a slice is not of the model's size: p parameters, n entries for q, dq and ddq, n × n for
@@ -183,7 +183,7 @@ impl Model {
         self.drives.for_each_friction_partial(parameters, dq, |row, column, value| {
             by_velocity[row * n + column] += value;
         });
-        // With a history it is the position that counts, and what became of it before.
+        // Where what lags stands by its history does not follow from this state.
         if ws.hysteresis.is_none() {
             self.drives.for_each_sliding_partial(parameters, dq, |joint, value| {
                 by_velocity[joint * n + joint] += value;

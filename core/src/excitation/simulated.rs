@@ -22,6 +22,7 @@ pub fn simulated(
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut workspace = Workspace::new();
     let mut torque = [0.0; MAX_JOINTS];
+    let mut history = task.model.history();
     let [mut positions, mut torques] = [vec![Vec::new(); n], vec![Vec::new(); n]];
     // Of so many independent samples a row is the mean.
     let samples_per_row = rate_hz / task.noise.rows_per_s;
@@ -34,6 +35,7 @@ pub fn simulated(
     for k in 0..samples + 2 * rest {
         let state = motion.state((k as f64 - rest as f64) / rate_hz);
         let [q, dq, ddq] = [&state.position[..n], &state.velocity[..n], &state.acceleration[..n]];
+        workspace.set_hysteresis(history.as_mut().map(|own| own.follow(q)));
         task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
         for joint in 0..n {
             let noise: f64 = StandardNormal.sample(&mut random);

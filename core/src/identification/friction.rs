@@ -68,10 +68,21 @@ pub fn choose_friction(
             break;
         }
     }
-    search.refine(&mut best);
+    let unrefined = best.held_out_per_joint.clone();
+    search.refine(&mut best, &gains);
     // Each with the shape that it has in the end.
     for gain in &mut gains {
         gain.change = refined(gain.change, &best.friction[gain.joint - 1]);
+    }
+    for (joint, (own, stated)) in best.friction.iter().zip(robot.own_friction()).enumerate() {
+        if let Some(law) = lag(own).filter(|law| lag(stated) != Some(*law)) {
+            let held_out = [unrefined[joint], best.held_out_per_joint[joint]];
+            gains.push(FrictionGain {
+                joint: joint + 1,
+                change: FrictionChange::Law(law),
+                held_out,
+            });
+        }
     }
     Ok(ChosenFriction {
         friction: best.friction,
@@ -89,8 +100,8 @@ struct Trial {
     /// Whether the result is good for what is asked of it.
     applicable: bool,
     held_out_per_joint: Vec<f64>,
-    /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose share of the load is none that a gear's friction
-    /// takes: another law in disguise.
+    /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose share of the load is none
+    /// that a gear's friction takes: another law in disguise.
     disguised: Vec<bool>,
 }
 
@@ -199,26 +210,34 @@ impl<T: FnMut()> Search<'_, T> {
     }
 
     /// Moves the shapes that are not linear to where each joint is predicted best.
-    fn refine(&mut self, best: &mut Trial) {
+    fn refine(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
+        // The speeds of a joint that was not changed stay as they are.
+        let changed = |joint: usize| gains.iter().any(|gain| gain.joint == joint + 1);
         for factor in REFINEMENTS {
-            let improved = |_: &usize| self.refine_by(factor, best);
-            (0..MAX_STEPS).take_while(improved).for_each(drop);
+            let scaled = |v: f64| rounded(factor * v);
+            let mut step = |of: &dyn Fn(usize, &JointFriction) -> JointFriction| {
+                let improved = |_: &usize| self.refine_by(of, best);
+                (0..MAX_STEPS).take_while(improved).for_each(drop);
+            };
+            step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
+            // Ways are stated by rule of thumb.
+            step(&|_, own| match lag(own) {
+                Some(FrictionLaw::Hysteresis { way_rad }) => {
+                    own.with_law(FrictionLaw::Hysteresis { way_rad: scaled(way_rad) })
+                }
+                _ => own.clone(),
+            });
         }
     }
 
     /// Takes one step at the joints that it helps. Whether there is any.
-    fn refine_by(&mut self, factor: f64, best: &mut Trial) -> bool {
-        // A joint that was not changed stays as it is, unless it lags over a way that is stated by rule of thumb.
-        let stated = self.robot.own_friction();
-        let lags = |own: &JointFriction| own.laws.iter().any(|law| law.kind() == ParameterKind::Fh);
-        let scaled = |(own, stated): (&JointFriction, &JointFriction)| {
-            if own == stated && !lags(own) {
-                own.clone()
-            } else {
-                own.with_shapes(|v| rounded(factor * v))
-            }
-        };
-        let all: Vec<_> = best.friction.iter().zip(stated).map(scaled).collect();
+    fn refine_by(
+        &mut self,
+        step: &dyn Fn(usize, &JointFriction) -> JointFriction,
+        best: &mut Trial,
+    ) -> bool {
+        let all = best.friction.iter().enumerate().map(|(joint, own)| step(joint, own));
+        let all: Vec<_> = all.collect();
         let Some(trial) = self.trial_of(best, all.clone()) else { return false };
         let chosen = (best.friction.iter().zip(all).enumerate())
             .map(
@@ -309,6 +328,11 @@ impl Trial {
         }
         1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]
     }
+}
+
+/// The term of a joint that lags at reversals.
+fn lag(friction: &JointFriction) -> Option<FrictionLaw> {
+    friction.laws.iter().find(|law| law.kind() == ParameterKind::Fh).copied()
 }
 
 /// A change with the shape that it has at a joint.

@@ -100,9 +100,9 @@ impl JointFriction {
         Self { sign: self.sign, laws }
     }
 
-    /// With every speed at which it bends \[rad/s or m/s\], and the way over which it turns \[rad or m\], changed.
+    /// With every speed at which it bends changed \[rad/s or m/s\].
     #[must_use]
-    pub fn with_shapes(&self, change: impl Fn(f64) -> f64) -> Self {
+    pub fn with_speeds(&self, change: impl Fn(f64) -> f64) -> Self {
         let sign = match self.sign {
             SignModel::Tanh { width_rad_s } => SignModel::Tanh { width_rad_s: change(width_rad_s) },
             other => other,
@@ -110,9 +110,6 @@ impl JointFriction {
         let changed = |law: &FrictionLaw| match *law {
             FrictionLaw::Stribeck { speed_rad_s } => {
                 FrictionLaw::Stribeck { speed_rad_s: change(speed_rad_s) }
-            }
-            FrictionLaw::Hysteresis { way_rad } => {
-                FrictionLaw::Hysteresis { way_rad: change(way_rad) }
             }
             other => other,
         };

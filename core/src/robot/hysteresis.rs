@@ -12,12 +12,14 @@ pub struct Hysteresis {
     ways: Vec<f64>,
     /// Position \[rad or m\] and share at the last sample.
     held: Vec<(f64, f64)>,
+    /// Whether there was a sample.
+    started: bool,
 }
 
 impl Hysteresis {
     /// That of joints with these ways \[rad or m\], 0 at those without.
     pub fn new(ways: Vec<f64>) -> Self {
-        Self { held: vec![(0.0, 0.0); ways.len()], ways }
+        Self { held: vec![(0.0, 0.0); ways.len()], ways, started: false }
     }
 
     /// That of a robot; nothing where no joint has any.
@@ -32,14 +34,15 @@ impl Hysteresis {
         any.then(|| Self::new(ways.into_iter().map(Option::unwrap_or_default).collect()))
     }
 
-    /// Half turned, at these positions.
+    /// Midway between both directions, at these positions \[rad or m\].
     pub fn restart(&mut self, q: &[f64]) {
         for (held, q) in self.held.iter_mut().zip(q) {
             *held = (*q, 0.0);
         }
+        self.started = true;
     }
 
-    /// Remembers where it stands at the positions of a sample. Between two samples a joint moves one way: its reversals are
+    /// Remembers where it stands at the positions \[rad or m\] of a sample. Between two samples a joint moves one way: its reversals are
     /// at samples.
     pub fn settle(&mut self, q: &[f64]) {
         for ((way, held), q) in self.ways.iter().zip(&mut self.held).zip(q) {
@@ -47,7 +50,7 @@ impl Hysteresis {
         }
     }
 
-    /// Where it stands at positions since the last sample, 0 beyond the joints. Exact over a way in one direction.
+    /// Where it stands at positions \[rad or m\] since the last sample, 0 beyond the joints. Exact over a way in one direction.
     pub fn shares(&self, q: &[f64]) -> [f64; MAX_JOINTS] {
         let mut shares = [0.0; MAX_JOINTS];
         let joints = self.ways.iter().zip(&self.held).zip(q);
@@ -55,6 +58,15 @@ impl Hysteresis {
             *share = after(*way, *held, *q);
         }
         shares
+    }
+
+    /// Where it stands at the positions \[rad or m\] of the next sample, the first of which finds it midway.
+    pub fn follow(&mut self, q: &[f64]) -> [f64; MAX_JOINTS] {
+        if !self.started {
+            self.restart(q);
+        }
+        self.settle(q);
+        self.shares(q)
     }
 
     /// How much it turns for each unit of way \[1/rad or 1/m\] at a joint, counted from 0, where it does not slide; 0 at

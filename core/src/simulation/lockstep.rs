@@ -162,9 +162,9 @@ impl Dynamics {
         {
             let n = one.plant.joints;
             one.plant.drive(reference, time_s, y, rate)?;
-            if let Some(own) = &one.plant.hysteresis {
+            if let Some(shares) = one.plant.workspace.hysteresis() {
                 let lanes = hysteresis.get_or_insert([Lanes::zero(); MAX_JOINTS]);
-                for (lanes, share) in lanes.iter_mut().zip(own.shares(&y[..n])) {
+                for (lanes, share) in lanes.iter_mut().zip(shares) {
                     lanes.0[l..].fill(share);
                 }
             }
@@ -210,7 +210,7 @@ mod tests {
     use crate::control::{
         ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController,
     };
-    use crate::robot::Robot;
+    use crate::robot::{FrictionLaw, Parameter, ParameterKind, Robot};
     use crate::simulation::{InitialState, NoiseConfig, SimulationConfig};
     use crate::trajectory::SampledReference;
     use nalgebra::DMatrix;
@@ -220,8 +220,16 @@ mod tests {
     /// The paper's arm with inertias of this share of its own, under noise of this share.
     fn closed_loop(timing: ControlTiming, share: f64) -> ClosedLoop<SampledReference> {
         let robot = Robot::from_toml(include_str!("../../../config/robots/tx40.toml")).unwrap();
+        let law = FrictionLaw::Hysteresis { way_rad: 0.02 };
+        let lagging = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let robot = robot.with_friction(lagging);
+        let of_column = |(own, value): (&Parameter, &f64)| match own.kind {
+            ParameterKind::Fh => share,
+            _ => share * value,
+        };
+        let table = robot.parameters().parameters().iter();
         let parameters: Vec<f64> =
-            robot.nominal().unwrap().standard().iter().map(|value| share * value).collect();
+            table.zip(robot.nominal().unwrap().standard()).map(of_column).collect();
         let joint = |inertia: f64| JointController {
             law: ControlLaw::CascadedPPi {
                 kv_per_s: 30.0,

@@ -33,7 +33,7 @@ pub(super) struct PlantVariation {
     /// Of where friction that lags stands, z, what does not follow from the position: ∂z/∂θ = this + slope ∂q/∂θ while it
     /// turns. Empty where there is none.
     turned: Vec<f64>,
-    /// How much it turns for each unit of way, of every joint.
+    /// How much it turns for each unit of way, of every joint \[1/rad or 1/m\].
     slopes: Vec<f64>,
     /// ∂τ/∂θ less what that friction takes.
     left: Vec<f64>,

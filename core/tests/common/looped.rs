@@ -95,10 +95,10 @@ impl Looped {
     }
 
     /// With friction that lags at reversals in every joint.
-    pub(crate) fn with_hysteresis(seed: u64, joints: usize) -> Self {
+    pub(crate) fn with_hysteresis(seed: u64, joints: usize, timing: ControlTiming) -> Self {
         let mut random = Random(seed);
         let arm = Arm::random(&mut random, joints).with_hysteresis(&mut random);
-        Self::of_arm(arm, random, sampled(0.0), pd)
+        Self::of_arm(arm, random, timing, pd)
     }
 
     /// With springs and cylinders at its joints, and a file that states its parameters.

@@ -2,7 +2,8 @@
 
 use didim_core::excitation::{Bounds, Course, Margins, sweep, terms};
 use didim_core::identification::{
-    ChosenFriction, Experiment, Method, Motion, Options, choose_friction, filtered_motion, identify,
+    ChosenFriction, Experiment, FrictionChange, Method, Motion, Options, choose_friction,
+    filtered_motion, identify,
 };
 use didim_core::robot::{FrictionLaw, ParameterKind, SignModel};
 use nalgebra::DMatrix;
@@ -128,6 +129,8 @@ fn the_way_of_friction_that_lags_is_refined() {
         _ => None,
     });
     let found = found.unwrap();
+    assert!(chosen.gains.iter().any(|gain| gain.change == FrictionChange::Law(law(found))));
+    assert_eq!(chosen.friction[JOINT].sign, stated.robot.own_friction()[JOINT].sign);
     assert!((found / WAY - 1.0).abs() < 0.15, "{found} instead of {WAY}: {chosen:?}");
     let without = choose_friction(&plain.robot, &plain.base, &experiment, &options, || {}).unwrap();
     assert!(held_out(&arm) < 0.8 * held_out(&plain), "{} {}", held_out(&arm), held_out(&plain));

@@ -38,8 +38,9 @@ fn the_variational_equation_gives_the_derivatives_of_the_discrete_loop() {
     ];
     let looped = |(seed, (name, timing, law))| (name, Looped::random(seed, 3, timing, law));
     let loaded = ("friction by load", Looped::with_load_friction(7, 3));
-    let lagging = ("hysteresis", Looped::with_hysteresis(8, 3));
-    for (name, looped) in (0..).zip(laws).map(looped).chain([loaded, lagging]) {
+    let lagging = [("hysteresis", sampled(0.0)), ("hysteresis, continuous", continuous)]
+        .map(|(name, timing)| (name, Looped::with_hysteresis(8, 3, timing)));
+    for (name, looped) in (0..).zip(laws).map(looped).chain([loaded]).chain(lagging) {
         for (integrator, substeps) in [(Integrator::Ode3, 1), (Integrator::Rk4, 2)] {
             let config = SimulationConfig { integrator, substeps, ..SimulationConfig::default() };
             let exact = exact(&looped, &config, SAMPLES);

@@ -10,7 +10,7 @@ use crate::robot::{FrictionLaw, JointFriction, SignModel};
 pub enum FrictionChange {
     /// Another law for the sign.
     Sign(SignModel),
-    /// A term that was not there, or was there with another speed.
+    /// A term that was not there, or was there with another speed or way.
     Law(FrictionLaw),
 }
 

@@ -408,9 +408,9 @@ fn parameter(context: &Context<'_>, index: usize) -> Parameter {
 
 /// What a selected parameter is called, by its number, when it cannot be negative.
 fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
-    let Parameter { kind, joint } = parameter(context, index);
     use ParameterKind::{FvAsymmetric, FvCubic, FvQuadratic};
 
+    let Parameter { kind, joint } = parameter(context, index);
     // Of viscous friction that bends, the part that does not may have either sign.
     let bends = |law: &FrictionLaw| matches!(law.kind(), FvQuadratic | FvCubic | FvAsymmetric);
     if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {

@@ -39,6 +39,7 @@ impl FilteredPositions {
         experiment: &Experiment,
         filter: &PositionFilter,
     ) -> Result<(), IdentificationError> {
+        self.hysteresis.clear();
         let sections = filter.design(self.rate_hz).map_err(IdentificationError::PositionFilter)?;
         side_by_side(experiment.position_rad(), &mut self.samples);
         let mut start = 0;

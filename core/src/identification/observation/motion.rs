@@ -82,6 +82,7 @@ impl Motion {
         quantities: [&[f64; MAX_JOINTS]; 3],
         hysteresis: Option<[f64; MAX_JOINTS]>,
     ) {
+        debug_assert_eq!(hysteresis.is_some(), !self.hysteresis.is_empty(), "of one robot");
         if let (Some(shares), Some(to)) = (hysteresis, self.hysteresis.get_mut(sample)) {
             *to = shares;
         }
@@ -142,22 +143,17 @@ impl Motion {
 }
 
 /// Where friction that lags at reversals stands along these positions, by those samples at which a recording ends;
-/// empty where the robot has none. It begins half turned.
+/// empty where the robot has none. Each recording begins midway.
 pub(super) fn hysteresis_along(
     robot: &Robot,
     ends: &[usize],
     position: impl Fn(usize) -> [f64; MAX_JOINTS],
 ) -> Vec<[f64; MAX_JOINTS]> {
     let Some(mut state) = Hysteresis::of(robot) else { return Vec::new() };
-    let samples = ends.last().copied().unwrap_or_default();
-    let mut shares = Vec::with_capacity(samples);
-    for k in 0..samples {
-        let q = position(k);
-        if k == 0 || ends.contains(&k) {
-            state.restart(&q);
-        }
-        state.settle(&q);
-        shares.push(state.shares(&q));
+    let mut shares = Vec::with_capacity(ends.last().copied().unwrap_or_default());
+    for &end in ends {
+        state.restart(&position(shares.len()));
+        shares.extend((shares.len()..end).map(|k| state.follow(&position(k))));
     }
     shares
 }
@@ -237,4 +233,31 @@ pub(crate) fn motion_along(
         }
     }
     Ok(motion)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::FrictionLaw;
+
+    /// Another recording knows nothing of where the joints had turned in the one before.
+    #[test]
+    fn friction_that_lags_begins_anew_with_each_recording() {
+        let robot = Robot::from_toml(include_str!("../../../../config/robots/tx40.toml")).unwrap();
+        assert!(hysteresis_along(&robot, &[5], |_| [0.0; MAX_JOINTS]).is_empty());
+        let law = FrictionLaw::Hysteresis { way_rad: 0.2 };
+        let lagging = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let robot = robot.with_friction(lagging);
+        let along = |ends: &[usize]| {
+            let found = hysteresis_along(&robot, ends, |k| [0.06 * k as f64; MAX_JOINTS]);
+            found.iter().map(|shares| shares[3]).collect::<Vec<f64>>()
+        };
+        let expected = [0.0, 0.6, 1.0, 1.0, 1.0];
+        let close = |found: &[f64], expected: &[f64]| {
+            found.len() == expected.len()
+                && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12)
+        };
+        assert!(close(&along(&[5]), &expected), "{:?}", along(&[5]));
+        assert!(close(&along(&[2, 5]), &[0.0, 0.6, 0.0, 0.6, 1.0]), "{:?}", along(&[2, 5]));
+    }
 }
