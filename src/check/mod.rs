@@ -21,7 +21,7 @@ pub use finding::{Finding, Severity};
 pub use machine::Machine;
 
 use crate::cell::Cell;
-use crate::offline::{STATE_LIMITS, open_limits};
+use crate::offline::{LIST_LAWS, STATE_LIMITS, open_limits, unlisted_laws};
 
 /// What is wrong with a cell wherever it runs, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
@@ -32,6 +32,9 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     }
     if let Some(open) = open_limits(&cell.robot) {
         findings.push(Finding::note("robot", open, STATE_LIMITS));
+    }
+    if let Some(unlisted) = unlisted_laws(cell) {
+        findings.push(Finding::warning("identification.parameters", unlisted, LIST_LAWS));
     }
     if let Ok(bus) = cell.bus() {
         bus_load::check(cell, bus, &mut findings);

@@ -3,9 +3,11 @@
 use core::fmt;
 use core::ops::Range;
 
+use didim_core::identification::KeptParameters;
 use didim_core::robot::{JointKind, Limits, Robot};
 use didim_formats::{Measurement, Side};
 
+use crate::cell::Cell;
 use crate::text::significant;
 
 /// What is beyond so many times a limit is no motion of this robot.
@@ -130,6 +132,32 @@ pub fn open_limits(robot: &Robot) -> Option<String> {
         format!(
             "the robot file leaves limits open, against which nothing is checked: {}",
             open.join(", ")
+        )
+    })
+}
+
+/// What to do about [`unlisted_laws`].
+pub const LIST_LAWS: &str =
+    "add them to `identification.parameters`, or take the laws out of the robot file";
+
+/// The parameters of friction laws that the robot has and the cell neither identifies nor keeps, in words.
+pub fn unlisted_laws(cell: &Cell) -> Option<String> {
+    let listed = cell.options.parameters.as_ref()?;
+    let kept = |name: &String| match &cell.options.keep_nominal {
+        None => false,
+        Some(KeptParameters::All) => cell.robot.nominal().is_some(),
+        Some(KeptParameters::Named(names)) => names.contains(name),
+    };
+    let table = cell.robot.parameters();
+    let own = table.parameters().iter().zip(table.names());
+    let of_laws = own.filter(|(own, _)| own.kind.is_friction_law()).map(|(_, name)| name);
+    let unlisted = of_laws
+        .filter(|name| cell.base.names().contains(name) && !listed.contains(name) && !kept(name));
+    let unlisted: Vec<&str> = unlisted.map(String::as_str).collect();
+    (!unlisted.is_empty()).then(|| {
+        format!(
+            "the robot file has friction laws whose parameters are not identified, and count as 0: {}",
+            unlisted.join(", ")
         )
     })
 }

@@ -25,7 +25,10 @@ pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use excitation::{Assignment, AssignmentError, Lacking, Wanted, WantedLoad};
 pub use foretold::{DesignedMotion, Foretold, ForetoldError, foretold_line};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_gains};
-pub use limits::{Beyond, BeyondLimits, Cause, Limited, STATE_LIMITS, check_limits, open_limits};
+pub use limits::{
+    Beyond, BeyondLimits, Cause, LIST_LAWS, Limited, STATE_LIMITS, check_limits, open_limits,
+    unlisted_laws,
+};
 pub use log::{LogError, read_log};
 pub use payload::{LoadError, find_load};
 pub use rate::RateError;

@@ -113,6 +113,8 @@ struct StoredEstimate {
     position_cutoff: Option<StoredCutoff>,
     /// Where the data chose the laws.
     friction: Option<StoredFriction>,
+    /// Results of earlier versions have none.
+    friction_laws: Option<Vec<JointFriction>>,
     parameters: Vec<StoredParameter>,
     #[serde(default)]
     kept: Vec<StoredParameter>,
@@ -186,7 +188,7 @@ impl StoredEstimate {
 
 impl StoredModel {
     /// Reads a result file, or what `didim identify --json` printed. Returned with the cell that predicts by
-    /// it: position filter and friction laws are those of the result, where the data chose them.
+    /// it: friction laws are those of the result, and so is the position filter, where the data chose it.
     ///
     /// # Errors
     /// [`ResultError`].
@@ -234,7 +236,9 @@ impl StoredModel {
             }
             None => {}
         }
-        if let Some(StoredFriction { friction }) = estimate.friction {
+        let chosen = estimate.friction.map(|of| of.friction);
+        let laws = estimate.friction_laws.or(chosen);
+        if let Some(friction) = laws.filter(|laws| laws != cell.robot.own_friction()) {
             let (found, joints) = (friction.len(), cell.robot.joints());
             if found != joints {
                 return Err(unfit(format!(

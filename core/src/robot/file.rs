@@ -137,7 +137,7 @@ impl Robot {
             Transmission::new(found, raw.transmission.rows.get_ref()).map_err(|source| {
                 RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
             })?;
-        let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint)?;
+        let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint, &joints)?;
         let known_torques = (raw.joint.iter().zip(&joints).zip(1..))
             .map(|((raw, joint), number)| {
                 let Some(stated) = &raw.get_ref().known_torque else { return Ok(None) };
@@ -277,6 +277,7 @@ fn read_friction(
     text: Text<'_>,
     raw: &Spanned<RawFriction>,
     joints: &[Spanned<RawJoint>],
+    chain: &[Joint],
 ) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
     let line = text.line_of(raw);
     let &RawFriction { viscous, coulomb, offset, .. } = raw.get_ref();
@@ -309,7 +310,9 @@ fn read_friction(
         if !coulomb && has_signs {
             return Err(RobotError::SignModel { line });
         }
-        JointFriction::try_from(own).map_err(|message| {
+        let limits = &chain[number - 1].limits;
+        let range = limits.position_max - limits.position_min;
+        JointFriction::try_from(own).and_then(|own| own.turning_within(range)).map_err(|message| {
             let message = format!("{of}: {message}");
             RobotError::Format { line, message }
         })

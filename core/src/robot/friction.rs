@@ -90,6 +90,21 @@ pub struct JointFriction {
 }
 
 impl JointFriction {
+    /// Itself, where what lags at reversals turns within this range of the joint \[rad or m\].
+    pub(super) fn turning_within(self, range: f64) -> Result<Self, String> {
+        let never = |law: &FrictionLaw| match law {
+            FrictionLaw::Hysteresis { way_rad } if *way_rad >= range => Some(*way_rad),
+            _ => None,
+        };
+        match self.laws.iter().find_map(never) {
+            Some(way) => Err(format!(
+                "`hysteresis_rad` is {way}, and the joint goes {range:.3} from limit to limit, over which it would never turn; \
+                 give the way after a reversal, thousandths of a radian"
+            )),
+            None => Ok(self),
+        }
+    }
+
     /// With one more term, in place of another of its kind.
     #[must_use]
     pub fn with_law(&self, law: FrictionLaw) -> Self {

@@ -182,9 +182,12 @@ fn friction_that_makes_no_sense_is_refused_with_its_line() {
         let (error, line) = refused("torque_max_nm = 103.49", &with);
         (error, line + 1)
     };
-    for friction in
-        ["{ stribeck_rad_s = 0.0 }", "{ hysteresis_rad = -0.1 }", "{ quadratisch = true }"]
-    {
+    for friction in [
+        "{ stribeck_rad_s = 0.0 }",
+        "{ hysteresis_rad = -0.1 }",
+        "{ hysteresis_rad = 9.0 }",
+        "{ quadratisch = true }",
+    ] {
         let (error, line) = own(friction);
         let RobotError::Format { line: found, message } = &error else { panic!("{error}") };
         assert_eq!(*found, line);

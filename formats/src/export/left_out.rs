@@ -76,7 +76,9 @@ fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static 
         (FvAsymmetric, _) => Some("difference of viscous friction between the directions"),
         (FcLoad, _) => Some("Coulomb friction that grows with the load"),
         (Fs, _) => Some("Stribeck friction"),
-        (Fh, _) => Some("friction that lags at reversals"),
+        (Fh, _) => {
+            Some("the lag of friction at reversals, whose torque is in the Coulomb friction")
+        }
         _ => None,
     }
 }

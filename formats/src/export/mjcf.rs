@@ -103,7 +103,7 @@ fn own_drive(
         let left = viscous - of_motors(ParameterKind::FvMotor, true);
         own.push(("damping", "the viscous friction", left));
     }
-    if let Some(coulomb) = model.value(ParameterKind::Fc, joint) {
+    if let Some(coulomb) = model.sliding_friction(joint) {
         own.push(("frictionloss", "the Coulomb friction", coulomb));
     }
     own.into_iter()

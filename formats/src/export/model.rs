@@ -70,6 +70,12 @@ impl ExportModel<'_> {
         self.standard.get(column).copied()
     }
 
+    /// Coulomb friction of a joint as it slides, what lags at reversals included \[N·m or N\].
+    pub fn sliding_friction(&self, joint: usize) -> Option<f64> {
+        let lagging = self.value(ParameterKind::Fh, joint).unwrap_or_default();
+        self.value(ParameterKind::Fc, joint).map(|own| own + lagging)
+    }
+
     /// The body of a link in its frame.
     pub(super) fn body(&self, link: usize) -> Result<Body, ExportError> {
         let ten = ParameterKind::LINK.map(|kind| self.value(kind, link).unwrap_or(0.0));

@@ -46,12 +46,13 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         let body = model.body(index)?;
         let kind = if is_prismatic(joint) { "prismatic" } else { "revolute" };
         let parent = if index == 0 { "base_link".to_owned() } else { format!("link_{index}") };
-        let friction = |name: &str, kind| {
-            model.value(kind, index).map(|value| format!(" {name}=\"{value:?}\""))
-        };
-        let dynamics = [("damping", ParameterKind::Fv), ("friction", ParameterKind::Fc)];
-        let dynamics: String =
-            dynamics.iter().filter_map(|(name, kind)| friction(name, *kind)).collect();
+        let dynamics = [
+            ("damping", model.value(ParameterKind::Fv, index)),
+            ("friction", model.sliding_friction(index)),
+        ];
+        let dynamics: String = (dynamics.into_iter())
+            .filter_map(|(name, value)| Some(format!(" {name}=\"{:?}\"", value?)))
+            .collect();
         let dynamics = match dynamics.is_empty() {
             true => String::new(),
             false => format!("    <dynamics{dynamics}/>\n"),

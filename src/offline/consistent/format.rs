@@ -117,11 +117,10 @@ impl Consistent<'_> {
 
     fn urdf_values(&self, model: &ExportModel<'_>) -> UrdfValues {
         let joints = 0..self.cell.robot.joints();
-        let of = |kind| joints.clone().map(|joint| model.value(kind, joint)).collect();
         UrdfValues {
             bodies: self.outcome.bodies.clone(),
-            damping: of(ParameterKind::Fv),
-            friction: of(ParameterKind::Fc),
+            damping: joints.clone().map(|joint| model.value(ParameterKind::Fv, joint)).collect(),
+            friction: joints.map(|joint| model.sliding_friction(joint)).collect(),
         }
     }
 

@@ -1,13 +1,17 @@
-//! The friction laws that the data chose.
+//! The friction laws, and which of them the data chose.
 
+use didim_core::robot::JointFriction;
 use maud::{Markup, html};
 
 use super::Report;
 use crate::report::friction::{effect, gains};
 
-/// What was changed, and what each change gained; nothing where the robot file's laws stand.
+/// The laws of each joint; where the data chose, what was changed and what each change gained.
 pub(super) fn section(report: &Report<'_>) -> Markup {
-    let Some(chosen) = &report.identification.estimate.friction else { return html! {} };
+    let laws = laws(report);
+    let Some(chosen) = &report.identification.estimate.friction else {
+        return super::section("Friction laws", "As the robot file has them.", &laws);
+    };
     let content = html! {
         p { (effect(chosen)) "." }
         div.scroll { table {
@@ -24,9 +28,28 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 td.number { (after) }
             } } }
         } }
+        (laws)
     };
     let explanation = "Chosen by how well each law predicts pieces of the motion that it was not \
                        fitted to; none that makes the torque elsewhere less certain is taken, ties \
                        of 0.1 points aside.";
     super::section("Friction laws", explanation, &content)
+}
+
+/// The law for the sign and the further terms of each joint.
+fn laws(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let has_sign = report.cell.robot.friction().coulomb;
+    let of = |own: &JointFriction| {
+        let terms = own.laws.iter().map(ToString::to_string);
+        let sign = has_sign.then(|| format!("sign = {}", own.sign));
+        sign.into_iter().chain(terms).collect::<Vec<_>>().join(", ")
+    };
+    html! { div.scroll { table {
+        thead { tr { th scope="col" { "Joint" } th scope="col" { "Friction" } } }
+        tbody { @for (joint, own) in (1..).zip(&estimate.friction_laws) { tr {
+            th scope="row" { (joint) }
+            td { (of(own)) }
+        } } }
+    } } }
 }

@@ -19,7 +19,7 @@ use crate::dynamics::BaseParameters;
 use crate::identification::given::Selection;
 use crate::identification::observation::Motion;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
-use crate::robot::Robot;
+use crate::robot::{JointFriction, Robot};
 
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
@@ -178,6 +178,8 @@ pub struct Estimate {
     /// The friction laws, where the data chose them and not the robot's file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<ChosenFriction>,
+    /// The friction laws of each joint, with which the parameters belong.
+    pub friction_laws: Vec<JointFriction>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterEstimate>,
     /// Those beside them that kept their nominal values; every other is 0.

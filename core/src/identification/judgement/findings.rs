@@ -145,6 +145,7 @@ impl Findings<'_> {
             reached_per_joint: Reached::of(context, self.motion),
             position_cutoff: None,
             friction: None,
+            friction_laws: context.robot.own_friction().to_vec(),
             parameters: ParameterEstimate::of(
                 context.robot,
                 &context.selection,

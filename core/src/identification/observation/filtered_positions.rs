@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::motion::{hysteresis_along, hysteresis_from};
+use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::each;

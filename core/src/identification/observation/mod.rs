@@ -4,6 +4,7 @@
 
 mod filtered_positions;
 mod group;
+mod hysteresis;
 mod inverse_dynamics;
 mod known;
 mod matrix;

@@ -3,10 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::filtered_positions::FilteredPositions;
+use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::{Lanes, WIDTH};
-use crate::robot::{Hysteresis, Robot};
+use crate::robot::Robot;
 use crate::signal::{Group, SignalError, group_of, neighbours};
 use crate::simulation::set_row;
 
@@ -142,32 +143,6 @@ impl Motion {
     }
 }
 
-/// Where friction that lags at reversals stands along these positions, by those samples at which a recording ends;
-/// empty where the robot has none. Each recording begins midway.
-pub(super) fn hysteresis_along(
-    robot: &Robot,
-    ends: &[usize],
-    position: impl Fn(usize) -> [f64; MAX_JOINTS],
-) -> Vec<[f64; MAX_JOINTS]> {
-    let Some(mut state) = Hysteresis::of(robot) else { return Vec::new() };
-    let mut shares = Vec::with_capacity(ends.last().copied().unwrap_or_default());
-    for &end in ends {
-        state.restart(&position(shares.len()));
-        shares.extend((shares.len()..end).map(|k| state.follow(&position(k))));
-    }
-    shares
-}
-
-/// Of some samples from `first` on; beyond the last sample they are those of the last.
-pub(super) fn hysteresis_from(
-    shares: &[[f64; MAX_JOINTS]],
-    first: usize,
-) -> Option<[Group; MAX_JOINTS]> {
-    let last = shares.len().checked_sub(1)?;
-    let of_joint = |joint: usize| Lanes::from_fn(|l| shares[(first + l).min(last)][joint]);
-    Some(core::array::from_fn(of_joint))
-}
-
 /// [`central_difference`](crate::signal::central_difference) at one sample, within its recording.
 fn difference(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize) -> f64) -> f64 {
     let recording = ends.partition_point(|end| *end <= sample);
@@ -233,31 +208,4 @@ pub(crate) fn motion_along(
         }
     }
     Ok(motion)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::FrictionLaw;
-
-    /// Another recording knows nothing of where the joints had turned in the one before.
-    #[test]
-    fn friction_that_lags_begins_anew_with_each_recording() {
-        let robot = Robot::from_toml(include_str!("../../../../config/robots/tx40.toml")).unwrap();
-        assert!(hysteresis_along(&robot, &[5], |_| [0.0; MAX_JOINTS]).is_empty());
-        let law = FrictionLaw::Hysteresis { way_rad: 0.2 };
-        let lagging = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
-        let robot = robot.with_friction(lagging);
-        let along = |ends: &[usize]| {
-            let found = hysteresis_along(&robot, ends, |k| [0.06 * k as f64; MAX_JOINTS]);
-            found.iter().map(|shares| shares[3]).collect::<Vec<f64>>()
-        };
-        let expected = [0.0, 0.6, 1.0, 1.0, 1.0];
-        let close = |found: &[f64], expected: &[f64]| {
-            found.len() == expected.len()
-                && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12)
-        };
-        assert!(close(&along(&[5]), &expected), "{:?}", along(&[5]));
-        assert!(close(&along(&[2, 5]), &[0.0, 0.6, 0.0, 0.6, 1.0]), "{:?}", along(&[2, 5]));
-    }
 }
