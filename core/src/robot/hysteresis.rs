@@ -34,6 +34,13 @@ impl Hysteresis {
         any.then(|| Self::new(ways.into_iter().map(Option::unwrap_or_default).collect()))
     }
 
+    /// The same over ways of this share of those that it has.
+    #[must_use]
+    pub(crate) fn with_ways_of(mut self, share: f64) -> Self {
+        self.ways.iter_mut().for_each(|way| *way *= share);
+        self
+    }
+
     /// Midway between both directions, at these positions \[rad or m\].
     pub fn restart(&mut self, q: &[f64]) {
         for (held, q) in self.held.iter_mut().zip(q) {

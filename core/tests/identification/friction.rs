@@ -102,6 +102,40 @@ fn an_arm_without_further_laws_gets_none() {
     }
 }
 
+/// A way that is stated wrong is in the combined uncertainties of what hangs on it.
+#[test]
+fn a_wrong_way_of_friction_that_lags_is_in_the_uncertainty() {
+    const WAY: f64 = 0.2;
+    for (share, is_far) in [(0.3, true), (0.5, false), (2.0, false), (3.0, true)] {
+        let mut random = Random(71);
+        let plain = Arm::random(&mut random, 3);
+        let with = |way_rad| {
+            let law = FrictionLaw::Hysteresis { way_rad };
+            (0..3).fold(plain.clone(), |arm, joint| arm.with_law(joint, law, 1.0))
+        };
+        let (arm, stated) = (with(WAY), with(share * WAY));
+        let silent = plain.positions(&mut random, SAMPLES, RATE_HZ, 1.0);
+        let silent = Experiment::joint_side(signals(RATE_HZ, silent.clone(), silent)).unwrap();
+        let options = options_of_bench();
+        let motion = filtered_motion(&arm.robot, &silent, &options.position_filter).unwrap();
+        let experiment = recorded(&arm, &motion, &mut random);
+        let (robot, base) = (&stated.robot, &stated.base);
+        let found = identify(Method::IdimLs, robot, base, &experiment, &options).unwrap();
+        let parameters = found.estimate.parameters.iter().zip(arm.true_base());
+        let [mut within, mut beyond_noise] = [0, 0];
+        for (own, truth) in parameters.clone() {
+            let off = (own.value - truth).abs();
+            within += usize::from(off <= 2.0 * own.combined_standard_deviation);
+            beyond_noise += usize::from(off > 4.0 * own.standard_deviation);
+        }
+        let count = parameters.count();
+        assert!(100 * within >= 95 * count, "{share}: {within} of {count}");
+        assert!(!is_far || beyond_noise > 0, "{share}: noise alone would do");
+        let wanted = &found.estimate.freedoms[0];
+        assert!(wanted.freedom.to_string().starts_with("friction law"), "{share}: {wanted:?}");
+    }
+}
+
 /// The way over which friction turns after a reversal is found from one that is twice as long.
 #[test]
 fn the_way_of_friction_that_lags_is_refined() {

@@ -6,7 +6,7 @@ use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::each;
-use crate::robot::Robot;
+use crate::robot::{Hysteresis, Robot};
 use crate::signal::{Group, neighbours};
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed
@@ -58,7 +58,7 @@ impl FilteredPositions {
 
     /// Follows the friction of a robot along the filtered positions, where it lags at reversals.
     pub(crate) fn follow(&mut self, robot: &Robot) {
-        self.hysteresis = hysteresis_along(robot, &self.ends, |k| self.samples[k]);
+        self.hysteresis = hysteresis_along(Hysteresis::of(robot), &self.ends, |k| self.samples[k]);
     }
 
     /// Where that friction stands at some samples from `first` on.

@@ -2,17 +2,17 @@
 
 use crate::MAX_JOINTS;
 use crate::numeric::Lanes;
-use crate::robot::{Hysteresis, Robot};
+use crate::robot::Hysteresis;
 use crate::signal::Group;
 
 /// Where friction that lags at reversals stands along these positions, by those samples at which a recording ends;
-/// empty where the robot has none. Each recording begins midway.
-pub(super) fn hysteresis_along(
-    robot: &Robot,
+/// empty where there is none. Each recording begins midway.
+pub(crate) fn hysteresis_along(
+    state: Option<Hysteresis>,
     ends: &[usize],
     position: impl Fn(usize) -> [f64; MAX_JOINTS],
 ) -> Vec<[f64; MAX_JOINTS]> {
-    let Some(mut state) = Hysteresis::of(robot) else { return Vec::new() };
+    let Some(mut state) = state else { return Vec::new() };
     let mut shares = Vec::with_capacity(ends.last().copied().unwrap_or_default());
     for &end in ends {
         state.restart(&position(shares.len()));
@@ -22,7 +22,7 @@ pub(super) fn hysteresis_along(
 }
 
 /// Of some samples from `first` on; beyond the last sample they are those of the last.
-pub(super) fn hysteresis_from(
+pub(crate) fn hysteresis_from(
     shares: &[[f64; MAX_JOINTS]],
     first: usize,
 ) -> Option<[Group; MAX_JOINTS]> {
@@ -34,18 +34,19 @@ pub(super) fn hysteresis_from(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::FrictionLaw;
+    use crate::robot::{FrictionLaw, Robot};
 
     /// Another recording knows nothing of where the joints had turned in the one before.
     #[test]
     fn friction_that_lags_begins_anew_with_each_recording() {
         let robot = Robot::from_toml(include_str!("../../../../config/robots/tx40.toml")).unwrap();
-        assert!(hysteresis_along(&robot, &[5], |_| [0.0; MAX_JOINTS]).is_empty());
+        assert!(hysteresis_along(Hysteresis::of(&robot), &[5], |_| [0.0; MAX_JOINTS]).is_empty());
         let law = FrictionLaw::Hysteresis { way_rad: 0.2 };
         let lagging = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
         let robot = robot.with_friction(lagging);
         let along = |ends: &[usize]| {
-            let found = hysteresis_along(&robot, ends, |k| [0.06 * k as f64; MAX_JOINTS]);
+            let found =
+                hysteresis_along(Hysteresis::of(&robot), ends, |k| [0.06 * k as f64; MAX_JOINTS]);
             found.iter().map(|shares| shares[3]).collect::<Vec<f64>>()
         };
         let expected = [0.0, 0.6, 1.0, 1.0, 1.0];

@@ -14,6 +14,7 @@ mod torque;
 
 pub(crate) use filtered_positions::FilteredPositions;
 pub(crate) use group::{MotionGroup, States};
+pub(crate) use hysteresis::{hysteresis_along, hysteresis_from};
 pub(crate) use inverse_dynamics::{InverseDynamics, torque_rates};
 pub(crate) use known::{known_at, torque_equation};
 pub use matrix::observation_matrix;

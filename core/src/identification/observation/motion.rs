@@ -7,7 +7,7 @@ use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::numeric::{Lanes, WIDTH};
-use crate::robot::Robot;
+use crate::robot::{Hysteresis, Robot};
 use crate::signal::{Group, SignalError, group_of, neighbours};
 use crate::simulation::set_row;
 
@@ -99,6 +99,11 @@ impl Motion {
         }
     }
 
+    /// q of all joints at a sample.
+    pub(crate) fn position_at(&self, sample: usize) -> [f64; MAX_JOINTS] {
+        of_sample(&self.position, sample)
+    }
+
     /// Where friction that lags at reversals stands at a sample, −1 to 1; nothing where there is none, or no history.
     pub fn hysteresis_at(&self, sample: usize) -> Option<[f64; MAX_JOINTS]> {
         self.hysteresis.get(sample).copied()
@@ -151,6 +156,12 @@ fn difference(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize)
     (value(start + after) - value(start + before)) * factor
 }
 
+fn of_sample(matrix: &DMatrix<f64>, sample: usize) -> [f64; MAX_JOINTS] {
+    let mut values = [0.0; MAX_JOINTS];
+    values.iter_mut().zip(matrix.row(sample).iter()).for_each(|(to, from)| *to = *from);
+    values
+}
+
 fn of_joint(matrix: &DMatrix<f64>, joint: usize) -> &[f64] {
     &matrix.as_slice()[joint * matrix.nrows()..(joint + 1) * matrix.nrows()]
 }
@@ -190,12 +201,7 @@ pub(crate) fn motion_along(
         }
     }
     let ends: Vec<usize> = recordings.iter().map(|of| of.samples.end).collect();
-    let of_sample = |k: usize| {
-        let mut q = [0.0; MAX_JOINTS];
-        q.iter_mut().zip(position.row(k).iter()).for_each(|(to, from)| *to = *from);
-        q
-    };
-    let hysteresis = hysteresis_along(robot, &ends, of_sample);
+    let hysteresis = hysteresis_along(Hysteresis::of(robot), &ends, |k| of_sample(&position, k));
     let rates = Rates::Differences { rate_hz: experiment.sample_rate_hz(), ends };
     let motion = Motion { position, rates, hysteresis };
     for joint in 0..experiment.joints() {

@@ -5,9 +5,11 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::{Columns, bend_of, curvature};
-use super::list::{Acts, Column, Motive};
+use super::list::{Acts, Column, Motive, WAYS};
 use crate::identification::given::IdentificationError;
-use crate::identification::observation::{BesideObservation, Motion, MotionGroup, torque_rates};
+use crate::identification::observation::{
+    BesideObservation, Motion, MotionGroup, States, hysteresis_along, hysteresis_from, torque_rates,
+};
 use crate::numeric::{Lanes, Scalar};
 use crate::regression::{FurtherColumn, FurtherColumns, Observations};
 use crate::signal::Group;
@@ -20,7 +22,8 @@ const LAWS: usize = 4;
 pub(in super::super) struct Along<'a> {
     columns: &'a Columns<'a>,
     beside: &'a BesideObservation,
-    /// The laws of each direction, and the sign function of each joint, behind the filter.
+    /// The laws of each direction, the sign function of each joint, and where friction that lags stands over other ways, behind
+    /// the filter.
     laws: DMatrix<f64>,
     /// The motion behind the filter.
     states: Motion,
@@ -79,6 +82,7 @@ impl<'a> Along<'a> {
             Acts::Neighbour { row: own, .. }
             | Acts::Gain(Some(own))
             | Acts::Delay(own)
+            | Acts::Way { joint: own, .. }
             | Acts::Known { joint: own, .. } => *own == joint,
             Acts::Gain(None) | Acts::Zero(_) | Acts::Geometry(_) => true,
             Acts::LeftOut(index) => self.beside.left_out.acts_on(joint, *index),
@@ -97,11 +101,18 @@ impl<'a> Along<'a> {
             Acts::Neighbour { of, by: Motive::Sign, .. } => {
                 (1.0, law(LAWS * self.columns.directions.len() + of))
             }
+            Acts::Way { number, .. } => {
+                (1.0, law(LAWS * self.columns.directions.len() + self.joints() + number))
+            }
             Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
             Acts::Delay(_) => (1.0, &self.rates.as_slice()[of_joint]),
             Acts::LeftOut(index) => (1.0, self.beside.left_out.column_of(joint, index)?),
             _ => return None,
         })
+    }
+
+    fn joints(&self) -> usize {
+        self.states.position.ncols()
     }
 
     /// Those columns that act on a joint, each with its number.
@@ -180,11 +191,19 @@ impl FurtherColumns for Along<'_> {
 /// What is not smooth over the motion, behind the parallel filter: the laws of each direction, and each joint's sign function.
 fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
     let joints = motion.position.ncols();
-    let directions = &columns.directions;
+    let (context, directions) = (columns.context, &columns.directions);
     let mut group = MotionGroup::of_joints(joints);
+    let ends: Vec<usize> =
+        context.experiment.recordings().iter().map(|of| of.samples.end).collect();
+    let other_ways = WAYS.map(|share| {
+        let state = context.model.history().map(|own| own.with_ways_of(share));
+        hysteresis_along(state, &ends, |k| motion.position_at(k))
+    });
+    let lagging: Vec<usize> = context.model.hysteresis().map(|(joint, _)| joint).collect();
     let mut read = |first: usize, signals: &mut [Group]| {
-        let (laws, signs) = signals.split_at_mut(LAWS * directions.len());
-        let dq = group.read(motion, first).dq;
+        let (laws, signals) = signals.split_at_mut(LAWS * directions.len());
+        let (signs, ways) = signals.split_at_mut(joints);
+        let States { dq, hysteresis, .. } = group.read(motion, first);
         for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(directions) {
             let mut u = Lanes::zero();
             for (speed, share) in dq.iter().zip(&direction.shares) {
@@ -198,10 +217,19 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
             laws[LAWS - 1] = curvature(direction, u);
         }
         for (joint, (sign, speed)) in signs.iter_mut().zip(dq).enumerate() {
-            *sign = columns.context.robot.sign_model(joint).value(*speed);
+            *sign = context.robot.sign_model(joint).value(*speed);
+        }
+        let Some(own) = hysteresis else { return };
+        let others = WAYS.len();
+        for (other, shares) in other_ways.iter().enumerate() {
+            let Some(shares) = hysteresis_from(shares, first) else { return };
+            for (number, joint) in lagging.iter().enumerate() {
+                ways[others * number + other] = shares[*joint] - own[*joint];
+            }
         }
     };
-    let rows = columns.context.decimate(LAWS * directions.len() + joints, &mut read);
+    let signals = LAWS * directions.len() + joints + WAYS.len() * lagging.len();
+    let rows = context.decimate(signals, &mut read);
     rows.map_err(IdentificationError::RegressorFilter)
 }
 

@@ -251,7 +251,8 @@ impl AtStates<'_> {
                 torque = self.step_to(model, &q);
             }
             Acts::Geometry(model) => torque = self.step_to(model, q),
-            Acts::Delay(_) | Acts::LeftOut(_) => return None,
+            // Where a joint has gone on for long, whatever the way.
+            Acts::Way { .. } | Acts::Delay(_) | Acts::LeftOut(_) => return None,
         }
         Some(torque)
     }

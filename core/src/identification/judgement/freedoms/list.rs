@@ -8,13 +8,16 @@ use crate::dynamics::Model;
 use crate::identification::given::Context;
 use crate::identification::observation::{BesideObservation, Motion};
 use crate::regression::Observations;
-use crate::robot::{Angle, Joint, JointKind, ParameterKind, Robot, SignModel};
+use crate::robot::{Angle, Joint, JointFriction, JointKind, ParameterKind, Robot, SignModel};
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
 
 /// A friction law may differ by this share of Coulomb friction at each bend.
 const BEND_SHARE: f64 = 0.5;
+
+/// Ways over which friction that lags may turn, as shares of the stated one.
+pub(super) const WAYS: [f64; 2] = [0.5, 2.0];
 
 /// Viscous friction at the highest speed may be larger or smaller by this share.
 const CURVATURE_SHARE: f64 = 0.2;
@@ -51,6 +54,8 @@ pub(super) enum Acts {
     Bend { direction: usize, bend: usize },
     /// |u| u over the highest speed.
     Curvature { direction: usize },
+    /// z of friction that lags over another way than the stated, less z: that of a joint, by its number among all such.
+    Way { joint: usize, number: usize },
     /// On `row`, as a neighbour moves.
     Neighbour { row: usize, of: usize, by: Motive },
     /// The predicted torque of one joint, or of all.
@@ -231,6 +236,15 @@ impl Sizes<'_> {
             }
             let acts = Acts::Curvature { direction: index };
             add(direction.freedom, CURVATURE_SHARE * direction.viscous, acts);
+        }
+        let lags = |own: &JointFriction| own.laws.iter().any(|law| law.kind() == ParameterKind::Fh);
+        let friction = context.robot.own_friction().iter().enumerate();
+        for (number, (joint, _)) in friction.filter(|(_, own)| lags(own)).enumerate() {
+            let size = BEND_SHARE * self.of(ParameterKind::Fh, joint).unwrap_or_default();
+            for way in 0..WAYS.len() {
+                let acts = Acts::Way { joint, number: WAYS.len() * number + way };
+                add(Freedom::JointFriction(joint + 1), size, acts);
+            }
         }
         for row in 0..joints {
             for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
