@@ -10,6 +10,7 @@ use super::CliError;
 use super::progress::styled;
 use didim::cell::Cell;
 use didim::offline::identify::{choose_cutoff_from, choose_friction_from};
+use didim::offline::{LIST_LAWS, unlisted_laws};
 use didim::report;
 use didim_formats::Measurement;
 
@@ -49,6 +50,8 @@ impl Choices {
             let all = cell.options.parameters.iter().flatten();
             choices.added = all.filter(|name| !stated.contains(name)).cloned().collect();
             choices.friction = Some(chosen);
+        } else if let Some(unlisted) = unlisted_laws(cell) {
+            tracing::warn!("{unlisted}; {LIST_LAWS}");
         }
         Ok(choices)
     }

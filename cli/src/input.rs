@@ -12,9 +12,7 @@ use super::progress::Working;
 use super::stream::Input;
 use didim::cell::Cell;
 use didim::live::recording::is_mcap;
-use didim::offline::{
-    LIST_LAWS, STATE_LIMITS, check_limits, open_limits, read_log, still_joints, unlisted_laws,
-};
+use didim::offline::{STATE_LIMITS, check_limits, open_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
@@ -59,9 +57,6 @@ impl Samples {
         let pieces = counted([self.from, self.to], cell, record, path)?;
         if let Some(open) = open_limits(&cell.robot) {
             tracing::warn!("{}: {open}; {STATE_LIMITS}", path.display());
-        }
-        if let Some(unlisted) = unlisted_laws(cell) {
-            tracing::warn!("{unlisted}; {LIST_LAWS}");
         }
         for Counted { piece, counted, .. } in &pieces {
             let beyond = check_limits(&piece.measurement, counted, &cell.robot);

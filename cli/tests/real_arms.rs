@@ -496,6 +496,65 @@ fn friction_laws_chosen_by_a_kr300_go_with_the_result() {
     assert!((0.5..2.0).contains(&(foretold / error)), "{foretold}");
 }
 
+/// Laws that the robot file stated go with the result, too: what goes on from it takes them, whatever the file states by then.
+#[test]
+fn friction_laws_that_were_stated_go_with_the_result() {
+    let (place, cell) = changed_cell("");
+    let robot = place.path().join("robot.toml");
+    let plain = repository("tests/data/kr300/robot.toml");
+    let text = std::fs::read_to_string(&plain).unwrap();
+    let lagging = text.replacen("[friction]\n", "[friction]\nhysteresis_rad = 0.003\n", 1);
+    std::fs::write(&robot, lagging).unwrap();
+    let with_it = std::fs::read_to_string(&cell).unwrap();
+    let with_it = with_it.replace(plain.to_str().unwrap(), robot.to_str().unwrap());
+    std::fs::write(&cell, &with_it).unwrap();
+    let (_, found) = of_b_and_c(&cell);
+    let laws = found["friction_laws"].as_array().unwrap();
+    assert!(laws.len() == 6 && laws.iter().all(|own| own["hysteresis_rad"] == 0.003), "{laws:?}");
+    let result = place.path().join("result.json");
+    std::fs::write(&result, found.to_string()).unwrap();
+    let error = figure(&predicted_a(&cell, &result), "relative_error");
+    let plain_cell = repository("tests/data/kr300/cell.toml");
+    let by_the_result = predicted_a(&plain_cell, &result);
+    assert!((figure(&by_the_result, "relative_error") - error).abs() < 1e-12, "{by_the_result}");
+    // What lags is taken for known by designs, and is in the friction of a simulator's joint.
+    let advised = succeed(&[&"advise", &result, &"--cell", &plain_cell]);
+    assert!(advised.contains("fc3") && !advised.contains("\nfh"), "{advised}");
+    let of = |name: &str| {
+        let mut all = found["parameters"].as_array().unwrap().iter();
+        all.find(|own| own["name"] == name).unwrap()["value"].as_f64().unwrap()
+    };
+    let export: [&dyn AsRef<OsStr>; 9] = [
+        &"export",
+        &"--cell",
+        &cell,
+        &"--result",
+        &result,
+        &"--to",
+        &"urdf",
+        &"--total-mass-kg",
+        &"900",
+    ];
+    let urdf = succeed(&export);
+    let friction: Vec<f64> = urdf
+        .split(" friction=\"")
+        .skip(1)
+        .map(|text| text.split('"').next().unwrap().parse().unwrap())
+        .collect();
+    // The body that is possible is not quite the estimate.
+    assert!((friction[2] / (of("fc3") + of("fh3")) - 1.0).abs() < 0.05, "{friction:?}");
+
+    // A cell with a list of parameters says that theirs are not among them.
+    let listed = with_it.replacen(
+        "[identification]\n",
+        "[identification]\nparameters = [\"zz1r\", \"fc1\"]\n",
+        1,
+    );
+    std::fs::write(&cell, listed).unwrap();
+    let said = didim(&[&"check", &"--cell", &cell, &"--elsewhere"]);
+    assert!(said.stdout.contains("not identified, and count as 0: fh1"), "{said:?}");
+}
+
 /// The cut-off that two motions of the KR 300 choose: a lower one predicts what was held out worse.
 #[test]
 fn the_cut_off_chosen_by_a_kr300_goes_with_the_result() {

@@ -34,14 +34,19 @@ impl Advised {
         assignment: &Assignment,
     ) -> Result<Self, ExcitationError> {
         let enough = cell.options.limits.parameter_uncertainty;
-        let values: Vec<f64> = result.parameters.iter().map(|(_, value)| *value).collect();
+        let own = &assignment.parameters;
+        let values: Vec<f64> = own.iter().map(|of| of.value.unwrap_or(f64::NAN)).collect();
+        let combined = own.iter().map(|of| {
+            let k = result.parameters.iter().position(|(name, _)| *name == of.name)?;
+            result.combined.get(k).copied().flatten()
+        });
         let advice = advise(&cell.robot, &assignment.task, &values, enough)?;
         let joints = cell.robot.joints();
         let whole = result.reached.len() == joints;
         let relative = |k: usize, deviation: f64| deviation / values[k].abs();
-        let not_by_noise = (result.combined.iter().enumerate())
+        let not_by_noise = (combined.enumerate())
             .filter(|(k, _)| relative(*k, advice.deviations[*k]) <= enough)
-            .filter_map(|(k, combined)| Some((k, relative(k, (*combined)?))))
+            .filter_map(|(k, combined)| Some((k, relative(k, combined?))))
             .filter(|(_, combined)| *combined > enough)
             .collect();
         Ok(Self {

@@ -217,6 +217,7 @@ impl Assignment {
         let Some(result) = result else {
             let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
             arm.parameters = unknown(robot, base, selection.names());
+            arm.parameters = arm.told().iter().map(|k| arm.parameters[*k].clone()).collect();
             return arm.assignment(wanted);
         };
         let covariance = result.covariance.as_ref();
@@ -231,11 +232,19 @@ impl Assignment {
         }
         let all = result.parameters.iter().chain(&result.kept);
         arm.standard = base.to_standard(all.map(|(name, value)| (name, *value))).ok();
+        let told = arm.told();
+        let covariance = covariance.select_rows(&told).select_columns(&told);
         let inverse = covariance.cholesky().ok_or(AssignmentError::NoCovariance)?.inverse();
         arm.before = Some(inverse);
+        arm.parameters = told.iter().map(|k| arm.parameters[*k].clone()).collect();
         arm.noise = (result.noise.len() == robot.joints()).then(|| result.noise.clone());
         arm.assignment(wanted)
     }
+}
+
+fn kind_of(robot: &Robot, base: &BaseParameters, name: &str) -> Option<ParameterKind> {
+    let column = base.columns()[base.find(name)?];
+    Some(robot.parameters().parameters()[column].kind)
 }
 
 /// Parameters of which no value is known.
@@ -253,6 +262,18 @@ fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Lackin
 }
 
 impl Arm<'_> {
+    /// The parameters, by their numbers, of which a motion tells something.
+    fn told(&self) -> Vec<usize> {
+        let is_told = |of: &Lacking| match kind_of(self.robot, self.base, &of.name) {
+            // Nothing says with which load friction grows.
+            Some(ParameterKind::FcLoad) => self.standard.is_some(),
+            // Coulomb friction but at reversals, which a design has few samples of: taken for known.
+            Some(ParameterKind::Fh) => false,
+            _ => true,
+        };
+        (0..self.parameters.len()).filter(|k| is_told(&self.parameters[*k])).collect()
+    }
+
     fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
         let (robot, base) = (self.robot, self.base);
         let joints = robot.joints();
@@ -273,20 +294,6 @@ impl Arm<'_> {
         if let Some(standard) = &self.standard {
             model = model.with_load(standard.clone());
         }
-        let is_told = |of: &Lacking| {
-            let column = base.find(&of.name).map(|index| base.columns()[index]);
-            match column.map(|column| robot.parameters().parameters()[column].kind) {
-                // Nothing says with which load friction grows.
-                Some(ParameterKind::FcLoad) => self.standard.is_some(),
-                // Coulomb friction but at reversals, which a design has few samples of: taken for known.
-                Some(ParameterKind::Fh) => false,
-                _ => true,
-            }
-        };
-        let told: Vec<usize> =
-            (0..self.parameters.len()).filter(|k| is_told(&self.parameters[*k])).collect();
-        self.before = self.before.map(|of| of.select_rows(&told).select_columns(&told));
-        self.parameters = told.iter().map(|k| self.parameters[*k].clone()).collect();
         let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
         let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
         let need = |of: &Lacking| of.value.map_or(0.0, |value| self.need * value.abs());

@@ -142,10 +142,14 @@ pub const LIST_LAWS: &str =
 
 /// The parameters of friction laws that the robot has and the cell neither identifies nor keeps, in words.
 pub fn unlisted_laws(cell: &Cell) -> Option<String> {
-    let listed = cell.options.parameters.as_ref()?;
+    // Those that the data choose are listed with their laws.
+    let listed = cell.options.parameters.as_ref().filter(|_| !cell.chooses_friction)?;
     let kept = |name: &String| match &cell.options.keep_nominal {
         None => false,
-        Some(KeptParameters::All) => cell.robot.nominal().is_some(),
+        Some(KeptParameters::All) => {
+            let value = cell.robot.nominal().and_then(|nominal| nominal.value(name));
+            value.is_some_and(|value| value != 0.0)
+        }
         Some(KeptParameters::Named(names)) => names.contains(name),
     };
     let table = cell.robot.parameters();

@@ -348,7 +348,7 @@ const ASYMMETRIC: &str = "A term `fva` × |speed|: viscous friction that differs
 const LOAD: &str = "A term `fcl` × |load| × sign: Coulomb friction that grows with the torque that the drive holds where the arm rests.";
 const BELL: &str = "A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins; this is vs. Of a prismatic joint the same number of m/s.";
 
-const HYSTERESIS: &str = "A term `fh` × z, which lags: after a reversal z goes from −1 to 1 over this way, and stays there (Maxwell slip). Of a prismatic joint the same number of m.";
+const HYSTERESIS: &str = "A term `fh` × z, which lags: after a reversal z goes from −1 to 1 over this way, and stays there (Maxwell slip); less than the joint's range. Of a prismatic joint the same number of m.";
 
 const OWN_FRICTION: [Key; 7] = [
     key(

@@ -35,6 +35,7 @@ fn it_has_its_sections_in_order_and_says_what_the_result_says() {
             "Torque delays",
             "Information on each parameter by moves",
             "What is lacking, and motions that bring it",
+            "Friction laws",
             "What the model takes for known",
             "Convergence",
             "Singular values",

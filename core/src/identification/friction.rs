@@ -75,13 +75,10 @@ pub fn choose_friction(
         gain.change = refined(gain.change, &best.friction[gain.joint - 1]);
     }
     for (joint, (own, stated)) in best.friction.iter().zip(robot.own_friction()).enumerate() {
-        if let Some(law) = lag(own).filter(|law| lag(stated) != Some(*law)) {
+        if let Some(way_rad) = own.way().filter(|way| stated.way() != Some(*way)) {
             let held_out = [unrefined[joint], best.held_out_per_joint[joint]];
-            gains.push(FrictionGain {
-                joint: joint + 1,
-                change: FrictionChange::Law(law),
-                held_out,
-            });
+            let change = FrictionChange::Law(FrictionLaw::Hysteresis { way_rad });
+            gains.push(FrictionGain { joint: joint + 1, change, held_out });
         }
     }
     Ok(ChosenFriction {
@@ -213,6 +210,7 @@ impl<T: FnMut()> Search<'_, T> {
     fn refine(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
         // The speeds of a joint that was not changed stay as they are.
         let changed = |joint: usize| gains.iter().any(|gain| gain.joint == joint + 1);
+        let chain = self.robot.chain();
         for factor in REFINEMENTS {
             let scaled = |v: f64| rounded(factor * v);
             let mut step = |of: &dyn Fn(usize, &JointFriction) -> JointFriction| {
@@ -221,11 +219,13 @@ impl<T: FnMut()> Search<'_, T> {
             };
             step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
             // Ways are stated by rule of thumb.
-            step(&|_, own| match lag(own) {
-                Some(FrictionLaw::Hysteresis { way_rad }) => {
-                    own.with_law(FrictionLaw::Hysteresis { way_rad: scaled(way_rad) })
+            step(&|joint, own| {
+                let limits = chain[joint].limits;
+                let way_rad = own.way().map(scaled);
+                match way_rad.filter(|way| *way < limits.position_max - limits.position_min) {
+                    Some(way_rad) => own.with_law(FrictionLaw::Hysteresis { way_rad }),
+                    None => own.clone(),
                 }
-                _ => own.clone(),
             });
         }
     }
@@ -328,11 +328,6 @@ impl Trial {
         }
         1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]
     }
-}
-
-/// The term of a joint that lags at reversals.
-fn lag(friction: &JointFriction) -> Option<FrictionLaw> {
-    friction.laws.iter().find(|law| law.kind() == ParameterKind::Fh).copied()
 }
 
 /// A change with the shape that it has at a joint.

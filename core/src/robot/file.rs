@@ -310,9 +310,8 @@ fn read_friction(
         if !coulomb && has_signs {
             return Err(RobotError::SignModel { line });
         }
-        let limits = &chain[number - 1].limits;
-        let range = limits.position_max - limits.position_min;
-        JointFriction::try_from(own).and_then(|own| own.turning_within(range)).map_err(|message| {
+        let of_joint = |own: JointFriction| own.turning_within(&chain[number - 1], number);
+        JointFriction::try_from(own).and_then(of_joint).map_err(|message| {
             let message = format!("{of}: {message}");
             RobotError::Format { line, message }
         })

@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::ParameterKind;
+use super::{Joint, JointKind, ParameterKind};
 use crate::numeric::Scalar;
 
 /// The function that stands for sign(v) in Coulomb friction.
@@ -90,16 +90,25 @@ pub struct JointFriction {
 }
 
 impl JointFriction {
-    /// Itself, where what lags at reversals turns within this range of the joint \[rad or m\].
-    pub(super) fn turning_within(self, range: f64) -> Result<Self, String> {
-        let never = |law: &FrictionLaw| match law {
-            FrictionLaw::Hysteresis { way_rad } if *way_rad >= range => Some(*way_rad),
+    /// The way over which a term turns that lags at reversals \[rad or m\].
+    pub fn way(&self) -> Option<f64> {
+        self.laws.iter().find_map(|law| match law {
+            FrictionLaw::Hysteresis { way_rad } => Some(*way_rad),
             _ => None,
+        })
+    }
+
+    /// Itself, where what lags at reversals turns within the range of this joint, counted from 1.
+    pub(super) fn turning_within(self, joint: &Joint, number: usize) -> Result<Self, String> {
+        let range = joint.limits.position_max - joint.limits.position_min;
+        let unit = match joint.kind {
+            JointKind::Revolute => "rad",
+            JointKind::Prismatic => "m",
         };
-        match self.laws.iter().find_map(never) {
+        match self.way().filter(|way| *way >= range) {
             Some(way) => Err(format!(
-                "`hysteresis_rad` is {way}, and the joint goes {range:.3} from limit to limit, over which it would never turn; \
-                 give the way after a reversal, thousandths of a radian"
+                "`hysteresis_rad` is {way}, and joint {number} goes {range:.3} {unit} from limit to limit, over which it would \
+                 never turn; give the way after a reversal, which is thousandths of that"
             )),
             None => Ok(self),
         }

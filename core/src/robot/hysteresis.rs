@@ -1,6 +1,6 @@
 //! The state of friction that lags at reversals.
 
-use super::{FrictionLaw, Robot};
+use super::{JointFriction, Robot};
 use crate::MAX_JOINTS;
 
 /// Where friction that lags stands between its two directions, −1 to 1, of every joint: a spring that slips. After a
@@ -24,12 +24,7 @@ impl Hysteresis {
 
     /// That of a robot; nothing where no joint has any.
     pub fn of(robot: &Robot) -> Option<Self> {
-        let way = |law: &FrictionLaw| match law {
-            FrictionLaw::Hysteresis { way_rad } => Some(*way_rad),
-            _ => None,
-        };
-        let own = robot.own_friction().iter();
-        let ways: Vec<_> = own.map(|own| own.laws.iter().find_map(way)).collect();
+        let ways: Vec<_> = robot.own_friction().iter().map(JointFriction::way).collect();
         let any = ways.iter().any(Option::is_some);
         any.then(|| Self::new(ways.into_iter().map(Option::unwrap_or_default).collect()))
     }

@@ -10,7 +10,11 @@ use crate::report::friction::{effect, gains};
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let laws = laws(report);
     let Some(chosen) = &report.identification.estimate.friction else {
-        return super::section("Friction laws", "As the robot file has them.", &laws);
+        let explanation = match report.cell.overrides_sign {
+            true => "As robot file and cell file have them.",
+            false => "As the robot file has them.",
+        };
+        return super::section("Friction laws", explanation, &laws);
     };
     let content = html! {
         p { (effect(chosen)) "." }
@@ -43,7 +47,8 @@ fn laws(report: &Report<'_>) -> Markup {
     let of = |own: &JointFriction| {
         let terms = own.laws.iter().map(ToString::to_string);
         let sign = has_sign.then(|| format!("sign = {}", own.sign));
-        sign.into_iter().chain(terms).collect::<Vec<_>>().join(", ")
+        let all: Vec<String> = sign.into_iter().chain(terms).collect();
+        if all.is_empty() { "–".to_owned() } else { all.join(", ") }
     };
     html! { div.scroll { table {
         thead { tr { th scope="col" { "Joint" } th scope="col" { "Friction" } } }

@@ -8,7 +8,7 @@ use crate::dynamics::Model;
 use crate::identification::given::Context;
 use crate::identification::observation::{BesideObservation, Motion};
 use crate::regression::Observations;
-use crate::robot::{Angle, Joint, JointFriction, JointKind, ParameterKind, Robot, SignModel};
+use crate::robot::{Angle, Joint, JointKind, ParameterKind, Robot, SignModel};
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -237,9 +237,7 @@ impl Sizes<'_> {
             let acts = Acts::Curvature { direction: index };
             add(direction.freedom, CURVATURE_SHARE * direction.viscous, acts);
         }
-        let lags = |own: &JointFriction| own.laws.iter().any(|law| law.kind() == ParameterKind::Fh);
-        let friction = context.robot.own_friction().iter().enumerate();
-        for (number, (joint, _)) in friction.filter(|(_, own)| lags(own)).enumerate() {
+        for (number, (joint, _)) in context.model.hysteresis().enumerate() {
             let size = BEND_SHARE * self.of(ParameterKind::Fh, joint).unwrap_or_default();
             for way in 0..WAYS.len() {
                 let acts = Acts::Way { joint, number: WAYS.len() * number + way };
