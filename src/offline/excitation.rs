@@ -9,7 +9,7 @@ use didim_core::identification::{
     Declared, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
     Selection, Signals, payload,
 };
-use didim_core::robot::{Limits, ParameterKind, Robot};
+use didim_core::robot::{Limits, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
 
@@ -217,7 +217,7 @@ impl Assignment {
         let Some(result) = result else {
             let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
             arm.parameters = unknown(robot, base, selection.names());
-            arm.parameters = arm.told().iter().map(|k| arm.parameters[*k].clone()).collect();
+            arm.keep_told();
             return arm.assignment(wanted);
         };
         let covariance = result.covariance.as_ref();
@@ -232,26 +232,25 @@ impl Assignment {
         }
         let all = result.parameters.iter().chain(&result.kept);
         arm.standard = base.to_standard(all.map(|(name, value)| (name, *value))).ok();
-        let told = arm.told();
+        let told = arm.keep_told();
         let covariance = covariance.select_rows(&told).select_columns(&told);
         let inverse = covariance.cholesky().ok_or(AssignmentError::NoCovariance)?.inverse();
         arm.before = Some(inverse);
-        arm.parameters = told.iter().map(|k| arm.parameters[*k].clone()).collect();
         arm.noise = (result.noise.len() == robot.joints()).then(|| result.noise.clone());
         arm.assignment(wanted)
     }
 }
 
-fn kind_of(robot: &Robot, base: &BaseParameters, name: &str) -> Option<ParameterKind> {
+/// The standard parameter that gives a base parameter its name.
+fn named(robot: &Robot, base: &BaseParameters, name: &str) -> Option<Parameter> {
     let column = base.columns()[base.find(name)?];
-    Some(robot.parameters().parameters()[column].kind)
+    Some(robot.parameters().parameters()[column])
 }
 
 /// Parameters of which no value is known.
 fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Lacking> {
     let unit = |name: &String| {
-        let column = base.columns()[base.find(name)?];
-        let parameter = robot.parameters().parameters()[column];
+        let parameter = named(robot, base, name)?;
         Some(parameter.kind.unit(robot.chain()[parameter.joint].kind))
     };
     let lacking = |name: &String| {
@@ -262,16 +261,20 @@ fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Lackin
 }
 
 impl Arm<'_> {
-    /// The parameters, by their numbers, of which a motion tells something.
-    fn told(&self) -> Vec<usize> {
-        let is_told = |of: &Lacking| match kind_of(self.robot, self.base, &of.name) {
-            // Nothing says with which load friction grows.
-            Some(ParameterKind::FcLoad) => self.standard.is_some(),
-            // Coulomb friction but at reversals, which a design has few samples of: taken for known.
-            Some(ParameterKind::Fh) => false,
-            _ => true,
-        };
-        (0..self.parameters.len()).filter(|k| is_told(&self.parameters[*k])).collect()
+    /// Leaves the parameters of which a motion tells something, and says which numbers they had.
+    fn keep_told(&mut self) -> Vec<usize> {
+        let is_told =
+            |of: &Lacking| match named(self.robot, self.base, &of.name).map(|own| own.kind) {
+                // Nothing says with which load friction grows.
+                Some(ParameterKind::FcLoad) => self.standard.is_some(),
+                // Coulomb friction but at reversals, which a design has few samples of: taken for known.
+                Some(ParameterKind::Fh) => false,
+                _ => true,
+            };
+        let told: Vec<usize> =
+            (0..self.parameters.len()).filter(|k| is_told(&self.parameters[*k])).collect();
+        self.parameters = told.iter().map(|k| self.parameters[*k].clone()).collect();
+        told
     }
 
     fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {

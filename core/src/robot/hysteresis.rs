@@ -10,16 +10,14 @@ use crate::MAX_JOINTS;
 pub struct Hysteresis {
     /// The way over which it turns \[rad or m\]; 0 at joints without, where it stands at 0.
     ways: Vec<f64>,
-    /// Position \[rad or m\] and share at the last sample.
+    /// Position \[rad or m\] and share of each joint at the last sample; nothing before the first.
     held: Vec<(f64, f64)>,
-    /// Whether there was a sample.
-    started: bool,
 }
 
 impl Hysteresis {
     /// That of joints with these ways \[rad or m\], 0 at those without.
     pub fn new(ways: Vec<f64>) -> Self {
-        Self { held: vec![(0.0, 0.0); ways.len()], ways, started: false }
+        Self { ways, held: Vec::new() }
     }
 
     /// That of a robot; nothing where no joint has any.
@@ -38,10 +36,8 @@ impl Hysteresis {
 
     /// Midway between both directions, at these positions \[rad or m\].
     pub fn restart(&mut self, q: &[f64]) {
-        for (held, q) in self.held.iter_mut().zip(q) {
-            *held = (*q, 0.0);
-        }
-        self.started = true;
+        self.held.clear();
+        self.held.extend(q.iter().map(|q| (*q, 0.0)));
     }
 
     /// Remembers where it stands at the positions \[rad or m\] of a sample. Between two samples a joint moves one way: its reversals are
@@ -64,7 +60,7 @@ impl Hysteresis {
 
     /// Where it stands at the positions \[rad or m\] of the next sample, the first of which finds it midway.
     pub fn follow(&mut self, q: &[f64]) -> [f64; MAX_JOINTS] {
-        if !self.started {
+        if self.held.is_empty() {
             self.restart(q);
         }
         self.settle(q);

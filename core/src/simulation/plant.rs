@@ -160,13 +160,11 @@ impl<R: Reference> Plant<R> {
 
     /// Remembers where friction stands that lags at reversals, at the state of a sample.
     pub(super) fn settle(&mut self, state: &[f64]) {
-        let q = &state[..self.joints];
+        let (q, derivatives) = (&state[..self.joints], &state[self.states()..]);
         self.slipping.state.settle(q);
-        let Some(own) = &mut self.hysteresis else { return };
-        own.settle(q);
-        let states = self.states();
-        if let (Some(own), Some(variation)) = (&self.hysteresis, &mut self.variation) {
-            variation.settle(own.shares(q), &state[states..]);
+        let shares = self.hysteresis.as_mut().map(|own| own.follow(q));
+        if let (Some(shares), Some(variation)) = (shares, &mut self.variation) {
+            variation.settle(shares, derivatives);
         }
     }
 

@@ -158,7 +158,7 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
         output.true_torque_nm = self.plant.torque;
-        output.hysteresis = self.plant.hysteresis.as_ref().map(|own| own.shares(&q[..n]));
+        output.hysteresis = self.plant.workspace.hysteresis();
     }
 
     /// Time of a sample \[s\]; a product, so that it does not drift.

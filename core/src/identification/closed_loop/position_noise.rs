@@ -51,8 +51,7 @@ fn motor_noise(
     let Context { robot, experiment, options, .. } = context;
     let (joints, filter) = (robot.joints(), options.position_filter);
     let cutoff_hz = MOTION_BAND * 0.5 * experiment.sample_rate_hz();
-    let motion =
-        filtered_motion(context.robot, experiment, &PositionFilter { cutoff_hz, ..filter })?;
+    let motion = filtered_motion(robot, experiment, &PositionFilter { cutoff_hz, ..filter })?;
     let noise = experiment.position_rad() - motion.position;
     let mut sums = vec![0.0; joints];
     let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);

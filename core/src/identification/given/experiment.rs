@@ -379,6 +379,11 @@ impl Experiment {
         &self.recordings
     }
 
+    /// Where each recording ends, the last one too \[samples\].
+    pub(crate) fn ends(&self) -> Vec<usize> {
+        self.recordings.iter().map(|of| of.samples.end).collect()
+    }
+
     /// The recording of a sample.
     pub(crate) fn recording_of(&self, sample: usize) -> usize {
         self.recordings.partition_point(|of| of.samples.end <= sample)

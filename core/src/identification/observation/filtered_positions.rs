@@ -25,8 +25,7 @@ impl FilteredPositions {
     /// Memory for the positions of an experiment, all 0 yet.
     pub(crate) fn of(experiment: &Experiment) -> Self {
         let samples = vec![[0.0; MAX_JOINTS]; experiment.samples()];
-        let ends = experiment.recordings().iter().map(|of| of.samples.end).collect();
-        let rate_hz = experiment.sample_rate_hz();
+        let (rate_hz, ends) = (experiment.sample_rate_hz(), experiment.ends());
         Self { rate_hz, ends, samples, hysteresis: Vec::new() }
     }
 

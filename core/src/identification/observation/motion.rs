@@ -200,7 +200,7 @@ pub(crate) fn motion_along(
             return failed(0, cause.later_by(samples.start));
         }
     }
-    let ends: Vec<usize> = recordings.iter().map(|of| of.samples.end).collect();
+    let ends = experiment.ends();
     let hysteresis = hysteresis_along(Hysteresis::of(robot), &ends, |k| of_sample(&position, k));
     let rates = Rates::Differences { rate_hz: experiment.sample_rate_hz(), ends };
     let motion = Motion { position, rates, hysteresis };

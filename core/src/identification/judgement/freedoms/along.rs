@@ -193,8 +193,7 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
     let joints = motion.position.ncols();
     let (context, directions) = (columns.context, &columns.directions);
     let mut group = MotionGroup::of_joints(joints);
-    let ends: Vec<usize> =
-        context.experiment.recordings().iter().map(|of| of.samples.end).collect();
+    let ends = context.experiment.ends();
     let other_ways = WAYS.map(|share| {
         let state = context.model.history().map(|own| own.with_ways_of(share));
         hysteresis_along(state, &ends, |k| motion.position_at(k))
