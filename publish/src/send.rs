@@ -24,8 +24,8 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
         let looked = Instant::now();
         cabinet.look();
         let tried = match &mut link {
+            _ if looked < outage.until => Err(None),
             Some(link) => Ok(link),
-            None if looked < outage.until => Err(None),
             None => match Link::open(&way).await {
                 Err(why) => Err(Some(why)),
                 Ok(new) => {
@@ -50,7 +50,10 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
         };
         if let Err(why) = sent {
             if let Some(why) = why {
-                link = None;
+                // Who is refused a topic is there all the same: a link that ended would have the broker say offline.
+                if !matches!(why, LinkError::Refused { .. }) {
+                    link = None;
+                }
                 outage.begin(&why);
             }
             let wait = outage.until.saturating_duration_since(Instant::now()).min(LOOK);

@@ -191,6 +191,10 @@ fn a_topic_that_the_broker_refuses_is_told_and_nothing_is_lost() {
     });
     assert!(!program.log().contains("secret"));
     consumer.is_online("cabinet-1", true);
+    // Some refusals later it still is, and has never been away.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let states = consumer.on("/state");
+    assert!(states.iter().all(|of| of.json["online"] == true), "{states:?}");
     assert_eq!(consumer.on("/result").len(), 0);
 
     broker.kill();
