@@ -14,6 +14,7 @@ mod findings;
 mod freedoms;
 mod held_out;
 mod information;
+mod lagging;
 mod low_passed;
 mod model_uncertainty;
 mod outliers;

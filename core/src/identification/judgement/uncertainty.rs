@@ -23,7 +23,7 @@ use super::elsewhere::Elsewhere;
 use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
 use super::model_uncertainty::ModelUncertainty;
 use super::reasons::Note;
-use crate::identification::given::{Context, IdentificationError, Tolerances};
+use crate::identification::given::{IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
 
 /// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
@@ -81,6 +81,7 @@ impl Uncertainty {
         let residuals = observations.residuals(parameters);
         let left = observations.rms_per_joint(&residuals);
         let low_passed = fitted.low_passed(&residuals, &left);
+        let of_motion = floors_of_motion(fitted, columns.torque(), &residuals)?;
         drop(residuals);
         let by_low_passes = |k: usize| low_passed.iter().map(|of| of.moved[k].powi(2)).sum::<f64>();
         let combined_by = |solution: &JointSolution| {
@@ -99,9 +100,8 @@ impl Uncertainty {
             })
         };
         let mut combined = combined_by(&solution);
-        let of_motion = floors_of_motion(context, columns.torque(), &left);
         // What is stated is judged without such a doubt, which could be the cause of what contradicts it.
-        if of_motion != floors {
+        if let Some(of_motion) = of_motion {
             combined = combined.sup(&combined_by(&solved(&of_motion)?));
         }
         let rows = observations.rows_per_joint();
@@ -125,11 +125,19 @@ impl Uncertainty {
 
 /// The least noise of each joint's rows \[N·m or N\], with these torques and residuals of all, where the positions of motors are in doubt. One that
 /// is geared to two joints takes part in the motion of both: what is left at the one may be an error of the motion, and then
-/// it is at the other as well, whose parameters may hide it.
-fn floors_of_motion(context: &Context<'_>, torque: &[f64], left: &[f64]) -> Vec<f64> {
-    let (joints, transmission) = (torque.len(), context.robot.transmission());
+/// it is at the other as well, whose parameters may hide it. None where no motor is.
+fn floors_of_motion(
+    fitted: &FittedModel<'_>,
+    torque: &[f64],
+    residuals: &DVector<f64>,
+) -> Result<Option<Vec<f64>>, IdentificationError> {
+    let (joints, transmission) = (torque.len(), fitted.context.robot.transmission());
     let turns = |motor: usize, joint: usize| transmission.direction(motor)[joint] != 0.0;
     let coupled: Vec<usize> = (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
+    if coupled.is_empty() {
+        return Ok(None);
+    }
+    let left = fitted.left_but_for_lag(residuals)?;
     let share = |joint: usize| {
         let geared = |other: &usize| {
             coupled.iter().any(|&motor| turns(motor, joint) && turns(motor, *other))
@@ -138,5 +146,5 @@ fn floors_of_motion(context: &Context<'_>, torque: &[f64], left: &[f64]) -> Vec<
         // Of a joint without torque there is none.
         shares.filter(|share| share.is_finite()).fold(NOISE_FLOOR, f64::max)
     };
-    (0..joints).map(|joint| share(joint) * torque[joint]).collect()
+    Ok(Some((0..joints).map(|joint| share(joint) * torque[joint]).collect()))
 }

@@ -1,0 +1,56 @@
+//! What friction that lags at reversals would explain of what the model leaves.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::checks::FittedModel;
+use crate::identification::given::IdentificationError;
+use crate::identification::observation::hysteresis_along;
+use crate::robot::Hysteresis;
+
+/// The way over which friction may turn, as a share of a joint's range.
+const WAY: f64 = 0.002;
+
+impl FittedModel<'_> {
+    /// Root mean square of what is left of each joint's torque \[N·m or N\] but for what such friction explains of it, which
+    /// is no error of the motion; `residuals` are what is left (r).
+    pub(super) fn left_but_for_lag(
+        &self,
+        residuals: &DVector<f64>,
+    ) -> Result<Vec<f64>, IdentificationError> {
+        let changes = self.changes_by_lag()?;
+        let rows = self.observations.rows_per_joint();
+        let mut left = self.observations.rms_per_joint(residuals);
+        for (joint, left) in left.iter_mut().enumerate() {
+            let of_joint = joint * rows..(joint + 1) * rows;
+            let mut lags = DVector::zeros(residuals.len());
+            lags.rows_range_mut(of_joint.clone()).copy_from(&changes.column(joint));
+            lags -= self.observations.matrix().times(&self.analysis.estimate_shift(&lags));
+            let [own, lags] = [residuals, &lags].map(|of| of.rows_range(of_joint.clone()));
+            // Friction that is early would be another error.
+            let share = (own.dot(&lags) / lags.norm_squared()).max(0.0);
+            if share.is_finite() {
+                *left = (own - lags * share).norm() / (rows as f64).sqrt();
+            }
+        }
+        Ok(left)
+    }
+
+    /// What the lag of a unit of Coulomb friction changes, a column for each joint.
+    fn changes_by_lag(&self) -> Result<DMatrix<f64>, IdentificationError> {
+        let Self { context, motion, .. } = self;
+        let ranges = context.robot.limits();
+        let ways = ranges.map(|of| WAY * (of.position_max - of.position_min)).collect();
+        let ends = context.experiment.ends();
+        let stands =
+            hysteresis_along(Some(Hysteresis::new(ways)), &ends, |k| motion.position_at(k));
+        let mut read = |sample: usize, changes: &mut [f64]| {
+            for (joint, change) in changes.iter_mut().enumerate() {
+                let speed = motion.velocity(sample, joint);
+                let sign: f64 = context.robot.sign_model(joint).value(speed);
+                *change = stands[sample][joint] - sign;
+            }
+        };
+        let rows = context.decimate_samples(context.robot.joints(), &mut read);
+        rows.map_err(IdentificationError::RegressorFilter)
+    }
+}
