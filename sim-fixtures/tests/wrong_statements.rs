@@ -230,3 +230,16 @@ fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
         }
     }
 }
+
+const ON_THE_FLOOR: &str = "gravity_m_s2 = [0.0, 0.0, -9.81]";
+
+#[test]
+fn gravity_from_another_side_is_told_with_its_direction() {
+    for other in ["[0.0, 0.0, 9.81]", "[9.81, 0.0, 0.0]", "[0.0, -9.81, 0.0]"] {
+        let estimate = with_row(ON_THE_FLOOR, &format!("gravity_m_s2 = {other}"), Method::IdimLs);
+        let reasons = &estimate.verdict.uses.prediction.reasons;
+        let told = |reason: &Reason| matches!(reason, Reason::Gravity { gravity_m_s2: [x, y, z] } if x.abs() + y.abs() < 1e-9 && *z < -9.8);
+        assert!(reasons.iter().any(told), "{other}: {reasons:?}");
+        assert!(!estimate.verdict.applicable);
+    }
+}

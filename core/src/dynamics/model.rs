@@ -105,6 +105,13 @@ impl Model {
         model.with_load(ones)
     }
 
+    /// The same model with another acceleration of gravity in the base \[m/s²\].
+    #[must_use]
+    pub(crate) fn with_gravity(mut self, gravity_m_s2: [f64; 3]) -> Self {
+        self.gravity_m_s2 = gravity_m_s2;
+        self
+    }
+
     /// The same model with another geometry at one joint, counted from 0, of the same kind.
     #[must_use]
     pub(crate) fn with_joint(mut self, index: usize, joint: Joint) -> Self {

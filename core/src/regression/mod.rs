@@ -46,6 +46,7 @@ pub use ljung_box::LjungBox;
 pub use observation_matrix::ObservationMatrix;
 pub use observations::Observations;
 pub use prior::{JointProducts, JointSolution};
+pub(crate) use products::symmetric_product;
 pub use residuals::ResidualStatistics;
 pub(crate) use residuals::relative_errors;
 pub use robust::{RobustLoss, RobustSolution};

@@ -10,20 +10,23 @@ use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 /// Numbers of a column that are computed side by side.
 const TOGETHER: usize = WIDTH;
 
-/// AᵀB of matrices with as many rows, where it is known to be symmetric. Where columns of B begin or end with zeros, it
-/// takes less time.
-pub(super) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+/// AᵀB of matrices with as many rows, where it is known to be symmetric. Where columns begin or end with zeros, it takes less
+/// time.
+pub(crate) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.ncols(), b.ncols());
     vectorised(
         #[inline(always)]
         || {
             // Two columns of either at a time, the last one twice where their number is odd.
+            let lefts: Vec<_> = (0..a.ncols()).step_by(2).map(|i| not_zero(pair(a, i))).collect();
             for j in (0..b.ncols()).step_by(2) {
-                let right = [column(b, j), column(b, (j + 1).min(b.ncols() - 1))];
-                let rows = not_zero(right);
-                let right = right.map(|column| &column[rows.clone()]);
-                for i in (0..a.ncols().min(j + 2)).step_by(2) {
-                    let left = [column(a, i), column(a, (i + 1).min(a.ncols() - 1))];
+                let right = pair(b, j);
+                let of_right = not_zero(right);
+                for (i, of_left) in (0..a.ncols().min(j + 2)).step_by(2).zip(&lefts) {
+                    let end = of_left.end.min(of_right.end);
+                    let rows = of_left.start.max(of_right.start).min(end)..end;
+                    let left = pair(a, i);
+                    let right = right.map(|column| &column[rows.clone()]);
                     let dots = dots(left.map(|column| &column[rows.clone()]), right);
                     for (j, dots) in (j..b.ncols()).zip(dots) {
                         for (i, dot) in (i..a.ncols()).zip(dots) {
@@ -47,6 +50,12 @@ fn not_zero(columns: [&[f64]; 2]) -> Range<usize> {
     let Some(first) = first.into_iter().flatten().min() else { return 0..0 };
     let end = last.into_iter().flatten().max().map_or(rows, |last| last + 1);
     first - first % TOGETHER..end.next_multiple_of(TOGETHER).min(rows)
+}
+
+/// Column k and the one after it.
+#[inline(always)]
+fn pair(matrix: &DMatrix<f64>, k: usize) -> [&[f64]; 2] {
+    [k, (k + 1).min(matrix.ncols() - 1)].map(|k| column(matrix, k))
 }
 
 #[inline(always)]

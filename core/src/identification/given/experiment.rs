@@ -155,25 +155,11 @@ impl Experiment {
         motors: [usize; 2],
     ) -> Self {
         let mut exchanged = self.clone();
-        let [one, other] = motors;
-        let position = |joint: &[f64], to: &mut [f64]| {
-            let mut motor = [0.0; MAX_JOINTS];
-            let motor = &mut motor[..joint.len()];
-            transmission.motor_position(joint, motor);
-            motor.swap(one, other);
-            transmission.joint_position(motor, to);
-        };
-        map_samples(&mut exchanged.position_rad, position);
+        exchange_positions(&mut exchanged.position_rad, transmission, motors);
         if let Some(reference) = &mut exchanged.reference_rad {
-            map_samples(reference, position);
+            exchange_positions(reference, transmission, motors);
         }
-        map_samples(&mut exchanged.torque_nm, |joint, to| {
-            let mut motor = [0.0; MAX_JOINTS];
-            let motor = &mut motor[..joint.len()];
-            transmission.motor_torque(joint, motor);
-            motor.swap(one, other);
-            transmission.joint_torque(motor, to);
-        });
+        exchange_torques(&mut exchanged.torque_nm, transmission, motors);
         exchanged
     }
 
@@ -442,6 +428,36 @@ fn check_finite(signal: &'static str, matrix: &DMatrix<f64>) -> Result<(), Exper
         }
     }
     Ok(())
+}
+
+/// Positions of joints, or what goes with them as speeds do (samples × joints), with those of two motors exchanged.
+pub(crate) fn exchange_positions(
+    positions: &mut DMatrix<f64>,
+    transmission: &Transmission,
+    [one, other]: [usize; 2],
+) {
+    map_samples(positions, |joint, to| {
+        let mut motor = [0.0; MAX_JOINTS];
+        let motor = &mut motor[..joint.len()];
+        transmission.motor_position(joint, motor);
+        motor.swap(one, other);
+        transmission.joint_position(motor, to);
+    });
+}
+
+/// Torques of joints (samples × joints), with those of two motors exchanged.
+pub(crate) fn exchange_torques(
+    torques: &mut DMatrix<f64>,
+    transmission: &Transmission,
+    [one, other]: [usize; 2],
+) {
+    map_samples(torques, |joint, to| {
+        let mut motor = [0.0; MAX_JOINTS];
+        let motor = &mut motor[..joint.len()];
+        transmission.motor_torque(joint, motor);
+        motor.swap(one, other);
+        transmission.joint_torque(motor, to);
+    });
 }
 
 /// Replaces every row by its image.

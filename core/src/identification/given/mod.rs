@@ -20,6 +20,7 @@ mod uses;
 pub(crate) use context::Context;
 pub use error::IdentificationError;
 pub use experiment::Experiment;
+pub(crate) use experiment::{exchange_positions, exchange_torques};
 pub use experiment_error::ExperimentError;
 pub use failure::Failure;
 pub use iteration_error::IterationError;

@@ -11,9 +11,9 @@ use super::estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
 };
-use super::exchanged::exchanged;
 use super::held_out::HeldOut;
 use super::information::Information;
+use super::misread::misread;
 use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
@@ -211,7 +211,7 @@ impl Findings<'_> {
                 found.is_constant() || row.into_iter().any(is_unexplained)
             });
         let cut_off = unexplained.into_iter().map(|found| Reason::CutOff { found });
-        let of_signals = exchanged(context, errors).into_iter().chain(cut_off);
+        let of_signals = misread(context, errors).into_iter().chain(cut_off);
         let known = Known {
             context,
             torque: uncertainty.torque,

@@ -46,6 +46,8 @@ pub enum Reason {
     WrongSigns { negative: usize, of: usize },
     /// With the signals of these two motors exchanged the model leaves far less.
     Exchanged { motors: [usize; 2] },
+    /// With gravity from another side the model leaves far less \[m/s²\].
+    Gravity { gravity_m_s2: [f64; 3] },
     /// All that the data tell of a joint, numbered from 1, and that cannot be negative is so: two quantities at least.
     WrongSignsOfJoint { joint: usize, negative: usize },
     /// The torque of a motor never changes, or stands at its largest value again and again and a joint of it is not explained.
@@ -312,6 +314,11 @@ impl Display for Reason {
                 f,
                 "the model leaves far less of the torques with the drives of motors {one} and {other} exchanged: check which \
                  is which"
+            ),
+            Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
+                f,
+                "the model leaves far less of the torques with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² in the base: check how \
+                 the arm is mounted, and gravity_m_s2 of the robot's file"
             ),
             Self::WrongSignsOfJoint { joint, negative } => write!(
                 f,

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use crate::identification::given::{Context, Experiment, IdentificationError, Method};
 use crate::identification::observation::{
-    filtered_motion, filtered_torque, fitted_matrix, torque_equation,
+    Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 
 /// Samples that are looked at: what is the matter with signals is so from the first on.
@@ -24,11 +24,7 @@ impl Refitted {
         context: &Context<'_>,
         experiment: &Experiment,
     ) -> Result<Self, IdentificationError> {
-        let Context { robot, base, options, model, .. } = context;
-        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
-        // Where friction grows with the load, at the same loads.
-        context.model = model.clone();
-        let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+        let (context, motion) = of_signals(context, experiment)?;
         let matrix = fitted_matrix(&context, &motion)?;
         let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
         let ordinary = equation.ordinary().map_err(IdentificationError::Regression)?;
@@ -38,4 +34,17 @@ impl Refitted {
         let left = errors.iter().map(|error| error * error).sum();
         Ok(Self { parameters: solution.parameters, left })
     }
+}
+
+/// What is asked of other signals of the arm of a context, and its motion by them.
+pub(super) fn of_signals<'a>(
+    context: &Context<'a>,
+    experiment: &'a Experiment,
+) -> Result<(Context<'a>, Motion), IdentificationError> {
+    let Context { robot, base, options, model, .. } = context;
+    let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    // Where friction grows with the load, at the same loads.
+    context.model = model.clone();
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+    Ok((context, motion))
 }
