@@ -85,8 +85,16 @@ impl JointSolution {
         further: DMatrixView<'_, f64>,
     ) -> f64 {
         let off = rows * &self.change + further * &self.freedoms;
-        let rows = beside_each_other(&[rows, further]);
-        off.norm_squared() + symmetric_product(&rows, &rows).dot(&self.covariance)
+        // Many act on other joints alone.
+        let all = rows.column_iter().chain(further.column_iter()).enumerate();
+        let acts = all.filter(|(_, column)| column.iter().any(|value| *value != 0.0));
+        let (acting, columns): (Vec<usize>, Vec<_>) = acts.unzip();
+        if columns.is_empty() {
+            return 0.0;
+        }
+        let columns = DMatrix::from_columns(&columns);
+        let covariance = self.covariance.select_rows(&acting).select_columns(&acting);
+        off.norm_squared() + symmetric_product(&columns, &columns).dot(&covariance)
     }
 
     /// The median of that sum over what is open, from AᵀA of the rows A = [X C]. Where one combination of parameters
@@ -275,12 +283,6 @@ fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
         .collect();
     ratios.sort_unstable_by(f64::total_cmp);
     ratios.get(ratios.len() / 2).map_or(1.0, |median| median.max(1.0))
-}
-
-/// Matrices of as many rows, one beside the other.
-fn beside_each_other(matrices: &[DMatrixView<'_, f64>]) -> DMatrix<f64> {
-    let columns: Vec<_> = matrices.iter().flat_map(|matrix| matrix.column_iter()).collect();
-    DMatrix::from_columns(&columns)
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use super::products::symmetric_product;
 use super::row_filter::RowFilter;
 use super::spectra::{Block, Spectra};
 use super::spectrum_shape::SmoothSpectrum;
+use crate::numeric::vectorised;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.
@@ -130,10 +131,11 @@ impl<'a> ResidualSpectrum<'a> {
                 (self.filter.multiplicity(*k) * power / length).sqrt() / level
             };
             let roots: Vec<f64> = frequencies.iter().map(root).collect();
-            let parts = values.as_slice().chunks_exact(frequencies.len());
-            let values = parts.flat_map(|part| part.iter().zip(&roots));
-            let values = values.map(|(value, root)| value * root);
-            DMatrix::from_iterator(2 * frequencies.len(), columns, values)
+            let mut values = values.clone();
+            for part in values.as_mut_slice().chunks_exact_mut(frequencies.len()) {
+                part.iter_mut().zip(&roots).for_each(|(value, root)| *value *= root);
+            }
+            values
         };
         let weighted: Vec<_> =
             self.joints.iter().zip(levels).zip(of_joints).map(weighted).collect();
@@ -141,13 +143,18 @@ impl<'a> ResidualSpectrum<'a> {
         let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
         for (i, of_joint) in weighted.iter().enumerate() {
             // What all joints have in common with this one.
-            common.fill(0.0);
-            for (j, other) in weighted.iter().enumerate() {
-                let share = self.correlation[(i, j)];
-                for (to, from) in common.as_mut_slice().iter_mut().zip(other.as_slice()) {
-                    *to += share * from;
-                }
-            }
+            vectorised(
+                #[inline(always)]
+                || {
+                    common.fill(0.0);
+                    for (j, other) in weighted.iter().enumerate() {
+                        let share = self.correlation[(i, j)];
+                        for (to, from) in common.as_mut_slice().iter_mut().zip(other.as_slice()) {
+                            *to += share * from;
+                        }
+                    }
+                },
+            );
             // Each is not symmetric, and their sum is.
             sum += symmetric_product(of_joint, &common);
         }

@@ -40,22 +40,21 @@ impl Elsewhere {
         parameters: &DVector<f64>,
         solution: &JointSolution,
     ) -> Result<Self, IdentificationError> {
-        let states = states(context, motion);
-        let own = regressor_rows(&context.model, context.selection.columns(), &states)?;
-        let of_freedoms = columns.at(&states, &columns.left_out_at(&states)?);
-        let mut predicted = &own * parameters;
-        if let Some(known) = known_at(context, &states)? {
-            predicted += known;
-        }
-        let (count, joints) = states.position.shape();
-        let squares: Vec<[f64; 2]> = (0..joints)
-            .map(|joint| {
+        let mut squares = vec![[0.0; 2]; context.robot.joints()];
+        for states in in_blocks(&states(context, motion)) {
+            let own = regressor_rows(&context.model, context.selection.columns(), &states)?;
+            let of_freedoms = columns.at(&states, &columns.left_out_at(&states)?);
+            let mut predicted = &own * parameters;
+            if let Some(known) = known_at(context, &states)? {
+                predicted += known;
+            }
+            let count = states.position.nrows();
+            for (joint, [error, torque]) in squares.iter_mut().enumerate() {
                 let [own, further] = [&own, &of_freedoms].map(|of| of.rows(joint * count, count));
-                let torque = predicted.rows(joint * count, count);
-                let sums = [solution.squared_error(own, further), torque.norm_squared()];
-                sums.map(|sum| sum / count as f64)
-            })
-            .collect();
+                *error += solution.squared_error(own, further) / STATES as f64;
+                *torque += predicted.rows(joint * count, count).norm_squared() / STATES as f64;
+            }
+        }
         let (relative_error, relative_error_per_joint) = relative_errors(&squares);
         Ok(Self {
             relative_error,
@@ -63,6 +62,18 @@ impl Elsewhere {
             error_per_joint_nm: squares.iter().map(|[error, _]| error.sqrt()).collect(),
         })
     }
+}
+
+/// The same states, some at a time: what is formed at them stays in the nearest caches.
+fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
+    /// Of a block, a divisor of all.
+    const BLOCK: usize = 250;
+    let all = states.matrices();
+    (0..STATES).step_by(BLOCK).map(move |first| {
+        let [position, velocity, acceleration] =
+            all.each_ref().map(|of| of.rows(first, BLOCK).into_owned());
+        Motion::of(position, velocity, acceleration)
+    })
 }
 
 /// Positions within the limits of the robot, velocities and accelerations within those of the counted

@@ -11,6 +11,9 @@ use crate::robot::Robot;
 /// Postures that are looked at.
 const POSTURES: u32 = 1000;
 
+/// Of those where it is not positive definite, so many are looked at: the first are as good as any.
+const MOST: usize = 128;
+
 /// Postures that go through the dynamics at once, a divisor of their number.
 const TOGETHER: usize = WIDTH;
 
@@ -94,6 +97,9 @@ fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, 
         let mass_at = |l: usize| DMatrix::from_fn(n, n, |i, j| mass[i * n + j].0[l]);
         for l in (0..TOGETHER).filter(|l| Cholesky::new(mass_at(*l)).is_none()) {
             found.push((q.iter().map(|q| q.0[l]).collect(), mass_at(l)));
+        }
+        if found.len() >= MOST {
+            break;
         }
     }
     found

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::columns::{Columns, bend_of, curvature};
+use super::columns::{AtStates, Columns, bend_of, curvature};
 use super::list::{Acts, Column, Motive, WAYS};
 use crate::identification::given::IdentificationError;
 use crate::identification::observation::{
@@ -17,8 +17,11 @@ use crate::signal::Group;
 /// Friction laws of each direction beside the model's: the bends and the curvature.
 const LAWS: usize = 4;
 
+/// Numbers of columns of the states that are kept, 16 MB.
+const KEPT: usize = 1 << 21;
+
 /// C (r × m), each column in its standard deviation beforehand. What bends with the speed goes through the filter itself; what
-/// is smooth is that of the filtered motion. Columns are formed where they are asked for.
+/// is smooth is that of the filtered motion. Of long records columns are formed where they are asked for.
 pub(in super::super) struct Along<'a> {
     columns: &'a Columns<'a>,
     beside: &'a BesideObservation,
@@ -30,6 +33,8 @@ pub(in super::super) struct Along<'a> {
     /// The torques of the estimate and their rates (r).
     predicted: DVector<f64>,
     rates: DVector<f64>,
+    /// Columns of the states (r), by their numbers; nothing of others, and of long records.
+    kept: Vec<Option<DVector<f64>>>,
     /// Rows of the equation that are 0, as those of the columns then are.
     silent: Vec<usize>,
 }
@@ -42,15 +47,40 @@ impl<'a> Along<'a> {
         observations: &Observations,
     ) -> Result<Self, IdentificationError> {
         let (context, parameters) = (columns.context, columns.parameters);
-        Ok(Self {
+        let along = Self {
             columns,
             beside,
             laws: laws(columns, motion)?,
             states: decimated(columns, motion)?,
             predicted: observations.predicted(parameters),
             rates: torque_rates(context, motion, parameters)?,
+            kept: Vec::new(),
             silent: Vec::new(),
-        })
+        };
+        Ok(along.with_kept())
+    }
+
+    /// With its columns of the states, where they are few.
+    fn with_kept(mut self) -> Self {
+        let (rows, joints) = self.states.position.shape();
+        let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
+        let several = of_states.iter().filter(|own| **own).count();
+        if several * rows * joints > KEPT {
+            return self;
+        }
+        let mut kept: Vec<_> =
+            of_states.iter().map(|own| own.then(|| DVector::zeros(rows * joints))).collect();
+        self.columns.for_each_state(&self.states, |first, of_state| {
+            for (column, to) in self.columns.columns.iter().zip(&mut kept) {
+                let Some(to) = to else { continue };
+                let Some(torque) = of_state.torque(column) else { continue };
+                for (to, torque) in to.as_mut_slice().chunks_exact_mut(rows).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| *to = value);
+                }
+            }
+        });
+        self.kept = kept;
+        self
     }
 
     /// With these rows 0.
@@ -90,9 +120,13 @@ impl<'a> Along<'a> {
     }
 
     /// What a column has of the record in the rows of a joint, and that times which factor; none where it is that of the states.
-    fn of_record(&self, column: &Column, joint: usize) -> Option<(f64, &[f64])> {
+    fn of_record(&self, number: usize, joint: usize) -> Option<(f64, &[f64])> {
         let rows = self.states.position.nrows();
         let of_joint = joint * rows..(joint + 1) * rows;
+        if let Some(Some(kept)) = self.kept.get(number) {
+            return Some((1.0, &kept.as_slice()[of_joint]));
+        }
+        let column = &self.columns.columns[number];
         let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
         let share = |direction: usize| self.columns.directions[direction].shares[joint];
         Some(match column.acts {
@@ -109,6 +143,13 @@ impl<'a> Along<'a> {
             Acts::LeftOut(index) => (1.0, self.beside.left_out.column_of(joint, index)?),
             _ => return None,
         })
+    }
+
+    /// At the states of the record, unless what follows from them is kept.
+    fn for_each_state(&self, visit: impl FnMut(usize, &mut AtStates<'_>)) {
+        if self.kept.is_empty() {
+            self.columns.for_each_state(&self.states, visit);
+        }
     }
 
     fn joints(&self) -> usize {
@@ -129,7 +170,7 @@ impl FurtherColumns for Along<'_> {
 
     fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>> {
         let rows = self.states.position.nrows();
-        let of = |(number, column): (usize, &Column)| match self.of_record(column, joint) {
+        let of = |(number, column): (usize, &Column)| match self.of_record(number, joint) {
             Some((share, values)) => FurtherColumn {
                 number,
                 factor: column.deviation * share,
@@ -142,7 +183,7 @@ impl FurtherColumns for Along<'_> {
             },
         };
         let mut columns: Vec<_> = self.acting(joint).map(of).collect();
-        self.columns.for_each_state(&self.states, |first, of_state| {
+        self.for_each_state(|first, of_state| {
             for FurtherColumn { number, values, .. } in &mut columns {
                 let Cow::Owned(to) = values else { continue };
                 let Some(torque) = of_state.torque(&self.columns.columns[*number]) else {
@@ -162,15 +203,15 @@ impl FurtherColumns for Along<'_> {
         let mut sum = DVector::zeros(rows * joints);
         let all = || self.columns.columns.iter().zip(freedoms);
         for (joint, to) in sum.as_mut_slice().chunks_exact_mut(rows).enumerate() {
-            for (column, freedom) in all().filter(|(column, _)| self.acts_on(column, joint)) {
-                let Some((share, from)) = self.of_record(column, joint) else { continue };
+            for (number, (column, freedom)) in all().enumerate() {
+                let own = self.acts_on(column, joint).then(|| self.of_record(number, joint));
+                let Some((share, from)) = own.flatten() else { continue };
                 let share = freedom * column.deviation * share;
                 to.iter_mut().zip(from).for_each(|(to, value)| *to += share * value);
             }
         }
-        let is_of_states = |column: &Column| self.of_record(column, 0).is_none();
         let of_states: Vec<_> = all().filter(|(column, _)| is_of_states(column)).collect();
-        self.columns.for_each_state(&self.states, |first, of_state| {
+        self.for_each_state(|first, of_state| {
             for (column, freedom) in &of_states {
                 let Some(torque) = of_state.torque(column) else { continue };
                 let share = *freedom * column.deviation;
@@ -185,6 +226,20 @@ impl FurtherColumns for Along<'_> {
             sum[*row] = 0.0;
         }
         sum
+    }
+}
+
+/// Whether a column follows from the state that the arm is in behind the filter.
+fn is_of_states(column: &Column) -> bool {
+    match column.acts {
+        Acts::Neighbour { by, .. } => !matches!(by, Motive::Sign),
+        Acts::Known { .. } | Acts::Zero(_) | Acts::Geometry(_) => true,
+        Acts::Bend { .. }
+        | Acts::Curvature { .. }
+        | Acts::Way { .. }
+        | Acts::Gain(_)
+        | Acts::Delay(_)
+        | Acts::LeftOut(_) => false,
     }
 }
 
