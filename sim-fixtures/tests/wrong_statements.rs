@@ -9,7 +9,7 @@ use didim_core::identification::{
 use didim_core::robot::Robot;
 use didim_sim::{Scenario, tx40_paper};
 
-use crate::common::experiment::{listed, loop_options, regression};
+use crate::common::experiment::{listed, loop_options, random_moves, regression};
 
 /// Rest before and after the motion, in samples.
 const REST: usize = 1250;
@@ -241,5 +241,26 @@ fn gravity_from_another_side_is_told_with_its_direction() {
         let told = |reason: &Reason| matches!(reason, Reason::Gravity { gravity_m_s2: [x, y, z] } if x.abs() + y.abs() < 1e-9 && *z < -9.8);
         assert!(reasons.iter().any(told), "{other}: {reasons:?}");
         assert!(!estimate.verdict.applicable);
+    }
+}
+
+/// The condition number alone would say nothing of it where the motor of joint 6 turns with joint 5.
+#[test]
+fn a_joint_that_is_held_is_no_joint_to_predict() {
+    for held in [3, 5] {
+        let scenario = tx40_paper().unwrap();
+        let mut moves = random_moves(&scenario, 9, 14);
+        let start = moves.start_rad[held];
+        moves.moves.iter_mut().for_each(|of| of.target_rad[held] = start);
+        let estimate = identified(&scenario.with_moves(&moves).unwrap(), |_| ());
+        let prediction = &estimate.verdict.uses.prediction;
+        let joints: Vec<usize> = (prediction.reasons.iter())
+            .filter_map(|reason| match reason {
+                Reason::Held { joint, .. } => Some(*joint),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(joints, [held + 1], "{:?}", prediction.reasons);
+        assert_eq!(prediction.applicable, Some(false));
     }
 }

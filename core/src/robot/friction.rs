@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Joint, JointKind, ParameterKind};
+use super::{Joint, ParameterKind};
 use crate::numeric::Scalar;
 
 /// The function that stands for sign(v) in Coulomb friction.
@@ -101,10 +101,7 @@ impl JointFriction {
     /// Itself, where what lags at reversals turns within the range of this joint, counted from 1.
     pub(super) fn turning_within(self, joint: &Joint, number: usize) -> Result<Self, String> {
         let range = joint.limits.position_max - joint.limits.position_min;
-        let unit = match joint.kind {
-            JointKind::Revolute => "rad",
-            JointKind::Prismatic => "m",
-        };
+        let unit = joint.kind.position_unit();
         match self.way().filter(|way| *way >= range) {
             Some(way) => Err(format!(
                 "`hysteresis_rad` is {way}, and joint {number} goes {range:.3} {unit} from limit to limit, over which it would \

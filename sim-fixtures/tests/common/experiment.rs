@@ -7,7 +7,7 @@ use didim_core::identification::{
     DecimationFilter, Experiment, Options, PositionFilter, SignalTiming, Signals, Start,
 };
 use didim_core::robot::Robot;
-use didim_core::trajectory::RandomMoves;
+use didim_core::trajectory::{MoveSequence, RandomMoves};
 use didim_sim::{Scenario, tx40_paper};
 
 /// The shipped motion, or random moves of these seeds, none of them chosen.
@@ -22,6 +22,12 @@ pub(crate) fn on_motion(motion: Option<u64>) -> Scenario {
 
 /// An arm on so many random moves; 14 are about the shipped motion's 6.9 s.
 pub(crate) fn on_random_moves(scenario: Scenario, seed: u64, moves: usize) -> Scenario {
+    let moves = random_moves(&scenario, seed, moves);
+    scenario.with_moves(&moves).unwrap()
+}
+
+/// The moves themselves.
+pub(crate) fn random_moves(scenario: &Scenario, seed: u64, moves: usize) -> MoveSequence {
     let moves = RandomMoves {
         seed,
         moves,
@@ -31,8 +37,7 @@ pub(crate) fn on_random_moves(scenario: Scenario, seed: u64, moves: usize) -> Sc
         acceleration_fraction: 1.0,
         dwell_s: 0.035,
     };
-    let moves = moves.draw(scenario.limits()).unwrap();
-    scenario.with_moves(&moves).unwrap()
+    moves.draw(scenario.limits()).unwrap()
 }
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.

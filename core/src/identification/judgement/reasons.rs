@@ -60,6 +60,8 @@ pub enum Reason {
     Elsewhere { error: f64, limit: f64, freedoms: Vec<FreedomEstimate> },
     /// The same of one joint.
     JointElsewhere { joint: usize, error: f64, limit: f64 },
+    /// A joint, numbered from 1, has gone no further than this in the whole record.
+    Held { joint: usize, moved: f64, unit: &'static str },
     /// Pieces of the motion are predicted badly without them.
     HeldOut { error: f64, limit: f64 },
     /// The motion cannot be held out in pieces.
@@ -281,6 +283,11 @@ impl Display for Reason {
                  above {:.1} %: move this joint more, together with the others",
                 100.0 * error,
                 100.0 * limit
+            ),
+            Self::Held { joint, moved, unit } => write!(
+                f,
+                "joint {joint} is held, it moves {moved:.4} {unit} in all: what it takes to move it is not known; record it \
+                 moving over its range"
             ),
             Self::HeldOut { error, limit } => write!(
                 f,

@@ -42,6 +42,9 @@ const OTHER_UNIT: f64 = 20.0;
 /// How far a command is from one of the other sign, relative to it, but for what friction and noise add.
 const OPPOSITE: core::ops::RangeInclusive<f64> = 1.9..=2.1;
 
+/// A joint that moves less than this share of its range is held, or than so much \[rad or m\].
+const HELD: f64 = 0.01;
+
 /// What the verdict needs to know beside the estimate.
 pub(super) struct Known<'a> {
     pub(super) context: &'a Context<'a>,
@@ -186,6 +189,8 @@ impl VerdictLimits {
                 })
                 .map(|(joint, error)| Reason::JointError { joint, error, limit }),
         );
+        // Elsewhere is at speeds up to those of the record, where a joint that is held has none.
+        reasons.extend(held(known.context, estimate));
         let (elsewhere, limit) = (&estimate.elsewhere, self.error_elsewhere);
         if exceeds(elsewhere.relative_error, limit) {
             let error = elsewhere.relative_error;
@@ -425,4 +430,14 @@ fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str
         ParameterKind::Fh => Some("friction that lags at reversals"),
         _ => None,
     }
+}
+/// Joints that do not move.
+fn held(context: &Context<'_>, estimate: &Estimate) -> impl Iterator<Item = Reason> {
+    let joints = (1..).zip(&estimate.reached_per_joint).zip(context.robot.chain());
+    joints.filter_map(|((joint, reached), own)| {
+        let [least, most] = reached.position;
+        let (moved, range) = (most - least, own.limits.position_max - own.limits.position_min);
+        let unit = own.kind.position_unit();
+        (moved < HELD.max(HELD * range)).then_some(Reason::Held { joint, moved, unit })
+    })
 }
