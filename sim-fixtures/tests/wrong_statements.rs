@@ -264,3 +264,22 @@ fn a_joint_that_is_held_is_no_joint_to_predict() {
         assert_eq!(prediction.applicable, Some(false));
     }
 }
+
+/// What follows from it, wrong zeros and couplings, comes behind.
+#[test]
+fn positions_that_are_not_logged_as_they_come_are_told_with_their_time() {
+    let scenario = tx40_paper().unwrap();
+    let held = REST + 10_000..REST + 10_400;
+    let estimate = identified(&scenario, |signals| {
+        for position in &mut signals.position_rad[..2] {
+            let last = position[held.start - 1];
+            position[held.clone()].fill(last);
+        }
+    });
+    let reasons = &estimate.verdict.uses.prediction.reasons;
+    let Some(Reason::Stale { found }) = reasons.first() else { panic!("{reasons:?}") };
+    assert_eq!((&found.motors[..], found.recording), (&[1, 2][..], 1));
+    let at = |sample: usize| sample as f64 / 5000.0;
+    assert!((found.from_s - at(held.start - 1)).abs() < 1e-9, "{found:?}");
+    assert!((found.until_s - at(held.end)).abs() < 1e-9, "{found:?}");
+}

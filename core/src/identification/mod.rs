@@ -52,7 +52,7 @@ pub use judgement::{
     FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification, Information,
     KeptParameter, ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate,
     PositionBias, Quantity, Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA,
-    SingularValues, Slow, TorqueDelay, UseVerdict, Uses, Verdict,
+    SingularValues, Slow, Stale, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

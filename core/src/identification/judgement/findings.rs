@@ -19,6 +19,7 @@ use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
 use super::reached::Reached;
 use super::reasons::{Note, Reason};
+use super::stale::Stale;
 use super::uncertainty::{Beside, Uncertainty};
 use super::uses::Verdict;
 use super::verdict::{Known, UNEXPLAINED};
@@ -203,15 +204,20 @@ impl Findings<'_> {
         let errors = &estimate.relative_error_per_joint;
         let transmission = context.robot.transmission();
         // What is not explained may follow from it.
-        let (unexplained, explained): (Vec<_>, Vec<_>) =
-            CutOff::all(context).into_iter().partition(|found| {
-                let row = errors.iter().zip(transmission.row(found.motor - 1));
-                let is_unexplained =
-                    |(error, ratio): (&f64, &f64)| *error > UNEXPLAINED && *ratio != 0.0;
-                found.is_constant() || row.into_iter().any(is_unexplained)
+        let unexplained = |motor: usize| {
+            let mut joints = errors.iter().zip(transmission.row(motor - 1));
+            joints.any(|(error, ratio)| *error > UNEXPLAINED && *ratio != 0.0)
+        };
+        let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) = CutOff::all(context)
+            .into_iter()
+            .partition(|found| found.is_constant() || unexplained(found.motor));
+        let (stale, hardly_stale): (Vec<_>, Vec<_>) =
+            Stale::all(context).into_iter().partition(|found| {
+                found.is_much() && found.motors.iter().any(|motor| unexplained(*motor))
             });
-        let cut_off = unexplained.into_iter().map(|found| Reason::CutOff { found });
-        let of_signals = misread(context, errors).into_iter().chain(cut_off);
+        let cut_off = cut_off.into_iter().map(|found| Reason::CutOff { found });
+        let stale = stale.into_iter().map(|found| Reason::Stale { found });
+        let of_signals = stale.chain(misread(context, errors)).chain(cut_off);
         let known = Known {
             context,
             torque: uncertainty.torque,
@@ -226,7 +232,8 @@ impl Findings<'_> {
         let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
-        notes.extend(explained.into_iter().map(|found| Note::CutOff { found }));
+        notes.extend(beside_cut_off.into_iter().map(|found| Note::CutOff { found }));
+        notes.extend(hardly_stale.into_iter().map(|found| Note::Stale { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measured();

@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 use super::bias::PositionBias;
 use super::cut_off::CutOff;
 use super::freedoms::{Freedom, FreedomEstimate};
+use super::stale::Stale;
 use crate::feasibility::{FarBody, NoBodies};
 use crate::identification::given::Failure;
 
@@ -52,6 +53,8 @@ pub enum Reason {
     WrongSignsOfJoint { joint: usize, negative: usize },
     /// The torque of a motor never changes, or stands at its largest value again and again and a joint of it is not explained.
     CutOff { found: CutOff },
+    /// Positions of motors stand still and then jump, and a joint of theirs is not explained.
+    Stale { found: Stale },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: usize, torque: f64, limit: f64 },
     /// What is stated is not what the data show.
@@ -106,6 +109,8 @@ pub enum Note {
     LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
     /// The torque of a motor stands at its largest value again and again.
     CutOff { found: CutOff },
+    /// Positions of motors stand still and then jump.
+    Stale { found: Stale },
     /// All signals look low-passed with this time constant \[s\].
     AllLowPassed { time_constant_s: f64 },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
@@ -332,6 +337,7 @@ impl Display for Reason {
                 "all {negative} drive inertias and friction coefficients that the data tell of joint {joint} are negative: its torque \
                  has the wrong sign, or its position; turn the sign of one of the two"
             ),
+            Self::Stale { found } => write!(f, "{}", Jumping(found)),
             Self::CutOff { found } if found.is_constant() => write!(
                 f,
                 "the torque of motor {} is {:.4} in all samples: it was not measured; check the signal, or record it",
@@ -370,6 +376,36 @@ impl Display for Reason {
 
 /// What helps where a torque is cut off.
 const CHECK_THE_RANGE: &str = "check the range of the signal and the limit of the drive";
+
+/// When a position stands still and how far it jumps.
+struct Jumping<'a>(&'a Stale);
+
+impl fmt::Display for Jumping<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Stale { motors, recording, from_s, until_s, jump, share } = self.0;
+        let (percent, several) = (100.0 * share, motors.len() > 1);
+        let motors: Vec<String> = motors.iter().map(ToString::to_string).collect();
+        let (these, stand, jump_by, go, it) = match several {
+            true => (
+                "positions of motors",
+                "stand",
+                "jump by up to",
+                "they go",
+                "They were not logged as they",
+            ),
+            false => {
+                ("position of motor", "stands", "jumps by", "it goes", "It was not logged as it")
+            }
+        };
+        write!(
+            f,
+            "the {these} {} {stand} still from {from_s:.3} to {until_s:.3} s of recording {recording} and then {jump_by} \
+             {jump:.0} times what {go} in a sample at the fastest; {percent:.2} % of the samples are such. {it} came: leave that \
+             part out, or record again",
+            motors.join(", ")
+        )
+    }
+}
 
 /// How often a torque stands at its largest value.
 struct Standing<'a>(&'a CutOff);
@@ -494,6 +530,7 @@ impl Display for Note {
                 "{}: where it is cut off there, the parameters are wrong; {CHECK_THE_RANGE}",
                 Standing(found)
             ),
+            Self::Stale { found } => write!(f, "{}", Jumping(found)),
             Self::AllLowPassed { time_constant_s } => write!(
                 f,
                 "all positions and torques look low-passed, with a time constant of some {:.0} ms: record them without a \

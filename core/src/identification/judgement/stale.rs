@@ -1,0 +1,158 @@
+//! Positions that were not logged as they came: a signal stands still while the motor moves, and then jumps.
+
+use core::ops::Range;
+
+use crate::MAX_JOINTS;
+use crate::identification::given::Context;
+
+/// Samples over which a signal stands still at least.
+const HELD: usize = 4;
+
+/// A jump is so many times what the motor goes in a sample at its fastest.
+const BEYOND: f64 = 2.0;
+
+/// The share of the steps that are no faster than the fastest: the others may be such jumps.
+const USUAL: f64 = 0.99;
+
+/// Values that differ by this share of the range are the same, whatever the transmission rounds.
+const SAME: f64 = 1e-9;
+
+/// The share of the samples of a recording that stand still, from which on it is more than a blemish.
+const MUCH: f64 = 0.001;
+
+/// Positions of motors that stand still and then jump, together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stale {
+    /// The motors, numbered from 1.
+    pub motors: Vec<usize>,
+    /// The recording, numbered from 1.
+    pub recording: usize,
+    /// From when on it stood still before the largest jump, since the recording's first sample \[s\].
+    pub from_s: f64,
+    /// When it jumped \[s\].
+    pub until_s: f64,
+    /// How far, over what the motor goes in a sample at its fastest: the largest of these motors.
+    pub jump: f64,
+    /// The share of the recording's samples that stood still before such jumps, the largest of these motors.
+    pub share: f64,
+}
+
+impl Stale {
+    /// Of each motor that has any, the recording with the largest jump; those together that stood still together.
+    pub(super) fn all(context: &Context<'_>) -> Vec<Self> {
+        let rate_hz = context.experiment.sample_rate_hz();
+        let of_motor = |motor: usize| {
+            let recordings = (1..).zip(context.experiment.recordings());
+            let found = recordings.filter_map(|(recording, of)| {
+                let positions: Vec<f64> =
+                    of.counted.clone().map(|k| position_at(context, k, motor)).collect();
+                let Held { samples, jump, held } = held(&positions)?;
+                let at_s = |k: usize| (of.counted.start - of.samples.start + k) as f64 / rate_hz;
+                let (from_s, until_s) = (at_s(samples.start), at_s(samples.end));
+                let share = held as f64 / positions.len() as f64;
+                Some(Self { motors: vec![motor + 1], recording, from_s, until_s, jump, share })
+            });
+            found.max_by(|one, other| one.jump.total_cmp(&other.jump))
+        };
+        let mut all: Vec<Self> = Vec::new();
+        for found in (0..context.robot.joints()).filter_map(of_motor) {
+            let at = |of: &Self| (of.recording, of.from_s.to_bits(), of.until_s.to_bits());
+            match all.iter_mut().find(|own| at(own) == at(&found)) {
+                Some(own) => {
+                    own.motors.extend(found.motors);
+                    own.jump = own.jump.max(found.jump);
+                    own.share = own.share.max(found.share);
+                }
+                None => all.push(found),
+            }
+        }
+        all
+    }
+
+    /// Whether it is more than a blemish.
+    pub(super) fn is_much(&self) -> bool {
+        self.share > MUCH
+    }
+}
+
+/// The position of a motor at a sample \[rad or m\].
+fn position_at(context: &Context<'_>, sample: usize, motor: usize) -> f64 {
+    let (positions, joints) = (context.experiment.position_rad(), context.robot.joints());
+    let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
+    for (joint, position) in of_joints.iter_mut().zip(positions.row(sample).iter()) {
+        *joint = *position;
+    }
+    let transmission = context.robot.transmission();
+    transmission.motor_position(&of_joints[..joints], &mut of_motors[..joints]);
+    of_motors[motor]
+}
+
+/// A signal that stands still.
+struct Held {
+    /// From the first sample to the one after the largest jump.
+    samples: Range<usize>,
+    /// That, over what it goes in a sample at its fastest.
+    jump: f64,
+    /// Samples that stand still before any such jump.
+    held: usize,
+}
+
+fn held(signal: &[f64]) -> Option<Held> {
+    let steps: Vec<f64> = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let [low, high] = signal
+        .iter()
+        .fold([f64::MAX, f64::MIN], |[low, high], value| [low.min(*value), high.max(*value)]);
+    let same = SAME * (high - low);
+    let mut sorted = steps.clone();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of them")]
+    let place = (USUAL * steps.len() as f64) as usize;
+    if place >= sorted.len() {
+        return None;
+    }
+    let fastest = *sorted.select_nth_unstable_by(place, f64::total_cmp).1;
+    if fastest <= same {
+        return None;
+    }
+    let (mut still, mut held, mut largest) = (0, 0, None);
+    for (k, step) in steps.iter().enumerate() {
+        if *step <= same {
+            still += 1;
+            continue;
+        }
+        let jump = step / fastest;
+        if still >= HELD && jump > BEYOND {
+            held += still;
+            if largest.as_ref().is_none_or(|(_, before)| jump > *before) {
+                largest = Some((k - still..k + 1, jump));
+            }
+        }
+        still = 0;
+    }
+    largest.map(|(samples, jump)| Held { samples, jump, held })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_that_is_held_is_told_from_one_that_rests_or_is_coarse() {
+        let sine = |change: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+            (0..2000).map(|k| change(k, (0.01 * k as f64).sin())).collect()
+        };
+        let original = sine(&|_, value| value);
+        assert!(held(&original).is_none());
+        // An encoder of few counts, an arm that rests between its moves.
+        assert!(held(&sine(&|_, value| (value * 20.0).round() / 20.0)).is_none());
+        assert!(held(&sine(&|_, value| value.max(0.0))).is_none());
+        assert!(held(&sine(&|_, _| 0.3)).is_none());
+        assert!(held(&[]).is_none());
+        // Held at its fastest, at 0, for 20 samples.
+        let found =
+            held(&sine(&|k, value| if (629..649).contains(&k) { original[628] } else { value }));
+        let found = found.unwrap();
+        assert_eq!(found.samples, 628..649);
+        assert_eq!(found.held, 20);
+        assert!((found.jump - 21.0).abs() < 0.3, "{}", found.jump);
+    }
+}
