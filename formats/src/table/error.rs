@@ -82,6 +82,14 @@ pub enum TableError {
         /// What the parser said, with the line.
         error: csv::Error,
     },
+    /// The first row has numbers where names of columns belong: put a header before it.
+    #[error("{}: the first row has the number `{found}` and no names of columns; put a header before it: time_s and motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so on, or the same with joint_", file.display())]
+    NoHeader {
+        /// The file.
+        file: PathBuf,
+        /// What is first in it.
+        found: String,
+    },
     /// A header name that the format does not know: rename or remove the column.
     #[error("{}: column `{column}` is not known; expected time_s and motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so on, or the same with joint_", file.display())]
     UnknownColumn {

@@ -35,6 +35,9 @@ impl Header {
     /// Those of didim's own; others are refused.
     pub(super) fn parse(names: &[String], path: &Path) -> Result<Self, TableError> {
         let file = || path.to_path_buf();
+        if let Some(found) = names.first().filter(|name| name.trim().parse::<f64>().is_ok()) {
+            return Err(TableError::NoHeader { file: file(), found: found.clone() });
+        }
         let mut sides = Vec::new();
         let mut columns = Vec::with_capacity(names.len());
         for name in names {
