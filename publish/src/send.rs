@@ -57,7 +57,19 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
                 outage.begin(&why);
             }
             let wait = outage.until.saturating_duration_since(Instant::now()).min(LOOK);
-            tokio::time::sleep(wait).await;
+            let broken = async {
+                match &mut link {
+                    Some(link) => link.broken().await,
+                    None => core::future::pending().await,
+                }
+            };
+            let is_broken = tokio::select! {
+                () = tokio::time::sleep(wait) => false,
+                _ = broken => true,
+            };
+            if is_broken {
+                link = None;
+            }
         }
     }
 }

@@ -246,7 +246,7 @@ fn gravity_from_another_side_is_told_with_its_direction() {
 
 /// The condition number alone would say nothing of it where the motor of joint 6 turns with joint 5.
 #[test]
-fn a_joint_that_is_held_is_no_joint_to_predict() {
+fn a_joint_that_does_not_move_is_no_joint_to_predict() {
     for held in [3, 5] {
         let scenario = tx40_paper().unwrap();
         let mut moves = random_moves(&scenario, 9, 14);
@@ -256,7 +256,7 @@ fn a_joint_that_is_held_is_no_joint_to_predict() {
         let prediction = &estimate.verdict.uses.prediction;
         let joints: Vec<usize> = (prediction.reasons.iter())
             .filter_map(|reason| match reason {
-                Reason::Held { joint, .. } => Some(*joint),
+                Reason::Unmoved { joint, .. } => Some(*joint),
                 _ => None,
             })
             .collect();

@@ -261,6 +261,12 @@ impl<'a> Context<'a> {
         RowFilter::new(self.samples.len(), passband, |ratio| self.decimation.noise_power(ratio))
     }
 
+    /// The same with another model of the arm.
+    #[must_use]
+    pub(crate) fn with_model(&self, model: Model) -> Self {
+        Self { model, ..self.clone() }
+    }
+
     /// How many rows of a joint come in a second.
     pub(crate) fn rows_hz(&self) -> f64 {
         self.experiment.sample_rate_hz() / self.decimation.factor() as f64

@@ -163,13 +163,6 @@ impl Experiment {
         exchanged
     }
 
-    /// Positions of the motors, samples × motors \[rad or m\].
-    pub(crate) fn motor_position(&self, transmission: &Transmission) -> DMatrix<f64> {
-        let mut motors = self.position_rad.clone();
-        map_samples(&mut motors, |joint, to| transmission.motor_position(joint, to));
-        motors
-    }
-
     /// The same as it was before a low-pass of first order with this time constant \[s\], each recording by itself.
     #[must_use]
     pub(crate) fn before_low_pass(&self, time_constant_s: f64) -> Self {

@@ -13,7 +13,7 @@ use super::estimate::{
 };
 use super::held_out::HeldOut;
 use super::information::Information;
-use super::misread::misread;
+use super::misread::{Misread, misread};
 use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
@@ -217,7 +217,15 @@ impl Findings<'_> {
             });
         let cut_off = cut_off.into_iter().map(|found| Reason::CutOff { found });
         let stale = stale.into_iter().map(|found| Reason::Stale { found });
-        let of_signals = stale.chain(misread(context, errors)).chain(cut_off);
+        let misread = limits
+            .are_rows_enough(context, &estimate)
+            .then(|| misread(context, self.motion, &torque.measured(), errors));
+        let (misread, perhaps) = match misread.flatten() {
+            Some(Misread::For(reason)) => (Some(reason), None),
+            Some(Misread::Perhaps(note)) => (None, Some(note)),
+            None => (None, None),
+        };
+        let of_signals = stale.chain(misread).chain(cut_off);
         let known = Known {
             context,
             torque: uncertainty.torque,
@@ -233,6 +241,7 @@ impl Findings<'_> {
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
         notes.extend(beside_cut_off.into_iter().map(|found| Note::CutOff { found }));
+        notes.extend(perhaps);
         notes.extend(hardly_stale.into_iter().map(|found| Note::Stale { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);

@@ -2,24 +2,24 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::refitted::of_signals;
-use crate::dynamics::Model;
-use crate::identification::given::{
-    Context, Experiment, IdentificationError, exchange_positions, exchange_torques,
-};
-use crate::identification::observation::{Motion, filtered_torque, known_at, regressor_rows};
+use crate::MAX_JOINTS;
+use crate::identification::given::{Context, exchange_positions, exchange_torques};
+use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::regression::symmetric_product;
-use crate::robot::Transmission;
+use crate::robot::{JointKind, Transmission};
 
 /// Samples of each joint that are looked at.
 const SAMPLES: usize = 100;
 
+/// The golden ratio's share, by which places follow each other that no period of a motion meets again and again.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
 /// What is left of the torques: squares, over all joints.
 pub(super) struct Left {
     /// Of what is left of each joint's torque, relative to it.
-    pub(super) relative: f64,
-    /// Of what is left \[N²·m² or N²\].
-    pub(super) absolute: f64,
+    pub(super) of_joints: f64,
+    /// Of what is left of all torques, and of all forces, relative to them.
+    pub(super) of_all: f64,
 }
 
 /// What is added to the squares of columns of length 1: of those that depend on each other none is preferred.
@@ -36,24 +36,35 @@ pub(super) struct Glance {
 }
 
 impl Glance {
-    /// At signals of the arm of a context.
-    pub(super) fn at(
-        context: &Context<'_>,
-        experiment: &Experiment,
-    ) -> Result<Self, IdentificationError> {
-        let (context, motion) = of_signals(context, experiment)?;
+    /// Along a motion; `measured` are the torques of the rows that are fitted (r).
+    pub(super) fn along(context: &Context<'_>, motion: &Motion, measured: &DVector<f64>) -> Self {
         let (samples, joints) = (&context.samples, context.robot.joints());
-        let all = filtered_torque(&context)?;
-        let every = samples.len().div_ceil(SAMPLES).max(1);
-        let count = samples.len().div_ceil(every);
+        let rows = samples.len();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place")]
+        let row = |k: usize| ((GOLDEN * k as f64).fract() * rows as f64) as usize;
+        let count = if rows > 0 { SAMPLES } else { 0 };
         let of = |value: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(count, joints, value);
-        let at = |k: usize| samples[every * k];
         let motion = [
-            of(&|k, joint| motion.position[(at(k), joint)]),
-            of(&|k, joint| motion.velocity(at(k), joint)),
-            of(&|k, joint| motion.acceleration(at(k), joint)),
+            of(&|k, joint| motion.position[(samples[row(k)], joint)]),
+            of(&|k, joint| motion.velocity(samples[row(k)], joint)),
+            of(&|k, joint| motion.acceleration(samples[row(k)], joint)),
         ];
-        Ok(Self { motion, torque: of(&|k, joint| all[joint * samples.len() + every * k]) })
+        Self { motion, torque: of(&|k, joint| measured[joint * rows + row(k)]) }
+    }
+
+    /// How far each motor goes between any of the samples \[rad or m\].
+    pub(super) fn ranges(&self, transmission: &Transmission) -> Vec<f64> {
+        let [position, ..] = &self.motion;
+        let (joints, mut ranges) = (position.ncols(), [[f64::MAX, f64::MIN]; MAX_JOINTS]);
+        let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
+        for row in position.row_iter() {
+            of_joints.iter_mut().zip(row.iter()).for_each(|(to, from)| *to = *from);
+            transmission.motor_position(&of_joints[..joints], &mut of_motors[..joints]);
+            for ([low, high], value) in ranges.iter_mut().zip(of_motors) {
+                (*low, *high) = (low.min(value), high.max(value));
+            }
+        }
+        ranges[..joints].iter().map(|[low, high]| high - low).collect()
     }
 
     /// The same with the signals of two motors exchanged, counted from 0: all joints' pass the same filters.
@@ -69,18 +80,13 @@ impl Glance {
         Self { motion, torque }
     }
 
-    /// What a model leaves whose parameters of these columns leave the least squares of the relative errors of all joints, whether
-    /// or not the motion shows all of them. None where it has no finite solution.
-    pub(super) fn left(
-        &self,
-        context: &Context<'_>,
-        model: &Model,
-        columns: &[usize],
-    ) -> Option<Left> {
+    /// What the model of a context leaves whose parameters of these columns leave the least squares of the relative errors of all joints,
+    /// whether or not the motion shows all of them. None where it has no finite solution.
+    pub(super) fn left(&self, context: &Context<'_>, columns: &[usize]) -> Option<Left> {
         let (rows, joints) = self.torque.shape();
         let [position, velocity, acceleration] = self.motion.clone();
         let states = Motion::of(position, velocity, acceleration);
-        let mut regressor = regressor_rows(model, columns, &states).ok()?;
+        let mut regressor = regressor_rows(&context.model, columns, &states).ok()?;
         let mut torque = DVector::from_column_slice(self.torque.as_slice());
         if let Some(known) = known_at(context, &states).ok()? {
             torque -= known;
@@ -103,8 +109,17 @@ impl Glance {
         let solution = Cholesky::new(normal)?.solve(&regressor.tr_mul(&torque));
         let left = torque - regressor * solution;
         let squares = |joint: usize| left.rows(joint * rows, rows).norm_squared();
-        let absolute = levels.iter().enumerate().map(|(joint, own)| squares(joint) * own * own);
-        let found = Left { relative: (0..joints).map(squares).sum(), absolute: absolute.sum() };
-        found.absolute.is_finite().then_some(found)
+        // N·m and N are not added.
+        let of_kind = |kind: JointKind| {
+            let own = |joint: &usize| context.robot.chain()[*joint].kind == kind;
+            let sums = (0..joints).filter(own).fold([0.0; 2], |[left, torque], joint| {
+                let square = levels[joint] * levels[joint];
+                [left + squares(joint) * square, torque + square]
+            });
+            if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
+        };
+        let of_all = of_kind(JointKind::Revolute) + of_kind(JointKind::Prismatic);
+        let found = Left { of_joints: (0..joints).map(squares).sum(), of_all };
+        found.of_all.is_finite().then_some(found)
     }
 }

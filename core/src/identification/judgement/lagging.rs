@@ -7,7 +7,7 @@ use crate::identification::given::IdentificationError;
 use crate::identification::observation::hysteresis_along;
 use crate::robot::Hysteresis;
 
-/// The way over which friction may turn, as a share of a joint's range.
+/// The way over which friction may turn, as a share of a joint's range; of a turn, where that is larger.
 const WAY: f64 = 0.002;
 
 impl FittedModel<'_> {
@@ -27,8 +27,9 @@ impl FittedModel<'_> {
             lags -= self.observations.matrix().times(&self.analysis.estimate_shift(&lags));
             let [own, lags] = [residuals, &lags].map(|of| of.rows_range(of_joint.clone()));
             // Friction that is early would be another error.
-            let share = (own.dot(&lags) / lags.norm_squared()).max(0.0);
-            if share.is_finite() {
+            let squares = lags.norm_squared();
+            if squares > 0.0 {
+                let share = (own.dot(&lags) / squares).max(0.0);
                 *left = (own - lags * share).norm() / (rows as f64).sqrt();
             }
         }
@@ -39,7 +40,9 @@ impl FittedModel<'_> {
     fn changes_by_lag(&self) -> Result<DMatrix<f64>, IdentificationError> {
         let Self { context, motion, .. } = self;
         let ranges = context.robot.limits();
-        let ways = ranges.map(|of| WAY * (of.position_max - of.position_min)).collect();
+        let ways = ranges
+            .map(|of| WAY * (of.position_max - of.position_min).min(core::f64::consts::TAU))
+            .collect();
         let ends = context.experiment.ends();
         let stands =
             hysteresis_along(Some(Hysteresis::new(ways)), &ends, |k| motion.position_at(k));

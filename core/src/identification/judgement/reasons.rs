@@ -63,8 +63,8 @@ pub enum Reason {
     Elsewhere { error: f64, limit: f64, freedoms: Vec<FreedomEstimate> },
     /// The same of one joint.
     JointElsewhere { joint: usize, error: f64, limit: f64 },
-    /// A joint, numbered from 1, has gone no further than this in the whole record.
-    Held { joint: usize, moved: f64, unit: &'static str },
+    /// A joint, numbered from 1, goes no further than this in any recording.
+    Unmoved { joint: usize, moved: f64, unit: &'static str },
     /// Pieces of the motion are predicted badly without them.
     HeldOut { error: f64, limit: f64 },
     /// The motion cannot be held out in pieces.
@@ -109,6 +109,8 @@ pub enum Note {
     LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
     /// The torque of a motor stands at its largest value again and again.
     CutOff { found: CutOff },
+    /// With the signals of these two motors exchanged the model leaves this share of the squares.
+    Exchanged { motors: [usize; 2], left: f64 },
     /// Positions of motors stand still and then jump.
     Stale { found: Stale },
     /// All signals look low-passed with this time constant \[s\].
@@ -289,10 +291,10 @@ impl Display for Reason {
                 100.0 * error,
                 100.0 * limit
             ),
-            Self::Held { joint, moved, unit } => write!(
+            Self::Unmoved { joint, moved, unit } => write!(
                 f,
-                "joint {joint} is held, it moves {moved:.4} {unit} in all: what it takes to move it is not known; record it \
-                 moving over its range"
+                "joint {joint} does not move ({moved:.4} {unit}): what it takes to move it is not known; record it moving over its \
+                 range, or do not ask for prediction"
             ),
             Self::HeldOut { error, limit } => write!(
                 f,
@@ -329,8 +331,8 @@ impl Display for Reason {
             ),
             Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
                 f,
-                "the model leaves far less of the torques with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² in the base: check how \
-                 the arm is mounted, and gravity_m_s2 of the robot's file"
+                "the model leaves far less of the torques with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² in the base: check \
+                 gravity_m_s2 of the robot file, and whether the arm is on the floor, a wall or the ceiling"
             ),
             Self::WrongSignsOfJoint { joint, negative } => write!(
                 f,
@@ -385,23 +387,15 @@ impl fmt::Display for Jumping<'_> {
         let Stale { motors, recording, from_s, until_s, jump, share } = self.0;
         let (percent, several) = (100.0 * share, motors.len() > 1);
         let motors: Vec<String> = motors.iter().map(ToString::to_string).collect();
-        let (these, stand, jump_by, go, it) = match several {
-            true => (
-                "positions of motors",
-                "stand",
-                "jump by up to",
-                "they go",
-                "They were not logged as they",
-            ),
-            false => {
-                ("position of motor", "stands", "jumps by", "it goes", "It was not logged as it")
-            }
+        let (these, stand, jump_by, go) = match several {
+            true => ("positions of motors", "stand", "jump by up to", "they go"),
+            false => ("position of motor", "stands", "jumps by", "it goes"),
         };
         write!(
             f,
             "the {these} {} {stand} still from {from_s:.3} to {until_s:.3} s of recording {recording} and then {jump_by} \
-             {jump:.0} times what {go} in a sample at the fastest; {percent:.2} % of the samples are such. {it} came: leave that \
-             part out, or record again",
+             {jump:.0} times what {go} in a sample at the fastest; {percent:.2} % of the samples are such: the log repeats old \
+             values there; take its rows out of a table, which is then read in pieces, or record again",
             motors.join(", ")
         )
     }
@@ -517,18 +511,28 @@ impl Display for Note {
             ),
             Self::LowPassed { motor, slow, time_constant_s } => write!(
                 f,
-                "the {} of motor {motor} looks low-passed, with a time constant of some {:.0} ms: check the filters of its \
-                 drive; what friction and inertia of its joints would be without is in their combined uncertainty",
+                "the {} of motor {motor} looks low-passed, with a time constant of some {:.0} ms: check {}; what friction and \
+                 inertia of its joints would be without is in their combined uncertainty",
                 match slow {
                     Slow::Torque => "torque",
                     Slow::Position => "position",
                 },
-                1e3 * time_constant_s
+                1e3 * time_constant_s,
+                match slow {
+                    Slow::Torque => "the filters of its drive",
+                    Slow::Position => "the filters of its drive, and whether the cell's position filter is too low",
+                }
             ),
             Self::CutOff { found } => write!(
                 f,
                 "{}: where it is cut off there, the parameters are wrong; {CHECK_THE_RANGE}",
                 Standing(found)
+            ),
+            Self::Exchanged { motors: [one, other], left } => write!(
+                f,
+                "with the drives of motors {one} and {other} exchanged the model leaves {:.0} % less of the torques, in squares: check \
+                 which is which",
+                100.0 * (1.0 - left)
             ),
             Self::Stale { found } => write!(f, "{}", Jumping(found)),
             Self::AllLowPassed { time_constant_s } => write!(

@@ -37,7 +37,7 @@ impl Refitted {
 }
 
 /// What is asked of other signals of the arm of a context, and its motion by them.
-pub(super) fn of_signals<'a>(
+fn of_signals<'a>(
     context: &Context<'a>,
     experiment: &'a Experiment,
 ) -> Result<(Context<'a>, Motion), IdentificationError> {

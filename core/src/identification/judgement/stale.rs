@@ -1,5 +1,6 @@
 //! Positions that were not logged as they came: a signal stands still while the motor moves, and then jumps.
 
+use core::cmp::Ordering;
 use core::ops::Range;
 
 use crate::MAX_JOINTS;
@@ -11,8 +12,8 @@ const HELD: usize = 4;
 /// A jump is so many times what the motor goes in a sample at its fastest.
 const BEYOND: f64 = 2.0;
 
-/// The share of the steps that are no faster than the fastest: the others may be such jumps.
-const USUAL: f64 = 0.99;
+/// A motor that goes no further has nothing to hold \[rad or m\].
+const MOVES: f64 = 0.01;
 
 /// Values that differ by this share of the range are the same, whatever the transmission rounds.
 const SAME: f64 = 1e-9;
@@ -38,7 +39,7 @@ pub struct Stale {
 }
 
 impl Stale {
-    /// Of each motor that has any, the recording with the largest jump; those together that stood still together.
+    /// Of each motor that has any, the recording with the largest jump, of those first where it is more than a blemish; those together that stood still together.
     pub(super) fn all(context: &Context<'_>) -> Vec<Self> {
         let rate_hz = context.experiment.sample_rate_hz();
         let of_motor = |motor: usize| {
@@ -46,13 +47,14 @@ impl Stale {
             let found = recordings.filter_map(|(recording, of)| {
                 let positions: Vec<f64> =
                     of.counted.clone().map(|k| position_at(context, k, motor)).collect();
-                let Held { samples, jump, held } = held(&positions)?;
+                let Still { samples, jump, held } = held(&positions)?;
                 let at_s = |k: usize| (of.counted.start - of.samples.start + k) as f64 / rate_hz;
                 let (from_s, until_s) = (at_s(samples.start), at_s(samples.end));
                 let share = held as f64 / positions.len() as f64;
                 Some(Self { motors: vec![motor + 1], recording, from_s, until_s, jump, share })
             });
-            found.max_by(|one, other| one.jump.total_cmp(&other.jump))
+            let key = |of: &Self| (of.is_much(), of.jump);
+            found.max_by(|one, other| key(one).partial_cmp(&key(other)).unwrap_or(Ordering::Equal))
         };
         let mut all: Vec<Self> = Vec::new();
         for found in (0..context.robot.joints()).filter_map(of_motor) {
@@ -88,7 +90,7 @@ fn position_at(context: &Context<'_>, sample: usize, motor: usize) -> f64 {
 }
 
 /// A signal that stands still.
-struct Held {
+struct Still {
     /// From the first sample to the one after the largest jump.
     samples: Range<usize>,
     /// That, over what it goes in a sample at its fastest.
@@ -97,20 +99,16 @@ struct Held {
     held: usize,
 }
 
-fn held(signal: &[f64]) -> Option<Held> {
+fn held(signal: &[f64]) -> Option<Still> {
     let steps: Vec<f64> = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let [low, high] = signal
         .iter()
         .fold([f64::MAX, f64::MIN], |[low, high], value| [low.min(*value), high.max(*value)]);
     let same = SAME * (high - low);
-    let mut sorted = steps.clone();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of them")]
-    let place = (USUAL * steps.len() as f64) as usize;
-    if place >= sorted.len() {
-        return None;
-    }
-    let fastest = *sorted.select_nth_unstable_by(place, f64::total_cmp).1;
-    if fastest <= same {
+    // Of steps that follow another: what stands still begins slowly.
+    let following = steps.windows(2).filter(|pair| pair[0] > same);
+    let fastest = following.map(|pair| pair[1]).fold(0.0, f64::max);
+    if high - low < MOVES || fastest <= same {
         return None;
     }
     let (mut still, mut held, mut largest) = (0, 0, None);
@@ -128,7 +126,7 @@ fn held(signal: &[f64]) -> Option<Held> {
         }
         still = 0;
     }
-    largest.map(|(samples, jump)| Held { samples, jump, held })
+    largest.map(|(samples, jump)| Still { samples, jump, held })
 }
 
 #[cfg(test)]

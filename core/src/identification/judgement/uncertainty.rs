@@ -101,7 +101,7 @@ impl Uncertainty {
         };
         let mut combined = combined_by(&solution);
         // What is stated is judged without such a doubt, which could be the cause of what contradicts it.
-        if let Some(of_motion) = of_motion {
+        if let Some(of_motion) = of_motion.filter(|of| *of != floors) {
             combined = combined.sup(&combined_by(&solved(&of_motion)?));
         }
         let rows = observations.rows_per_joint();

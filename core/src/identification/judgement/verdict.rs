@@ -42,8 +42,8 @@ const OTHER_UNIT: f64 = 20.0;
 /// How far a command is from one of the other sign, relative to it, but for what friction and noise add.
 const OPPOSITE: core::ops::RangeInclusive<f64> = 1.9..=2.1;
 
-/// A joint that moves less than this share of its range is held, or than so much \[rad or m\].
-const HELD: f64 = 0.01;
+/// A joint that goes less than this share of its range does not move; of a range of 1 rad or m, where it is larger.
+const UNMOVED: f64 = 0.01;
 
 /// What the verdict needs to know beside the estimate.
 pub(super) struct Known<'a> {
@@ -119,6 +119,11 @@ impl VerdictLimits {
         reasons
     }
 
+    /// Whether there are rows enough.
+    pub(super) fn are_rows_enough(&self, context: &Context<'_>, estimate: &Estimate) -> bool {
+        !exceeds(self.rows_per_parameter, rows_per_parameter(context, estimate))
+    }
+
     /// By what the data tell with this cell, whatever the model lacks: windows of the same motion lack
     /// the same.
     fn monitoring(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
@@ -136,8 +141,7 @@ impl VerdictLimits {
                 .map(|(joint, deviation)| Reason::PredictionDeviation { joint, deviation, limit }),
         );
         let decimation = &known.context.decimation;
-        let independent = decimation.cutoff_ratio() * estimate.rows as f64;
-        let per_parameter = independent / estimate.parameters.len() as f64;
+        let per_parameter = rows_per_parameter(known.context, estimate);
         if exceeds(self.rows_per_parameter, per_parameter) {
             reasons.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
         }
@@ -189,8 +193,8 @@ impl VerdictLimits {
                 })
                 .map(|(joint, error)| Reason::JointError { joint, error, limit }),
         );
-        // Elsewhere is at speeds up to those of the record, where a joint that is held has none.
-        reasons.extend(held(known.context, estimate));
+        // Elsewhere is at speeds up to those of the record, where a joint that does not move has none.
+        reasons.extend(unmoved(known.context));
         let (elsewhere, limit) = (&estimate.elsewhere, self.error_elsewhere);
         if exceeds(elsewhere.relative_error, limit) {
             let error = elsewhere.relative_error;
@@ -431,13 +435,28 @@ fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str
         _ => None,
     }
 }
-/// Joints that do not move.
-fn held(context: &Context<'_>, estimate: &Estimate) -> impl Iterator<Item = Reason> {
-    let joints = (1..).zip(&estimate.reached_per_joint).zip(context.robot.chain());
-    joints.filter_map(|((joint, reached), own)| {
-        let [least, most] = reached.position;
-        let (moved, range) = (most - least, own.limits.position_max - own.limits.position_min);
-        let unit = own.kind.position_unit();
-        (moved < HELD.max(HELD * range)).then_some(Reason::Held { joint, moved, unit })
+
+/// Independent rows.
+fn rows_per_parameter(context: &Context<'_>, estimate: &Estimate) -> f64 {
+    context.decimation.cutoff_ratio() * estimate.rows as f64 / estimate.parameters.len() as f64
+}
+
+/// Joints that do not move in any recording.
+fn unmoved(context: &Context<'_>) -> impl Iterator<Item = Reason> {
+    let (positions, recordings) =
+        (context.experiment.position_rad(), context.experiment.recordings());
+    let moved = |joint: usize| {
+        let ranges = recordings.iter().map(|of| {
+            let of_samples = of.counted.clone().map(|k| positions[(k, joint)]);
+            let [low, high] =
+                of_samples.fold([f64::MAX, f64::MIN], |[low, high], q| [low.min(q), high.max(q)]);
+            high - low
+        });
+        ranges.fold(0.0, f64::max)
+    };
+    (0..).zip(context.robot.chain()).filter_map(move |(joint, own)| {
+        let (moved, range) = (moved(joint), own.limits.position_max - own.limits.position_min);
+        let (number, unit) = (joint + 1, own.kind.position_unit());
+        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint: number, moved, unit })
     })
 }

@@ -11,7 +11,7 @@ use crate::robot::Robot;
 /// Postures that are looked at.
 const POSTURES: u32 = 1000;
 
-/// Of those where it is not positive definite, so many are looked at: the first are as good as any.
+/// Of those where it is not positive definite, so many are looked at, the furthest by their smallest eigenvalues.
 const MOST: usize = 128;
 
 /// Postures that go through the dynamics at once, a divisor of their number.
@@ -29,7 +29,7 @@ pub(super) struct Indefinite {
 }
 
 /// The posture within the robot's limits where the mass matrix of these parameters is furthest from
-/// positive definite, beside the statistical uncertainty, if one of a thousand postures is such: those of Halton's
+/// positive definite, beside the statistical uncertainty, if one of a thousand postures is such, of the hundred or so with the most negative eigenvalues: those of Halton's
 /// sequence (*Numer. Math.* 2, 1960), which fill the workspace evenly.
 pub(super) fn indefinite_posture(
     robot: &Robot,
@@ -38,7 +38,7 @@ pub(super) fn indefinite_posture(
     parameters: &DVector<f64>,
     covariance: &DMatrix<f64>,
 ) -> Result<Option<Indefinite>, IdentificationError> {
-    let found: Vec<_> = indefinite(robot, model, &selection.standard(parameters))
+    let mut found: Vec<_> = indefinite(robot, model, &selection.standard(parameters))
         .into_iter()
         .map(|(posture, mass)| {
             let eigen = SymmetricEigen::new(mass);
@@ -47,6 +47,8 @@ pub(super) fn indefinite_posture(
             (posture, value, direction)
         })
         .collect();
+    found.sort_by(|(_, one, _), (_, other, _)| one.total_cmp(other));
+    found.truncate(MOST);
     // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
     let (count, n) = (found.len(), robot.joints());
     let twice = |of: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(2 * count, n, of);
@@ -97,9 +99,6 @@ fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, 
         let mass_at = |l: usize| DMatrix::from_fn(n, n, |i, j| mass[i * n + j].0[l]);
         for l in (0..TOGETHER).filter(|l| Cholesky::new(mass_at(*l)).is_none()) {
             found.push((q.iter().map(|q| q.0[l]).collect(), mass_at(l)));
-        }
-        if found.len() >= MOST {
-            break;
         }
     }
     found
