@@ -45,16 +45,6 @@ pub enum RobotError {
         /// Line, counted from 1.
         line: usize,
     },
-    /// More gravity than there is on any ground.
-    #[error(
-        "line {line}: `gravity_m_s2` is {size} m/s² long, more than twice that of the Earth; give it in m/s²"
-    )]
-    Gravity {
-        /// Its length \[m/s²\].
-        size: f64,
-        /// Line, counted from 1.
-        line: usize,
-    },
     /// A joint lacks a limit.
     #[error("line {line}: joint {joint} has no `{key}`; add it, limits have no default")]
     MissingLimit {

@@ -15,9 +15,6 @@ use super::{
 };
 use crate::MAX_JOINTS;
 
-/// Length of `gravity_m_s2` \[m/s²\] beyond which it is in another unit.
-const MOST_GRAVITY: f64 = 20.0;
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawRobot {
@@ -125,11 +122,6 @@ impl Robot {
         if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
             let line = text.line_of(&raw.gravity_m_s2);
             return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });
-        }
-        let size = raw.gravity_m_s2.get_ref().iter().map(|own| own * own).sum::<f64>().sqrt();
-        if size > MOST_GRAVITY {
-            let line = text.line_of(&raw.gravity_m_s2);
-            return Err(RobotError::Gravity { size, line });
         }
         let found = raw.joint.len();
         if !(1..=MAX_JOINTS).contains(&found) {
