@@ -5,7 +5,7 @@
 //! rotations are permutations; and axes at any angle, of which nothing is known beforehand.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
-#[path = "../core/tests/dynamics/arms.rs"]
+#[path = "../crates/dynamics/tests/dynamics/arms.rs"]
 #[allow(dead_code, reason = "the tests need more of it")]
 mod arms;
 
@@ -14,8 +14,8 @@ use std::time::Duration;
 
 use arms::{Design, Random, physical_parameters};
 use criterion::{BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
-use didim_core::MAX_JOINTS;
-use didim_core::dynamics::{Model, Workspace};
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::{Model, Workspace};
 
 /// Taken one after the other, so that no branch is learnt.
 const STATES: usize = 256;

@@ -1,15 +1,15 @@
-//! The kernels of the dynamics, on the TX40 with physical links: one evaluation each.
+//! Kernels of the dynamics, on the TX40 with physical links: one evaluation each.
 //!
-//! 1,024 random states, taken one after the other, so that no branch is learnt. Friction's sign is
-//! a comparison here; `…_tanh` is the law of the shipped file, whose seven hyperbolic tangents are
-//! a good part of the time.
+//! The states are 1,024 random ones, taken one after the other, so that no branch is learnt.
+//! Friction's sign is a comparison here. `…_tanh` is the law of the shipped file, whose seven
+//! hyperbolic tangents take a good part of the time.
 //!
-//! Each of the ten samples is a tenth of the measuring time, about 0.1 s: on a machine that others
-//! use as well, short samples would fall between its interruptions, and whoever is compared with
-//! would look slower for measuring longer.
+//! Each of the ten samples is a tenth of the measuring time, about 0.1 s. On a shared machine,
+//! short samples would fall between its interruptions, and a peer that measures longer would look
+//! slower.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
-#[path = "../core/benches/states/mod.rs"]
+#[path = "../crates/identification/benches/states/mod.rs"]
 mod states;
 
 use std::hint::black_box;
@@ -18,9 +18,9 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::numeric::{Lanes, Scalar};
-use didim_core::robot::{Robot, SignModel};
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::numeric::{Lanes, Scalar};
+use didim_dynamics::robot::{Robot, SignModel};
 use states::{L, N, State, in_lanes, states};
 
 const STATES: usize = 1024;

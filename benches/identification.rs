@@ -1,5 +1,5 @@
-//! IDIM-LS on 45,000 samples of six joints, DIDIM, CLIE and CLOE on 34,500, 28 parameters: the paper's
-//! arm, simulated.
+//! IDIM-LS on 45,000 samples of six joints, DIDIM, CLIE and CLOE on 34,500, 28 parameters: the
+//! paper's arm, simulated.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -10,11 +10,12 @@
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
-use didim_core::control::SimulatedController;
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    DecimationFilter, Experiment, Method, Options, PositionFilter, SignalTiming, Signals, Start,
-    identify, idim_ls_unchecked,
+use didim_dynamics::SignalTiming;
+use didim_dynamics::control::SimulatedController;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_identification::identification::{
+    DecimationFilter, Experiment, Method, Options, PositionFilter, Start, identify,
+    idim_ls_unchecked,
 };
 use didim_sim::{PlaybackConfig, Scenario};
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +31,7 @@ fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment
     let record =
         scenario.clone().with_playback(playback).unwrap().played_loop().unwrap().run(samples);
     let record = record.unwrap();
-    let signals = Signals::of_motors(&record);
+    let signals = record.motor_signals();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
@@ -55,9 +56,10 @@ fn identification(criterion: &mut Criterion) {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment_of(&scenario, SAMPLES, 2500);
     let options = regression(&scenario, 200.0, 100);
-    let found = identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap().estimate;
-    assert_eq!((found.samples, found.parameters.len()), (SAMPLES, 28));
-    assert!(found.verdict.applicable, "{:?}", found.verdict.reasons);
+    let identified =
+        identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap().estimate;
+    assert_eq!((identified.samples, identified.parameters.len()), (SAMPLES, 28));
+    assert!(identified.verdict.applicable, "{:?}", identified.verdict.reasons);
 
     let mut group = criterion.benchmark_group("idim_ls_45000x6");
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
@@ -67,7 +69,7 @@ fn identification(criterion: &mut Criterion) {
     // What benches/numpy_idim_ls.py computes, and the correction of the standard deviations.
     let fit = idim_ls_unchecked(robot, &base, &experiment, &options).unwrap();
     let values = fit.parameters.iter().map(|parameter| parameter.value);
-    assert!(values.eq(found.parameters.iter().map(|parameter| parameter.value)));
+    assert!(values.eq(identified.parameters.iter().map(|parameter| parameter.value)));
     group.bench_function("28_parameters_without_checks", |bencher| {
         bencher.iter(|| idim_ls_unchecked(robot, &base, &experiment, &options).unwrap());
     });
@@ -94,9 +96,9 @@ fn simulated(criterion: &mut Criterion) {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment_of(&scenario, scenario.samples(), 0);
     let options = paper_options(&scenario);
-    let found = identify(Method::Didim, robot, &base, &experiment, &options).unwrap().estimate;
-    assert_eq!((found.samples, found.parameters.len()), (34_500, 28));
-    println!("didim_34500x6: {} simulations", found.simulations);
+    let identified = identify(Method::Didim, robot, &base, &experiment, &options).unwrap().estimate;
+    assert_eq!((identified.samples, identified.parameters.len()), (34_500, 28));
+    println!("didim_34500x6: {} simulations", identified.simulations);
 
     let mut group = criterion.benchmark_group("didim_34500x6");
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
@@ -107,7 +109,7 @@ fn simulated(criterion: &mut Criterion) {
     let mut near = options.clone();
     near.simulation.start = Start::IdimLs;
     let same = identify(Method::Didim, robot, &base, &experiment, &near).unwrap().estimate;
-    for (a, b) in found.parameters.iter().zip(&same.parameters) {
+    for (a, b) in identified.parameters.iter().zip(&same.parameters) {
         assert!((a.value - b.value).abs() < 0.1 * a.standard_deviation, "{}", a.name);
     }
     println!("didim_34500x6 from idim-ls: {} simulations", same.simulations);
@@ -138,10 +140,10 @@ fn output_error(criterion: &mut Criterion) {
         let mut simulations = 0;
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                let found =
+                let identified =
                     identify(method, &robot, &base, &experiment, &options).unwrap().estimate;
-                assert!(found.verdict.failure.is_none(), "{:?}", found.verdict.reasons);
-                simulations = found.simulations;
+                assert!(identified.verdict.failure.is_none(), "{:?}", identified.verdict.reasons);
+                simulations = identified.simulations;
             });
         });
         println!("output_error_34500x6/{name}: {simulations} simulations");

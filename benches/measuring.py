@@ -161,7 +161,7 @@ def machine():
         "processors": len(os.sched_getaffinity(0)),
         "vector instructions": " ".join(f for f in VECTOR_INSTRUCTIONS if f in flags) or "unknown",
         "kernel": f"{platform.system()} {platform.release()}",
-        "governor": governor or "not told",
+        "governor": governor or "unknown",
         "load": round(os.getloadavg()[0], 1),
         "rustc": rustc(),
         "revision": revision.strip() if revision else "unknown",

@@ -1,13 +1,14 @@
-//! How the cost of IDIM-LS grows with samples and with parameters: the paper's arm, which repeats its
-//! motion.
+//! How the cost of IDIM-LS grows with samples and with parameters: the paper's arm, which repeats
+//! its motion.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    DecimationFilter, Experiment, Method, Options, PositionFilter, SignalTiming, Signals, identify,
+use didim_dynamics::SignalTiming;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_identification::identification::{
+    DecimationFilter, Experiment, Method, Options, PositionFilter, identify,
 };
 use didim_sim::{PlaybackConfig, Scenario};
 
@@ -25,7 +26,7 @@ fn experiment(scenario: &Scenario, samples: usize) -> Experiment {
     let playback = PlaybackConfig { lead_in_s: 0.0, tail_s: 0.1, cycles: None };
     let repeated = scenario.clone().with_playback(playback).unwrap();
     let record = repeated.played_loop().unwrap().run(samples).unwrap();
-    let signals = Signals::of_motors(&record);
+    let signals = record.motor_signals();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })

@@ -1,11 +1,11 @@
-//! The service on a bus whose frames come at a stated rate: what `benches/service` starts, and looks
-//! at from outside.
+//! The service on a bus whose frames come at a given rate: the program that `benches/service`
+//! starts and observes from outside.
 //!
-//! The bus is that of the cell: a CAN interface, or `inproc:`, whose frames are stamped with
-//! CLOCK_REALTIME when they are sent, as a kernel stamps those of an interface, and dropped when it
-//! is full. The frames are one motion of the simulated arm, made before the start and repeated; their
-//! sender is a thread of this process. At the end one JSON object says what was sent and what the
-//! service told last.
+//! The bus is that of the cell: a CAN interface, or `inproc:`. The frames of `inproc:` are stamped
+//! with CLOCK_REALTIME when they are sent, as a kernel stamps those of an interface, and dropped
+//! when it is full. The frames are one motion of the simulated arm, made before the start and
+//! repeated. A thread of this process sends them. At the end one JSON object gives what was sent
+//! and the last report of the service.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Parser;
+use didim::analysis::identify::LastIdentification;
 use didim::cell::{BusAddress, Cell};
 use didim::live::stream::{FOLDER, Pace, PrivateNetwork, RUN_PREFIX};
-use didim::offline::identify::LastIdentification;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{OpenedSource, acquisition, estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
@@ -88,7 +88,7 @@ struct StampingSink(InProcessSink);
 impl Sink for StampingSink {
     fn send(&mut self, frame: &Frame) -> Result<(), SinkError> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
-        self.0.send(&frame.at(u64::try_from(now.as_nanos()).unwrap()))
+        self.0.send(&frame.with_stamp(u64::try_from(now.as_nanos()).unwrap()))
     }
 }
 
@@ -163,18 +163,19 @@ fn send(sink: &mut dyn Sink, motion: &[Frame], rate_hz: f64, seconds: f64) -> Se
     sent
 }
 
-/// Waits until every frame is a sample that the worker has, or is counted as lost on the way: who is
-/// late has lost nothing. Not for ever: what is missing then was not read in time.
+/// Waits until every frame is a sample that the worker has, or is counted as lost on the way: who
+/// is late has lost nothing. Not for ever: what is missing then was not read in time.
 fn drain(status: &Path, frames: u64) {
-    let is_drained = |snapshot: Snapshot| {
-        let (Some(bus), Some(work)) = (snapshot.acquisition, snapshot.estimation) else {
-            return false;
-        };
-        bus.frames + bus.counters.queue_drops >= frames
-            && work.samples + work.samples_missing >= bus.samples
-    };
     let start = Instant::now();
-    while start.elapsed() < DRAIN && !fetch_status(status).is_ok_and(is_drained) {
+    while start.elapsed() < DRAIN
+        && !fetch_status(status).is_ok_and(|snapshot: Snapshot| {
+            let (Some(bus), Some(work)) = (snapshot.acquisition, snapshot.estimation) else {
+                return false;
+            };
+            bus.frames + bus.counters.queue_drops >= frames
+                && work.samples + work.samples_missing >= bus.samples
+        })
+    {
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -226,11 +227,11 @@ fn main() {
     });
     let report = run(&options, parts).unwrap();
     let sent = sender.unwrap().join().unwrap();
-    let told = json!({
+    let summary = json!({
         "frames": sent.frames,
         "seconds": sent.seconds,
         "latest_s": sent.latest.as_secs_f64(),
         "snapshot": report.snapshot,
     });
-    println!("{told}");
+    println!("{summary}");
 }

@@ -7,12 +7,12 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use didim_core::control::{
+use didim_dynamics::control::{
     ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController,
 };
-use didim_core::robot::Robot;
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
-use didim_core::trajectory::Reference;
+use didim_dynamics::robot::Robot;
+use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationConfig};
+use didim_dynamics::trajectory::Reference;
 
 const STEPS: usize = 34_500;
 const N: usize = 6;
@@ -25,7 +25,7 @@ impl Reference for Sines {
         N
     }
 
-    fn at(&self, time_s: f64, q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+    fn evaluate(&self, time_s: f64, q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         for (joint, ((q, dq), ddq)) in q.iter_mut().zip(dq).zip(ddq).enumerate().take(N) {
             let w = TAU * (0.3 + 0.1 * joint as f64);
             let amplitude = 0.8 / (1 + joint) as f64;

@@ -1,4 +1,4 @@
-//! Signals to a process: the one place where they are registered.
+//! Signals to a process, which are all registered here.
 
 use core::future::pending;
 use std::io;
@@ -10,13 +10,13 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::files::discard_unfinished;
 
-/// Exit code of a command that was told to end before it was done: what shells give for SIGINT.
+/// Exit code of a command that was ended early: the one that shells give for SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
 /// What to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// SIGTERM or SIGINT; SIGHUP where there is nothing to read again: a terminal was closed.
+pub enum Received {
+    /// SIGTERM or SIGINT. Also SIGHUP if there is nothing to reload: a terminal was closed.
     End,
     /// SIGHUP.
     Reload,
@@ -28,32 +28,33 @@ pub struct Signals {
     terminate: Signal,
     interrupt: Signal,
     hangup: Option<Signal>,
-    on_hangup: Told,
+    on_hangup: Received,
 }
 
 impl Signals {
-    /// Registers for them; `reloads` says whether SIGHUP means to read the configuration again.
+    /// Registers for the signals. If `reloads` is true, SIGHUP means to read the configuration
+    /// again.
     ///
     /// # Errors
-    /// The system's.
+    /// Those of the system.
     pub fn register(reloads: bool) -> io::Result<Self> {
-        // Under nohup(1) it is ignored, and stays so unless it has another meaning.
+        // SIGHUP is ignored under nohup(1), and stays ignored unless it has another meaning.
         let listens = reloads || !hangup_is_ignored();
         Ok(Self {
             terminate: signal(SignalKind::terminate())?,
             interrupt: signal(SignalKind::interrupt())?,
             hangup: listens.then(|| signal(SignalKind::hangup())).transpose()?,
-            on_hangup: if reloads { Told::Reload } else { Told::End },
+            on_hangup: if reloads { Received::Reload } else { Received::End },
         })
     }
 
     /// Waits for a signal that ends the process.
     pub async fn end(&mut self) {
-        while self.next().await != Told::End {}
+        while self.next().await != Received::End {}
     }
 
     /// The next signal.
-    pub async fn next(&mut self) -> Told {
+    pub async fn next(&mut self) -> Received {
         let Self { terminate, interrupt, hangup, on_hangup } = self;
         let hangup = async {
             match hangup {
@@ -62,30 +63,29 @@ impl Signals {
             }
         };
         tokio::select! {
-            _ = terminate.recv() => Told::End,
-            _ = interrupt.recv() => Told::End,
+            _ = terminate.recv() => Received::End,
+            _ = interrupt.recv() => Received::End,
             _ = hangup => *on_hangup,
         }
     }
 }
 
-/// A flag that the first signal sets; the second ends the process at once.
+/// Returns a flag that the first signal sets. The second signal ends the process at once.
 ///
 /// # Errors
 /// The system gives no handler or thread.
 pub fn stop_flag() -> io::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
-    let told = Arc::clone(&stop);
+    let flag = Arc::clone(&stop);
     at_each(move || {
-        if told.swap(true, Ordering::Relaxed) {
+        if flag.swap(true, Ordering::Relaxed) {
             end_now();
         }
     })?;
     Ok(stop)
 }
 
-/// Lets the first signal end the process, with [`INTERRUPTED`] and without files that are half
-/// written.
+/// Lets the first signal end the process with [`INTERRUPTED`] and without half-written files.
 ///
 /// # Errors
 /// The system gives no handler or thread.
@@ -98,23 +98,25 @@ fn end_now() {
     std::process::exit(i32::from(INTERRUPTED));
 }
 
-/// Does something at each signal that ends a process, on a thread of its own.
+/// Calls `act` at each signal that ends a process, on a separate thread.
 fn at_each(mut act: impl FnMut() + Send + 'static) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_io().build()?;
-    // Before this returns, not when the thread gets to run.
+    // Registered before this function returns, not when the thread first runs.
     let mut signals = runtime.block_on(async { Signals::register(false) })?;
-    let wait = move || {
-        runtime.block_on(async {
-            loop {
-                signals.end().await;
-                act();
-            }
-        });
-    };
-    std::thread::Builder::new().name("signals".into()).spawn(wait).map(drop)
+    std::thread::Builder::new()
+        .name("signals".into())
+        .spawn(move || {
+            runtime.block_on(async {
+                loop {
+                    signals.end().await;
+                    act();
+                }
+            });
+        })
+        .map(drop)
 }
 
-/// Whether the process was started with SIGHUP ignored (proc_pid_status(5), SigIgn).
+/// Returns true if the process was started with SIGHUP ignored (proc_pid_status(5), SigIgn).
 fn hangup_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -37,7 +37,8 @@ fn bus(when_full: WhenFull) -> (InProcessSender, Box<dyn Source>) {
     (sender, Box::new(source))
 }
 
-/// A frame every 200 µs. A sender that is late by more does not catch up: its frames come one by one.
+/// A frame every 200 µs. A sender that is late by more does not catch up: its frames come one by
+/// one.
 fn send_at_5_khz(sender: &InProcessSender, frames: &[Frame]) {
     let mut due = Instant::now();
     for frame in frames {
@@ -146,11 +147,11 @@ fn a_stop_is_obeyed_within_100_ms() {
         });
         sender.send(frames(1, |_| false)[0]).unwrap();
         eventually("the frame is counted", || shared.counts().source.frames == 1);
-        let told = Instant::now();
+        let start = Instant::now();
         stop.store(true, Ordering::Relaxed);
         let (end, ended) = thread.join().unwrap();
         assert_eq!(end.unwrap(), AcquireEnd::Stopped);
-        assert!(ended - told < Duration::from_millis(100), "{:?}", ended - told);
+        assert!(ended - start < Duration::from_millis(100), "{:?}", ended - start);
     });
 }
 
@@ -166,16 +167,16 @@ fn silence_is_noticed_and_ends_with_the_next_frame() {
             let options = options(&network, Pace::Live);
             Acquisition::start(&options, source, assembler(), &shared).unwrap().run(&stop)
         });
-        let is = |state| {
+        fn is(state: BusState, shared: &SharedAcquisition) -> impl Fn() -> bool {
             let shared = shared.clone();
             move || shared.counts().bus == state
-        };
+        }
         assert_eq!(shared.counts().bus, BusState::Waiting);
         sender.send(frames[0]).unwrap();
-        eventually("the bus is there", is(BusState::Ok));
-        eventually("the bus is silent", is(BusState::Silent));
+        eventually("the bus is there", is(BusState::Ok, &shared));
+        eventually("the bus is silent", is(BusState::Silent, &shared));
         sender.send(frames[1]).unwrap();
-        eventually("the bus is back", is(BusState::Ok));
+        eventually("the bus is back", is(BusState::Ok, &shared));
         drop(sender);
         assert_eq!(thread.join().unwrap().unwrap(), AcquireEnd::SourceEnded);
         assert_eq!(shared.counts().bus, BusState::Ended);
@@ -416,7 +417,8 @@ fn drives_that_are_all_disabled_are_idle_and_a_gap_is_over() {
 /// How long frames were queued before they are read.
 const QUEUED: Duration = Duration::from_millis(5);
 
-/// Hands out a frame a millisecond, stamped by the computer's clock as long before as it was queued.
+/// Hands out a frame a millisecond, stamped by the computer's clock as long before as it was
+/// queued.
 struct Queued(Faulty);
 
 impl Source for Queued {
@@ -424,7 +426,7 @@ impl Source for Queued {
         std::thread::sleep(Duration::from_millis(1));
         let Some(frame) = self.0.frames.next() else { return Ok(Received::End) };
         let stamp = SystemTime::now().duration_since(UNIX_EPOCH).unwrap() - QUEUED;
-        batch.push(frame.at(u64::try_from(stamp.as_nanos()).unwrap()));
+        batch.push(frame.with_stamp(u64::try_from(stamp.as_nanos()).unwrap()));
         Ok(Received::Frames)
     }
 

@@ -14,12 +14,12 @@ use didim::live::worker::{Identified, Identify, TimeOfDay, Trigger, WindowOption
 use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
 };
-use didim_core::identification::Estimate;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::{
     InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
     WhenFull, in_process_bus,
 };
+use didim_identification::identification::Estimate;
 
 /// What is wrong with a child, by the word that its parent gives it.
 fn fault() -> String {
@@ -85,7 +85,7 @@ fn identify() -> Identify {
     })
 }
 
-/// A service on a bus at 1 kHz, live or replayed, until it is told to stop.
+/// A service on a bus at 1 kHz, live or replayed, until it is stopped.
 #[test]
 #[ignore = "the other process of a test"]
 fn child_serves() {
@@ -203,8 +203,9 @@ fn it_is_ready_when_samples_flow_and_says_what_flows() {
     let (number, ready) = managed.manager.expect(0, "READY=1");
     assert!(ready.contains("window open"), "{ready}");
     // Samples flow: the status of that moment has some.
-    let told = didim::service::status::fetch_status(&managed.folder.path().join("status")).unwrap();
-    assert!(told.acquisition.unwrap().samples > 0);
+    let status =
+        didim::service::status::fetch_status(&managed.folder.path().join("status")).unwrap();
+    assert!(status.acquisition.unwrap().samples > 0);
     let (_, line) = managed.manager.expect(number, " samples/s");
     assert!(line.starts_with("STATUS="), "{line}");
     managed.manager.expect(number, "last estimate not applicable, ");

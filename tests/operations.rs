@@ -1,8 +1,8 @@
-//! Whatever a running service may say is in its manual, docs/operations.md: the lines of the status, the
-//! reasons why all is not well, the causes of losses, the metrics.
+//! Everything that a running service may report is in its manual, docs/reference: the lines of the
+//! status, the reasons of its health, the causes of losses, the findings of a verdict, the metrics.
 //!
-//! The program itself is asked: a status in which everything is told is rendered, judged and exposed, and
-//! what comes out is looked up. Where a type lists what there is, the compiler asks here for what is new.
+//! The program itself is asked: a status with every field set is rendered, judged and exposed, and
+//! the output is looked up. Where a type lists its values, the compiler asks here for new ones.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -10,6 +10,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use didim::analysis::identify::identify_measurement;
 use didim::archive::drift::{Baseline, Change, DriftOptions, NotComparable, Tracker, sentence};
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
@@ -19,20 +20,23 @@ use didim::live::acquire::{
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
-use didim::offline::identify::identify_measurement;
 use didim::service::metrics::exposition;
 use didim::service::paths::Paths;
 use didim::service::status::{
     Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
 };
 use didim::window::DriveReadings;
-use didim_core::identification::Use;
-use didim_core::{Reading, Readings};
 use didim_drivers::assemble::{Losses, label};
+use didim_dynamics::{Reading, Readings};
 use didim_formats::read_csv;
+use didim_identification::identification::Use;
 use serde_json::{Value, json};
 
-const MANUAL: &str = include_str!("../docs/operations.md");
+const MANUAL: &str = concat!(
+    include_str!("../docs/reference/status.md"),
+    include_str!("../docs/reference/findings.md"),
+    include_str!("../docs/reference/metrics.md"),
+);
 
 /// What the manual has as code within a line, outside of blocks.
 fn quoted(text: &'static str) -> Vec<&'static str> {
@@ -79,23 +83,23 @@ fn is_of(pattern: &str, said: &str) -> bool {
 #[track_caller]
 fn are_in_the_manual(said: &BTreeSet<String>, at_least: usize) {
     assert!(said.len() >= at_least, "too few: {said:#?}");
-    let known = quoted(MANUAL);
+    let messages = quoted(MANUAL);
     let missing: Vec<_> =
-        said.iter().filter(|said| !known.iter().any(|pattern| is_of(pattern, said))).collect();
-    assert!(missing.is_empty(), "docs/operations.md has nothing on {missing:#?}");
+        said.iter().filter(|said| !messages.iter().any(|pattern| is_of(pattern, said))).collect();
+    assert!(missing.is_empty(), "docs/reference has nothing on {missing:#?}");
 }
 
-/// What stands as code in the first column of a section's tables is said by the program: nothing is left
-/// of what it once said.
+/// What stands as code in the first column of a section's tables is said by the program: nothing is
+/// left of what it once said.
 #[track_caller]
 fn is_still_said(heading: &str, said: &BTreeSet<String>) {
     let section = MANUAL.split(heading).nth(1).unwrap().split("\n#").next().unwrap();
     let firsts = section.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
-    let known: Vec<&str> = firsts.flat_map(quoted).collect();
-    assert!(!known.is_empty(), "{heading}");
-    let stale: Vec<_> =
-        known.iter().filter(|pattern| !said.iter().any(|said| is_of(pattern, said))).collect();
-    assert!(stale.is_empty(), "the program does not say {stale:#?}");
+    let patterns: Vec<&str> = firsts.flat_map(quoted).collect();
+    assert!(!patterns.is_empty(), "{heading}");
+    let outdated: Vec<_> =
+        patterns.iter().filter(|pattern| !said.iter().any(|said| is_of(pattern, said))).collect();
+    assert!(outdated.is_empty(), "the program does not say {outdated:#?}");
 }
 
 #[test]
@@ -141,13 +145,15 @@ fn optional(key: &str) -> Value {
         "note" => json!({ "text": "in words" }),
         "load" => json!({
             "state": "load", "since": "2026-11-22T00:00:00Z",
-            "mass_kg": { "value": 2.0, "standard_deviation": 0.1 }, "changes": 1, "why_not": "in words"
+            "mass_kg": { "value": 2.0, "standard_deviation": 0.1 },
+            "changes": 1, "why_not": "in words"
         }),
         "drift" => json!({
             "baseline": 1, "time": "2026-11-22T00:00:00Z", "compared": true, "reconfigured": true,
             "why_not": "in words",
             "parameters": [{
-                "parameter": "fc3", "relative_change": 1.0, "deviation_sigma": 1.0, "band_share": 1.0
+                "parameter": "fc3", "relative_change": 1.0, "deviation_sigma": 1.0,
+                "band_share": 1.0
             }],
             "alarms": []
         }),
@@ -203,19 +209,19 @@ fn everything() -> Snapshot {
     }
     fill(&mut value, "");
     let mut snapshot: Snapshot = serde_json::from_value(value).unwrap();
-    let mut told = Readings::default();
-    Reading::ALL.into_iter().for_each(|reading| told.set(reading, 0, 8.0));
-    let readings = DriveReadings::of([&told]);
+    let mut all_readings = Readings::default();
+    Reading::ALL.into_iter().for_each(|reading| all_readings.set(reading, 0, 8.0));
+    let readings = DriveReadings::from_cycles([&all_readings]);
     let estimation = snapshot.estimation.as_mut().unwrap();
     estimation.last_estimate.as_mut().unwrap().readings = readings.clone();
     snapshot.acquisition.as_mut().unwrap().readings = readings;
-    snapshot.health = Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
+    snapshot.health = Health::new(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
     snapshot
 }
 
 /// What the last five seconds may have brought: each flow, and each way to word its causes.
 fn recent() -> Vec<RecentCounts> {
-    let of = |samples, cycles_idle, cycle: Option<&str>, frame: Option<&str>| RecentCounts {
+    let counts_of = |samples, cycles_idle, cycle: Option<&str>, frame: Option<&str>| RecentCounts {
         seconds: 5.0,
         frames: 2_600,
         samples,
@@ -224,15 +230,15 @@ fn recent() -> Vec<RecentCounts> {
         cycles_lost: cycle.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
         ..RecentCounts::default()
     };
-    let all = vec![
-        of(2_500, 0, None, None),
-        of(0, 100, Some("not_enabled"), None),
-        of(0, 0, Some("missing_axis"), Some("unknown_id")),
-        of(0, 0, None, None),
-        of(2_400, 0, Some("missing_sync"), None),
+    let all_flows = vec![
+        counts_of(2_500, 0, None, None),
+        counts_of(0, 100, Some("not_enabled"), None),
+        counts_of(0, 0, Some("missing_axis"), Some("unknown_id")),
+        counts_of(0, 0, None, None),
+        counts_of(2_400, 0, Some("missing_sync"), None),
     ];
     let mut flows: Vec<&str> = Vec::new();
-    for recent in &all {
+    for recent in &all_flows {
         // What is new belongs into the list above.
         flows.push(match recent.flow() {
             Flow::Well => "well",
@@ -242,12 +248,12 @@ fn recent() -> Vec<RecentCounts> {
         });
     }
     assert_eq!(flows, ["well", "idle", "stopped", "stopped", "lossy"]);
-    all
+    all_flows
 }
 
 fn rejections() -> Vec<Rejection> {
     let why = || "in words".to_owned();
-    let all = vec![
+    let rejections = vec![
         Rejection::Loss(Loss::SampleGap { after: 1, missing: 2 }),
         Rejection::Loss(Loss::OutOfOrder { after: 1, sequence: 1 }),
         Rejection::Loss(Loss::QueueDrops { frames: 1 }),
@@ -261,7 +267,7 @@ fn rejections() -> Vec<Rejection> {
         Rejection::NotStored { why: why() },
     ];
     // What is new belongs into the list above.
-    for rejection in &all {
+    for rejection in &rejections {
         match rejection {
             Rejection::Loss(
                 Loss::SampleGap { .. }
@@ -278,7 +284,7 @@ fn rejections() -> Vec<Rejection> {
             | Rejection::NotStored { .. } => {}
         }
     }
-    all
+    rejections
 }
 
 #[test]
@@ -299,7 +305,7 @@ fn lines_of_the_status() {
     // The name of a line is written once for its values.
     names.remove("");
     are_in_the_manual(&names, 40);
-    is_still_said("\n## Read the status\n", &names);
+    is_still_said("\n## Lines of the status\n", &names);
 }
 
 #[test]
@@ -322,7 +328,7 @@ fn health_without_a_reason() {
         acquisition.bus = BusState::Ok;
         let acquisition =
             AcquisitionStatus { recent, ..AcquisitionStatus::new(&acquisition, None) };
-        let health = Health::of(Some(&acquisition), None);
+        let health = Health::new(Some(&acquisition), None);
         if health.ok {
             said.insert(health.label().to_owned());
         }
@@ -339,13 +345,13 @@ fn reasons() -> BTreeSet<String> {
         for recent in recent() {
             let acquisition = snapshot.acquisition.as_mut().unwrap();
             (acquisition.bus, acquisition.recent) = (state, recent);
-            reasons.extend(Health::of(snapshot.acquisition.as_ref(), None).reasons);
+            reasons.extend(Health::new(snapshot.acquisition.as_ref(), None).reasons);
         }
     }
     let estimation = snapshot.estimation.as_mut().unwrap();
     for rejection in rejections() {
         estimation.last_rejection.as_mut().unwrap().rejection = rejection;
-        reasons.extend(Health::of(None, Some(estimation)).reasons);
+        reasons.extend(Health::new(None, Some(estimation)).reasons);
     }
     let texts = alarms();
     for alarms in [4, 6, 7] {
@@ -356,9 +362,10 @@ fn reasons() -> BTreeSet<String> {
                 "text": texts[k % texts.len()]
             })
         };
-        let all: Vec<Value> = (0..alarms).map(alarm).collect();
-        estimation.drift.as_mut().unwrap().alarms = serde_json::from_value(all.into()).unwrap();
-        reasons.extend(Health::of(None, Some(estimation)).reasons);
+        let all_alarms: Vec<Value> = (0..alarms).map(alarm).collect();
+        estimation.drift.as_mut().unwrap().alarms =
+            serde_json::from_value(all_alarms.into()).unwrap();
+        reasons.extend(Health::new(None, Some(estimation)).reasons);
     }
     reasons.extend(everything().health.reasons);
     reasons.extend(everything().process.reasons());
@@ -370,17 +377,18 @@ fn reasons() -> BTreeSet<String> {
 fn alarms() -> Vec<String> {
     let baseline = Timestamp::from_unix_s(1_800_000_000);
     let forms = [(1.0, 0.5), (1.0, -0.5), (0.0, 0.5), (0.0, -0.5)];
-    let alarm = |(baseline_value, difference)| {
-        let change = Change {
-            parameter: "fc3".into(),
-            baseline: baseline_value,
-            difference,
-            standard_deviation: 0.01,
-            half_band: 0.1,
-        };
-        sentence(&change, baseline, None, Some(baseline))
-    };
-    forms.map(alarm).into()
+    forms
+        .map(|(baseline_value, difference)| {
+            let change = Change {
+                parameter: "fc3".into(),
+                baseline: baseline_value,
+                difference,
+                standard_deviation: 0.01,
+                half_band: 0.1,
+            };
+            sentence(&change, baseline, None, Some(baseline))
+        })
+        .into()
 }
 
 /// What a service of two processes says while one is away, or has refused to reload.
@@ -399,12 +407,12 @@ fn reasons_of_halves() -> Vec<String> {
     let estimation = Some(SharedEstimation::default());
     let estimation = Collector::new(&options, None, estimation, None, now)
         .snapshot(now + Duration::from_secs(5));
-    let answer = |socket: &Path, snapshot: &Snapshot| {
+    fn answer(socket: &Path, snapshot: &Snapshot) {
         let _ = std::fs::remove_file(socket);
         let (listener, text) =
             (UnixListener::bind(socket).unwrap(), serde_json::to_vec(snapshot).unwrap());
         std::thread::spawn(move || listener.accept().unwrap().0.write_all(&text).unwrap());
-    };
+    }
     let mut reasons = estimation.health.reasons.clone();
     answer(&paths.acquisition_socket(), &acquisition);
     reasons.extend(fetch(&paths).unwrap().health.reasons);
@@ -426,13 +434,13 @@ fn reasons_of_health() {
     are_in_the_manual(&said, 30);
     let mut said = said;
     said.insert("acquisition: ".into());
-    is_still_said("\n## Every reason, and what to do\n", &said);
+    is_still_said("\n## Reasons of health\n", &said);
 }
 
 #[test]
 fn why_a_result_is_not_compared() {
     let (result, other, words) = (2, 1, || "in words".to_owned());
-    let all = [
+    let differences = [
         NotComparable::NotGood { result },
         NotComparable::OtherRobot { result, robot: words(), other, other_robot: words() },
         NotComparable::OtherMethod { result, method: words(), other, other_method: words() },
@@ -442,7 +450,7 @@ fn why_a_result_is_not_compared() {
         NotComparable::OtherPayload { result, payload_kg: 1.0, other, other_kg: Some(2.0) },
     ];
     // What is new belongs into the list above.
-    for why in &all {
+    for why in &differences {
         match why {
             NotComparable::NotGood { .. }
             | NotComparable::OtherRobot { .. }
@@ -452,20 +460,21 @@ fn why_a_result_is_not_compared() {
             | NotComparable::OtherPayload { .. } => {}
         }
     }
-    let mut said: BTreeSet<String> = all.iter().map(ToString::to_string).collect();
+    let mut said: BTreeSet<String> = differences.iter().map(ToString::to_string).collect();
     let line = json!({
-        "schema": 1, "time": "2026-11-22T00:00:00Z", "result": 1, "robot": "arm", "configuration": "",
+        "schema": 1, "time": "2026-11-22T00:00:00Z", "result": 1, "robot": "arm",
+        "configuration": "",
         "method": "idim-ls", "applicable": true, "relative_error": 0.1, "parameters": []
     });
     let result = serde_json::from_value(line).unwrap();
-    let baseline = Baseline::of(result);
+    let baseline = Baseline::from_result(result);
     said.extend(Tracker::new(baseline, DriftOptions::default()).status().why_not);
     are_in_the_manual(&said, 8);
-    is_still_said("\nNot compared, with its reason behind `drift`", &said);
+    is_still_said("\n### Results that are not compared\n", &said);
 }
 
-/// Reasons of verdicts: those on measurements of two real arms, which have too little excitation, dead
-/// torques and no free friction law.
+/// Reasons of verdicts: those on measurements of two real arms, which have too little excitation,
+/// dead torques and no free friction law.
 #[test]
 fn reasons_of_verdicts() {
     let mut said = BTreeSet::new();
@@ -474,9 +483,9 @@ fn reasons_of_verdicts() {
         let folder = Path::new("tests/data").join(arm);
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
         let measurement = read_csv(&folder.join(file), None).unwrap();
-        let found = identify_measurement(&cell, cell.method, &measurement, counted);
-        let uses = found.unwrap().estimate.verdict.uses;
-        let reasons = Use::ALL.into_iter().flat_map(|of| &uses.of(of).reasons);
+        let identified = identify_measurement(&cell, cell.method, &measurement, counted);
+        let uses = identified.unwrap().estimate.verdict.uses;
+        let reasons = Use::ALL.into_iter().flat_map(|of| &uses.get(of).reasons);
         said.extend(reasons.map(ToString::to_string));
     }
     are_in_the_manual(&said, 6);
@@ -518,7 +527,7 @@ fn families() -> BTreeSet<String> {
 fn metrics() {
     let families = families();
     are_in_the_manual(&families, 55);
-    is_still_said("\n## Watch it\n", &families);
+    is_still_said("\n## Metrics\n", &families);
 }
 
 /// Every metric that a text names is served; gives how many it names.
@@ -545,7 +554,7 @@ fn alerts_are_of_metrics_that_there_are_and_tested_and_in_the_manual() {
     }
     let said = alerts.into_iter().map(str::to_owned).collect();
     are_in_the_manual(&said, 9);
-    is_still_said("\n### Alerts and dashboards\n", &said);
+    is_still_said("\n## Alerts\n", &said);
 }
 
 #[test]

@@ -1,17 +1,19 @@
-//! The robots that come with the program: where each stands at q = 0, by published chains of other conventions than the files'
-//! (standard Denavit–Hartenberg parameters, URDFs), and what a file has to say.
+//! The robots that come with the program: where each stands at q = 0, by published chains of other
+//! conventions than the files' (standard Denavit–Hartenberg parameters, URDFs), and what a file has
+//! to say.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use didim::analysis::screening::open_limits;
 use didim::cell::{Cell, Library, RobotSource};
 use didim::check::{Severity, check_cell};
-use didim::offline::open_limits;
 use didim::report::robot::{description, picture};
-use didim_core::dynamics::{BaseParameters, Model};
+use didim_dynamics::dynamics::{BaseParameters, Model};
 
-/// Of each robot: the origin of its last frame at q = 0 in that of the base \[m\], and the number of its base parameters.
+/// Of each robot: the origin of its last frame at q = 0 in that of the base \[m\], and the number
+/// of its base parameters.
 const PUBLISHED: [(&str, [f64; 3], usize); 13] = [
     ("fr3", [0.088, 0.0, 0.926], 64),
     ("iiwa14", [0.0, 0.0, 1.306], 64),
@@ -63,8 +65,8 @@ fn every_robot_stands_where_its_maker_says() {
 fn what_motions_are_planned_with_is_stated_where_it_is_published() {
     let limits = |name: &str| {
         let (_, source) = read(&files()[name]);
-        let all = source.robot.chain().iter().map(|joint| joint.limits);
-        all.map(|limits| (limits.acceleration_max, limits.jerk_max)).collect::<Vec<_>>()
+        let all_limits = source.robot.chain().iter().map(|joint| joint.limits);
+        all_limits.map(|limits| (limits.acceleration_max, limits.jerk_max)).collect::<Vec<_>>()
     };
     let panda = limits("panda");
     assert_eq!((panda[0], panda[6]), ((Some(15.0), Some(7500.0)), (Some(20.0), Some(10_000.0))));
@@ -74,28 +76,29 @@ fn what_motions_are_planned_with_is_stated_where_it_is_published() {
 /// What no source gives is left open, and said.
 #[test]
 fn limits_that_no_source_gives_are_open() {
-    let open = |name: &str| {
+    fn findings_of(name: &str) -> (Option<String>, usize) {
         let (_, source) = read(&files()[name]);
         let base = BaseParameters::compute(&Model::new(&source.robot)).unwrap();
         let shown = description(&source, &base).matches("  open").count();
         (open_limits(&source.robot), shown)
-    };
-    let (said, shown) = open("tx2-60");
+    }
+    let (said, shown) = findings_of("tx2-60");
     let said = said.unwrap();
     assert!(said.ends_with(": torque of joint 1, 2, 3, 4, 5, 6"), "{said}");
     assert_eq!(shown, 6);
-    let (said, shown) = open("kr300-r2500");
+    let (said, shown) = findings_of("kr300-r2500");
     let said = said.unwrap();
     assert!(said.contains(": speed of joint 1, 2, 3, 4, 5, 6, torque of joint 1,"), "{said}");
     assert_eq!(shown, 12);
-    assert_eq!(open("tx40"), (None, 0));
+    assert_eq!(findings_of("tx40"), (None, 0));
 
     let file = Path::new("config/cells/tx40-packed-fd.toml");
     let mut cell = Cell::from_library(Library::Shipped, file).unwrap();
     cell.robot = read(&files()["tx2-60"]).1.robot;
     let findings = check_cell(&cell);
-    let found = findings.iter().find(|finding| finding.what == open("tx2-60").0.unwrap()).unwrap();
-    assert_eq!((found.severity, found.key.as_str()), (Severity::Note, "robot"));
+    let finding_found =
+        findings.iter().find(|finding| finding.what == findings_of("tx2-60").0.unwrap()).unwrap();
+    assert_eq!((finding_found.severity, finding_found.key.as_str()), (Severity::Note, "robot"));
 }
 
 /// Arms of others are written from publications, and say which.

@@ -23,9 +23,9 @@ use didim::service::supervision::{
 };
 use didim::window::Note;
 use didim::window::Window;
-use didim_core::identification::{Estimate, SingularValues, Verdict};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
+use didim_identification::identification::{Estimate, SingularValues, Verdict};
 use rustix::process::{Pid, Signal, kill_process};
 
 fn windows(trigger: Trigger) -> WindowOptions {
@@ -78,7 +78,7 @@ fn acquisition(network: &Network, pace: Pace) -> (InProcessSender, Box<Acquisiti
 
 /// Says of a window what can only be said of its very samples.
 fn digest(window: &Window) -> Estimate {
-    let sum = |value: fn(&didim_core::JointSample) -> f64| -> f64 {
+    let sum = |value: fn(&didim_dynamics::JointSample) -> f64| -> f64 {
         window.samples[window.counted.clone()].iter().map(value).sum()
     };
     Estimate {
@@ -116,7 +116,7 @@ fn replay(frames: Vec<Frame>, folder: &Path, identify: Identify) -> ServiceRepor
     run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap()
 }
 
-/// What there is beside the history, which has dates.
+/// Files other than the history, which has dates.
 fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut results: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
@@ -150,13 +150,13 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     assert_eq!(results.len(), 4, "three results and the latest");
     assert_eq!(results, self::results(slow.path()));
     let history = |folder: &Path| read_history(folder).unwrap().0;
-    let undated = |folder: &Path| -> Vec<_> {
+    fn undated(folder: &Path, history: &impl Fn(&Path) -> Vec<HistoryLine>) -> Vec<HistoryLine> {
         let lines = history(folder).into_iter();
         lines.map(|line| HistoryLine { time: Timestamp::from_unix_s(0), ..line }).collect()
-    };
+    }
     let numbers: Vec<_> = history(fast.path()).iter().map(|line| line.result).collect();
     assert_eq!(numbers, [0, 1, 2]);
-    assert_eq!(undated(fast.path()), undated(slow.path()));
+    assert_eq!(undated(fast.path(), &history), undated(slow.path(), &history));
 }
 
 #[test]
@@ -195,7 +195,8 @@ fn a_refusal_is_counted_with_its_words() {
 #[test]
 fn a_result_that_the_disk_refuses_is_stored_later_and_in_order() {
     let folder = tempfile::tempdir().unwrap();
-    // A folder in the place of the first result, until the second window: not even root replaces it.
+    // A folder in the place of the first result, until the second window: not even root replaces
+    // it.
     let (in_the_way, mut windows) = (folder.path().join("result-00000000.json"), 0);
     let identify: Identify = Box::new(move |window| {
         windows += 1;
@@ -330,9 +331,9 @@ fn windows_of_a_stopped_service_are_counted() {
     assert!(child.0.wait().unwrap().success());
     assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
     // Its ports are taken down although a computation was left behind. 16 bytes are the library's.
-    let left: Vec<_> = network.files().map(|file| file.file_name()).collect();
-    let ports = left.iter().filter(|name| !name.to_string_lossy().ends_with(".global_mgmt"));
-    assert_eq!(ports.count(), 0, "{left:?}");
+    let leftovers: Vec<_> = network.files().map(|file| file.file_name()).collect();
+    let ports = leftovers.iter().filter(|name| !name.to_string_lossy().ends_with(".global_mgmt"));
+    assert_eq!(ports.count(), 0, "{leftovers:?}");
 }
 
 #[test]
@@ -380,7 +381,7 @@ fn plausible(latency: Option<LatencySummary>) {
     assert!(count > 0 && rising.is_sorted(), "{latency:?}");
 }
 
-/// A live service on a bus at 1 kHz, until it is told to stop.
+/// A live service on a bus at 1 kHz, until it is stopped.
 #[test]
 #[ignore = "the other process of a test"]
 fn child_serves() {
@@ -406,7 +407,7 @@ fn send_every(period: Duration, sender: InProcessSender, frames: Vec<Frame>) {
     });
 }
 
-/// A live service on a bus at 5 kHz that identifies a window every 60 ms, until it is told to stop.
+/// A live service on a bus at 5 kHz that identifies a window every 60 ms, until it is stopped.
 #[test]
 #[ignore = "the other process of a test"]
 fn child_serves_at_5_khz() {
@@ -442,14 +443,14 @@ fn the_memory_of_a_service_at_5_khz_is_flat() {
         .spawn()
         .map(Process)
         .unwrap();
-    let told = || fetch_status(&folder.path().join("status")).ok();
+    let status_seen = || fetch_status(&folder.path().join("status")).ok();
     eventually("the first windows", || {
-        told().is_some_and(|status| status.estimation.unwrap().windows_identified > 10)
+        status_seen().is_some_and(|status| status.estimation.unwrap().windows_identified > 10)
     });
     let before = anonymous_memory(&child);
     std::thread::sleep(Duration::from_secs(10));
     let after = anonymous_memory(&child);
-    let status = told().unwrap();
+    let status = status_seen().unwrap();
     stop(&mut child);
     let samples = status.acquisition.unwrap().samples;
     assert!(samples > 30_000, "{samples} samples");
@@ -457,11 +458,11 @@ fn the_memory_of_a_service_at_5_khz_is_flat() {
 }
 
 fn stop(child: &mut Process) -> Duration {
-    let told = Instant::now();
+    let start = Instant::now();
     let pid = Pid::from_raw(i32::try_from(child.0.id()).unwrap()).unwrap();
     kill_process(pid, Signal::TERM).unwrap();
     assert!(child.0.wait().unwrap().success());
-    told.elapsed()
+    start.elapsed()
 }
 
 /// What a service says of itself; a busy machine may keep it from an answer in time.
@@ -493,14 +494,14 @@ fn a_living_service_is_asked_commanded_and_stopped() {
         .spawn()
         .map(Process)
         .unwrap();
-    let mut told = String::new();
+    let mut text = String::new();
     let mut heard = |word: &str| {
         let mut buffer = [0; 4096];
         while let Ok(length) = manager.recv(&mut buffer) {
-            told.push_str(&String::from_utf8_lossy(&buffer[..length]));
-            told.push('\n');
+            text.push_str(&String::from_utf8_lossy(&buffer[..length]));
+            text.push('\n');
         }
-        told.contains(word)
+        text.contains(word)
     };
     eventually("READY", || heard("READY=1"));
     let (status, control) = (folder.path().join("status"), folder.path().join("control"));
@@ -592,7 +593,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
 }
 
 #[test]
-fn a_runtime_folder_that_is_removed_is_made_again_and_told() {
+fn a_runtime_folder_that_is_removed_is_made_again_and_reported() {
     let (network, folder) = (Network::new(), tempfile::tempdir_in("/tmp").unwrap());
     let runtime = folder.path().join("run");
     std::fs::create_dir(&runtime).unwrap();

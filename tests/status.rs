@@ -54,7 +54,7 @@ fn names(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn whoever_connects_gets_one_object() {
+fn whichever_program_connects_gets_one_object() {
     let folder = folder();
     let path = folder.path().join("status");
     let _stop = serving(&path, document());
@@ -69,7 +69,7 @@ fn whoever_connects_gets_one_object() {
 }
 
 #[test]
-fn the_socket_has_its_permissions_and_leaves_nothing_beside_it() {
+fn the_socket_has_its_permissions_and_leaves_nothing_next_to_it() {
     let folder = folder();
     let path = folder.path().join("status");
     let socket = Socket::listen(&path, 0o640, None).unwrap();
@@ -108,7 +108,8 @@ fn a_name_that_another_took_over_is_left_to_it() {
     assert!(path.exists());
 }
 
-/// A document that is more than a socket's buffer takes, so that the server is stuck with whoever does not read.
+/// A document larger than a socket's buffer, so that the server is stuck with a client that does
+/// not read.
 fn large_document() -> Arc<[u8]> {
     let mut large = document().to_vec();
     large.splice(1..1, std::iter::repeat_n(b' ', 4 << 20));
@@ -171,7 +172,7 @@ fn what_a_client_writes_is_not_read() {
 }
 
 #[test]
-fn a_client_is_told_what_is_wrong() {
+fn a_client_is_reported_what_is_wrong() {
     let folder = folder();
     let path = folder.path().join("status");
     assert!(matches!(fetch_status(&path), Err(ClientError::NoService { .. })));
@@ -186,8 +187,8 @@ fn a_client_is_told_what_is_wrong() {
     assert!(matches!(fetch_status(&path), Err(ClientError::Busy { .. })));
 }
 
-/// Takes commands on a thread of its own until the test is over. Reloads are refused in words, after
-/// a while.
+/// Takes commands on a thread of its own until the test is over. Reloads are refused in words,
+/// after a while.
 fn commanded(path: &Path) -> tokio::sync::oneshot::Sender<()> {
     let socket = Socket::listen(path, 0o600, None).unwrap();
     let (stop, stopped) = tokio::sync::oneshot::channel();
@@ -297,8 +298,8 @@ fn bytes_at_the_status_socket_change_nothing() {
     let path = folder.path().join("status");
     let _stop = serving(&path, document());
     for bytes in [&b"reload\n"[..], b"\0\xff\n", &[b'x'; 1 << 20]] {
-        let told: serde_json::Value = serde_json::from_str(&answer_to(&path, bytes)).unwrap();
-        assert_eq!(told["cell"], "cell");
+        let answer: serde_json::Value = serde_json::from_str(&answer_to(&path, bytes)).unwrap();
+        assert_eq!(answer["cell"], "cell");
     }
 }
 
@@ -310,8 +311,8 @@ fn a_socket_is_given_to_its_group() {
     assert!(unknown.to_string().contains("no such group"), "{unknown}");
     assert!(!path.exists());
     // A group that this user is a member of, or any for root.
-    let own = nix::unistd::Group::from_gid(nix::unistd::getgid()).unwrap();
-    let name = own.map_or_else(|| "root".to_owned(), |group| group.name);
+    let own_group = nix::unistd::Group::from_gid(nix::unistd::getgid()).unwrap();
+    let name = own_group.map_or_else(|| "root".to_owned(), |group| group.name);
     let wanted = if nix::unistd::geteuid().is_root() { "daemon".to_owned() } else { name };
     let id = nix::unistd::Group::from_name(&wanted).unwrap().unwrap().gid.as_raw();
     let _socket = Socket::listen(&path, 0o660, Some(&wanted)).unwrap();

@@ -62,12 +62,12 @@ fn a_slow_reader_loses_the_oldest_batches_and_knows_how_many() {
     assert_eq!(first.lost_batches, 7);
     assert_eq!(first.samples()[0].sequence, 8 * FULL);
     drop(first);
-    let mut left = 1;
+    let mut batches_left = 1;
     while let Some(batch) = reader.receive().unwrap() {
         assert_eq!(batch.lost_batches, 0);
-        left += 1;
+        batches_left += 1;
     }
-    assert_eq!(left, capacity);
+    assert_eq!(batches_left, capacity);
 }
 
 #[test]
@@ -122,8 +122,8 @@ fn nothing_stays_of_a_private_network() {
     drop(StreamNode::join(&network.options()).unwrap().sample_writer(Pace::Live).unwrap());
     assert!(network.files().count() > 0 && root.exists());
     drop(network);
-    let left = std::fs::read_dir("/dev/shm").unwrap().flatten();
-    assert!(!left.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&prefix)));
+    let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    assert!(!files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&prefix)));
     assert!(!root.exists());
 }
 
@@ -149,7 +149,7 @@ fn a_cell_has_one_acquisition() {
 }
 
 #[test]
-fn a_reader_with_another_cell_file_is_told() {
+fn a_reader_with_another_cell_file_is_reported() {
     let network = Network::new();
     let options = network.options();
     let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
@@ -259,13 +259,13 @@ fn child_reads_until_killed() {
     let Some(network) = Network::inherited() else { return };
     let mut reader = StreamNode::join(&network.options()).unwrap().sample_reader().unwrap();
     // Holds a batch when it dies.
-    let mut held = None;
+    let mut held_batch = None;
     loop {
         reader.wait(Duration::from_millis(100)).unwrap();
         if let Some(batch) = reader.receive().unwrap() {
-            held = Some(batch);
+            held_batch = Some(batch);
         }
-        let _ = &held;
+        let _ = &held_batch;
     }
 }
 

@@ -1,4 +1,4 @@
-//! Hardware and software stamps mapped to one monotonic time.
+//! Mapping of hardware and software stamps to one monotonic time.
 //!
 //! Pure state machines: pairs of readings are handed in (live ones come from
 //! [`crate::socket::clock_pair`]), nothing here reads a clock. A log needs no mapping: its stamps
@@ -15,38 +15,38 @@ pub struct ClockPair {
     pub realtime_ns: u64,
     /// CLOCK_MONOTONIC \[ns\].
     pub monotonic_ns: u64,
-    /// How far apart the two readings may be \[ns\].
+    /// Largest possible time between the two readings \[ns\].
     pub uncertainty_ns: u64,
 }
 
 impl ClockPair {
-    /// Monotonic minus realtime \[ns\].
+    /// Returns monotonic minus realtime \[ns\].
     fn offset(&self) -> i128 {
         i128::from(self.monotonic_ns) - i128::from(self.realtime_ns)
     }
 }
 
-/// What a new pair of readings showed.
+/// Result of a new pair of readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockChange {
     /// The clocks agree with the last pair, within the uncertainty of both and a microsecond.
     None,
-    /// A small change, followed at once.
+    /// A small change, adopted at once.
     Drift {
-        /// How much CLOCK_REALTIME gained \[ns\].
+        /// Gain of CLOCK_REALTIME \[ns\].
         by_ns: i64,
     },
     /// CLOCK_REALTIME was set.
     Step {
-        /// How much it gained \[ns\].
+        /// Gain of CLOCK_REALTIME \[ns\].
         by_ns: i64,
     },
 }
 
-/// What a [`ClockMap`] counted.
+/// Counters of a [`ClockMap`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClockCounters {
-    /// Times CLOCK_REALTIME was set.
+    /// Number of times that CLOCK_REALTIME was set.
     pub steps: u64,
     /// The last step \[ns\]; positive when the clock was put forward.
     pub last_step_ns: i64,
@@ -54,40 +54,39 @@ pub struct ClockCounters {
     pub drifts: u64,
     /// Their sum \[ns\].
     pub drift_ns: i64,
-    /// Stamps that would have gone backwards and were held at the last one.
+    /// Stamps that would have gone backwards and were set to the last one.
     pub held_back: u64,
-    /// Stamps that lay in the future and were put to the latest pair's instant.
+    /// Stamps in the future that were set to the instant of the latest pair.
     pub future: u64,
 }
 
-/// Changes of the offset from here on are steps \[ns\]. Both clocks are slewed alike (adjtimex(2)),
-/// so between them there should be none but steps; a virtual machine may show small ones.
+/// Smallest change of the offset that is a step \[ns\]. Both clocks are slewed alike (adjtimex(2)),
+/// so only steps should occur between them; a virtual machine may show small changes.
 const STEP_NS: u64 = 1_000_000;
 
-/// Changes of the offset up to this are of no consequence \[ns\].
+/// Largest change of the offset that is ignored \[ns\].
 const NOISE_NS: u128 = 1_000;
 
-/// How long after a step stamps of the clock before it may still arrive \[ns\]: a second on their way,
-/// and as long as a [`HardwareClock`] goes on with the offset of before.
+/// Time after a step in which stamps of the earlier clock may still arrive \[ns\]. It is a second
+/// of transmission, plus the time that a [`HardwareClock`] keeps using the earlier offset.
 const STEP_MEMORY_NS: u64 = 1_000_000_000 + hardware::MEMORY_NS;
 
 /// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
 ///
-/// Read a fresh pair after each batch was received and hand it in before the batch is mapped: then
-/// every stamp lies before the pair.
-/// After a step, stamps of both sides of it may be in one batch. Each is mapped by the offset that
-/// puts it latest without putting it after the pair: a stamp cannot be of the future, and it is
-/// young when it is read.
+/// Read a fresh pair after each received batch and hand it in before the batch is mapped: then
+/// every stamp lies before the pair. After a step, one batch may contain stamps of both sides of
+/// it. Each is mapped by the offset that gives the latest time not after the pair: a stamp cannot
+/// be in the future, and it is recent when it is read.
 #[derive(Clone, Debug)]
 pub struct ClockMap {
     offset: i128,
-    /// The offset before the last step, and until when it may count \[monotonic ns\].
+    /// Offset before the last step, and the time until which it may apply \[monotonic ns\].
     before_step: Option<(i128, u64)>,
-    /// The uncertainty of the pair that gave the offset \[ns\].
+    /// Uncertainty of the pair that gave the offset \[ns\].
     uncertainty_ns: u64,
-    /// The latest pair's instant \[monotonic ns\].
+    /// Instant of the latest pair \[monotonic ns\].
     latest_ns: u64,
-    /// The last stamp returned.
+    /// Last stamp returned.
     last_ns: u64,
     counters: ClockCounters,
 }
@@ -105,7 +104,7 @@ impl ClockMap {
         }
     }
 
-    /// Takes note of a later pair.
+    /// Takes a later pair.
     pub fn handle_pair(&mut self, pair: ClockPair) -> ClockChange {
         let gained = self.offset - pair.offset();
         let noise = u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns) + NOISE_NS;
@@ -130,13 +129,16 @@ impl ClockMap {
         ClockChange::Step { by_ns }
     }
 
-    /// The monotonic instant of a CLOCK_REALTIME stamp \[ns\]; at least the one returned before.
+    /// Returns the monotonic instant of a CLOCK_REALTIME stamp \[ns\]. It is at least the one
+    /// returned before.
     pub fn map(&mut self, realtime_ns: u64) -> u64 {
         let latest = i128::from(self.latest_ns);
-        let by = |offset: i128| i128::from(realtime_ns) + offset;
-        let now = by(self.offset);
+        let shifted = |offset: i128| i128::from(realtime_ns) + offset;
+        let now = shifted(self.offset);
         let mapped = match self.before_step {
-            Some((before, _)) => [now, by(before)].into_iter().filter(|at| *at <= latest).max(),
+            Some((before, _)) => {
+                [now, shifted(before)].into_iter().filter(|at| *at <= latest).max()
+            }
             None => (now <= latest).then_some(now),
         };
         let mapped = mapped.unwrap_or_else(|| {
@@ -216,7 +218,8 @@ mod tests {
         across_a_step(-20 * 1_000_000);
     }
 
-    /// A step too small for the hardware clock to see at once: it goes on by the clock of before.
+    /// A step too small for the hardware clock to detect at once: it continues with the earlier
+    /// clock.
     #[test]
     fn a_small_step_moves_no_hardware_stamp() {
         for by_ns in [15_000_000, -15_000_000] {
@@ -249,7 +252,10 @@ mod tests {
     proptest! {
         #[test]
         fn no_clocks_make_it_panic_or_go_backwards(
-            readings in prop::collection::vec((any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>()), 1..20),
+            readings in prop::collection::vec(
+                (any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>()),
+                1..20,
+            ),
         ) {
             let mut map = ClockMap::new(pair(readings[0].0, readings[0].1));
             let mut last = 0;

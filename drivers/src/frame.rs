@@ -25,7 +25,7 @@ pub enum FrameId {
 }
 
 impl FrameId {
-    /// An 11-bit identifier.
+    /// Creates an 11-bit identifier.
     ///
     /// # Errors
     /// [`FrameError::IdRange`] above 0x7FF.
@@ -33,7 +33,7 @@ impl FrameId {
         Self::Standard(id).checked()
     }
 
-    /// A 29-bit identifier.
+    /// Creates a 29-bit identifier.
     ///
     /// # Errors
     /// [`FrameError::IdRange`] above 0x1FFFFFFF.
@@ -41,7 +41,7 @@ impl FrameId {
         Self::Extended(id).checked()
     }
 
-    /// The number without its format.
+    /// Returns the number without its format.
     pub const fn raw(self) -> u32 {
         match self {
             Self::Standard(id) => id as u32,
@@ -49,7 +49,7 @@ impl FrameId {
         }
     }
 
-    /// The same identifier when it fits its format.
+    /// Returns the same identifier if it fits its format.
     const fn checked(self) -> Result<Self, FrameError> {
         match self {
             Self::Standard(id) if id > MAX_STANDARD_ID => {
@@ -61,7 +61,7 @@ impl FrameId {
     }
 }
 
-/// As candump writes it: three hexadecimal digits, or eight.
+/// Format of candump: three hexadecimal digits, or eight.
 impl core::fmt::Display for FrameId {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -71,16 +71,16 @@ impl core::fmt::Display for FrameId {
     }
 }
 
-/// What kind of frame it is.
+/// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
     /// Classic CAN data, up to 8 bytes.
     Classic,
     /// CAN FD data, up to 64 bytes.
     Fd {
-        /// The payload was sent at the second bit rate.
+        /// True if the payload was sent at the second bit rate.
         bit_rate_switch: bool,
-        /// The sender was error passive.
+        /// True if the sender was error passive.
         error_state_indicator: bool,
     },
     /// A classic remote request; carries no data.
@@ -90,7 +90,7 @@ pub enum FrameKind {
     Error,
 }
 
-/// Which way a frame went, as the kernel or the log says.
+/// Direction of a frame, as reported by the kernel or the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From the bus.
@@ -104,7 +104,7 @@ pub enum Direction {
 pub struct Frame {
     /// Arrival time \[ns\] on the source's clock (CLOCK_REALTIME live, the log's own in replay).
     pub stamp_ns: u64,
-    /// Index of the interface it came from, in the order the source was configured.
+    /// Index of the receiving interface, in the order in which the source was configured.
     pub interface: u8,
     /// The identifier.
     pub id: FrameId,
@@ -112,14 +112,14 @@ pub struct Frame {
     pub kind: FrameKind,
     /// The direction.
     pub direction: Direction,
-    /// Valid bytes of `payload`; for a remote request the number of bytes asked for.
+    /// Number of valid bytes of `payload`; for a remote request the number of requested bytes.
     pub length: u8,
-    /// The bytes; those beyond `length` are zero.
+    /// Payload bytes; those beyond `length` are zero.
     pub payload: [u8; MAX_PAYLOAD],
 }
 
 impl Frame {
-    /// A classic data frame, received on interface 0 at time 0.
+    /// Creates a classic data frame, received on interface 0 at time 0.
     ///
     /// # Errors
     /// [`FrameError::IdRange`]; [`FrameError::ClassicLength`] above 8 bytes.
@@ -127,16 +127,16 @@ impl Frame {
         Self::new(id, FrameKind::Classic, data)
     }
 
-    /// A CAN FD data frame, received on interface 0 at time 0.
+    /// Creates a CAN FD data frame, received on interface 0 at time 0.
     ///
     /// # Errors
-    /// [`FrameError::IdRange`]; [`FrameError::FdLength`] for a length that no FD data length code
-    /// stands for.
+    /// [`FrameError::IdRange`]; [`FrameError::FdLength`] for a length without an FD data length
+    /// code.
     pub fn fd(id: FrameId, bit_rate_switch: bool, data: &[u8]) -> Result<Self, FrameError> {
         Self::new(id, FrameKind::Fd { bit_rate_switch, error_state_indicator: false }, data)
     }
 
-    /// A remote request for `length` bytes, received on interface 0 at time 0.
+    /// Creates a remote request for `length` bytes, received on interface 0 at time 0.
     ///
     /// # Errors
     /// [`FrameError::IdRange`]; [`FrameError::ClassicLength`] above 8 bytes.
@@ -147,19 +147,20 @@ impl Frame {
         Ok(Self { length, ..Self::new(id, FrameKind::Remote, &[])? })
     }
 
-    /// An error report with the class bits of `linux/can/error.h`, on interface 0 at time 0.
+    /// Creates an error report with the class bits of `linux/can/error.h`, on interface 0 at time
+    /// 0.
     ///
     /// # Errors
-    /// [`FrameError::IdRange`] when `class` has more than 29 bits; [`FrameError::ClassicLength`]
+    /// [`FrameError::IdRange`] if `class` has more than 29 bits; [`FrameError::ClassicLength`]
     /// above 8 bytes.
     pub fn error(class: u32, data: &[u8]) -> Result<Self, FrameError> {
         Self::new(FrameId::Extended(class), FrameKind::Error, data)
     }
 
-    /// A frame of any kind. A remote request made this way asks for no bytes.
+    /// Creates a frame of any kind. A remote request from this function requests no bytes.
     ///
     /// # Errors
-    /// As the constructor of that kind.
+    /// The same as the constructor of that kind.
     pub fn new(id: FrameId, kind: FrameKind, data: &[u8]) -> Result<Self, FrameError> {
         let id = id.checked()?;
         let fits = match kind {
@@ -181,25 +182,25 @@ impl Frame {
         }
     }
 
-    /// The same frame at the given time \[ns\].
+    /// Returns the same frame at the given time \[ns\].
     #[must_use]
-    pub const fn at(self, stamp_ns: u64) -> Self {
+    pub const fn with_stamp(self, stamp_ns: u64) -> Self {
         Self { stamp_ns, ..self }
     }
 
-    /// The same frame on the given interface.
+    /// Returns the same frame on the given interface.
     #[must_use]
-    pub const fn on(self, interface: u8) -> Self {
+    pub const fn on_interface(self, interface: u8) -> Self {
         Self { interface, ..self }
     }
 
-    /// The same frame going the given way.
+    /// Returns the same frame with the given direction.
     #[must_use]
     pub const fn going(self, direction: Direction) -> Self {
         Self { direction, ..self }
     }
 
-    /// The valid bytes; none for a remote request.
+    /// Returns the valid bytes; none for a remote request.
     pub fn data(&self) -> &[u8] {
         match self.kind {
             FrameKind::Remote => &[],
@@ -207,18 +208,19 @@ impl Frame {
         }
     }
 
-    /// Whether it reports an error of the controller instead of carrying data of the bus.
+    /// Returns true if it reports an error of the controller instead of carrying data of the bus.
     pub const fn is_error(&self) -> bool {
         matches!(self.kind, FrameKind::Error)
     }
 }
 
-/// Whether a CAN FD data length code stands for this number of bytes (ISO 11898-1, table of DLC).
+/// Returns true if a CAN FD data length code exists for this number of bytes (ISO 11898-1, table of
+/// DLC).
 pub const fn is_fd_length(length: usize) -> bool {
     matches!(length, 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64)
 }
 
-/// Why a frame cannot exist.
+/// Reason why a frame cannot exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// The identifier does not fit its format: use an extended one, or correct the number.
@@ -239,7 +241,7 @@ pub enum FrameError {
         /// The bytes given.
         length: usize,
     },
-    /// No FD data length code stands for this length: pad to the next one.
+    /// This length has no FD data length code: pad to the next one.
     #[error(
         "frame {id}: no CAN FD frame has {length} bytes, only 0 to 8, 12, 16, 20, 24, 32, 48 or 64"
     )]
@@ -262,7 +264,7 @@ mod tests {
         assert_eq!(FrameId::standard(0x800), Err(FrameError::IdRange { id: 0x800, bits: 11 }));
         assert_eq!(FrameId::extended(0x1FFF_FFFF), Ok(FrameId::Extended(0x1FFF_FFFF)));
         assert!(FrameId::extended(0x2000_0000).is_err());
-        // A variant written by hand is checked where the frame is made.
+        // A variant written by hand is checked when the frame is created.
         assert!(Frame::classic(FrameId::Standard(0x800), &[]).is_err());
     }
 
@@ -289,13 +291,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_frame_made_holds_what_was_given(id in 0u32..0x2000_0000, data in prop::collection::vec(any::<u8>(), 0..80)) {
+        fn a_frame_made_holds_what_was_given(
+            id in 0u32..0x2000_0000,
+            data in prop::collection::vec(any::<u8>(), 0..80),
+        ) {
             match Frame::fd(FrameId::Extended(id), false, &data) {
                 Ok(frame) => {
                     prop_assert_eq!(frame.data(), &data[..]);
                     prop_assert!(frame.payload[data.len()..].iter().all(|&byte| byte == 0));
                 }
-                Err(error) => prop_assert_eq!(error, FrameError::FdLength { id: FrameId::Extended(id), length: data.len() }),
+                Err(error) => {
+                    let (id, length) = (FrameId::Extended(id), data.len());
+                    prop_assert_eq!(error, FrameError::FdLength { id, length });
+                }
             }
         }
 

@@ -1,8 +1,8 @@
-//! Frames of a drive bus to joint samples.
+//! Conversion of the frames of a drive bus to joint samples.
 //!
 //! Contract: this crate can only listen. [`source::Source`] has no way to send; the state machines
 //! ([`assemble`], [`clock`]) take time as an argument; every frame and every cycle that is not used
-//! is counted under a named cause. Unsafe code lives in [`socket`] alone.
+//! is counted under a named cause. Only [`socket`] contains unsafe code.
 
 pub mod assemble;
 pub mod clock;

@@ -1,8 +1,8 @@
-//! From a source to samples: the one way of the frames of a bus, a log or a recording.
+//! Samples of a source: the single path for the frames of a bus, a log or a recording.
 
 use core::time::Duration;
 
-use didim_core::JointSample;
+use didim_dynamics::JointSample;
 
 use crate::assemble::{Assembler, Losses};
 use crate::clock::{ClockCounters, ClockMap, ClockPair};
@@ -10,52 +10,53 @@ use crate::frame::Frame;
 use crate::socket::clock_pair;
 use crate::source::{Received, Source, SourceCounters, SourceError, StampClock};
 
-/// How long the iterator waits at a time; a log has no silence.
+/// Time of one wait of the iterator; a log has no silence.
 const WAIT: Duration = Duration::from_millis(20);
 
-/// Gets all frames that were read together, with the stamps that the assembler sees, and the number
-/// of frames dropped unread so far.
+/// Receives all frames that were read together, with the stamps that the assembler sees. The second
+/// argument is the number of frames dropped unread so far.
 pub type Tap<'a> = Box<dyn FnMut(&[Frame], u64) + 'a>;
 
 /// Reads both clocks of the machine.
 pub type Clocks<'a> = Box<dyn FnMut() -> ClockPair + 'a>;
 
-/// The samples of a source, in order. Nothing is allocated after [`Self::new`].
+/// Samples of a source, in order. Nothing is allocated after [`Self::new`].
 ///
-/// A bus thread alternates: [`Self::read`], which waits once, then [`Self::poll`] until nothing is
-/// left. As an iterator it gives every sample to the end of a log, the one of the last cycle included.
+/// A bus thread alternates: [`Self::read`], which waits once, then [`Self::poll`] until it returns
+/// no sample. The iterator gives every sample to the end of a log, including the one of the last
+/// cycle.
 pub struct Samples<'a> {
     source: Box<dyn Source>,
     assembler: Assembler,
-    /// Maps stamps of CLOCK_REALTIME; nothing when the source has a clock of its own.
+    /// Maps stamps of CLOCK_REALTIME; `None` if the source has its own clock.
     clock: Option<ClockMap>,
     clocks: Clocks<'a>,
     tap: Option<Tap<'a>>,
     /// Frames that were read together.
     batch: Vec<Frame>,
-    /// The one of them that is assembled next.
+    /// Index of the next one to assemble.
     next: usize,
     read_ns: u64,
 }
 
-/// A sample as it was assembled.
+/// A sample with its completion time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assembled {
     /// The sample.
     pub sample: JointSample,
-    /// Time of the frame that completed it \[ns, CLOCK_MONOTONIC\]: its stamp, or when it was read if
-    /// the source has a clock of its own. Nothing when its cycle ended without a frame.
+    /// Time of the frame that completed the sample \[ns, CLOCK_MONOTONIC\]: its stamp, or the time
+    /// of reading if the source has its own clock. `None` if the cycle ended without a frame.
     pub completed_ns: Option<u64>,
 }
 
 impl<'a> Samples<'a> {
-    /// Reads at most `frames` frames at a time, and one at least.
+    /// Creates a reader of at most `frames` frames at a time, and at least one.
     pub fn new(source: Box<dyn Source>, assembler: Assembler, frames: usize) -> Self {
-        Self::by(Box::new(clock_pair), source, assembler, frames)
+        Self::with_clocks(Box::new(clock_pair), source, assembler, frames)
     }
 
-    /// As [`Self::new`], in the time of other clocks than the machine's.
-    pub fn by(
+    /// Creates a reader like [`Self::new`], in the time of other clocks than the machine's.
+    pub fn with_clocks(
         mut clocks: Clocks<'a>,
         source: Box<dyn Source>,
         assembler: Assembler,
@@ -69,17 +70,17 @@ impl<'a> Samples<'a> {
         Self { source, assembler, clock, clocks, tap: None, batch, next: 0, read_ns: 0 }
     }
 
-    /// Hands every frame to a tap as well.
+    /// Also passes every frame to a tap.
     #[must_use]
     pub fn with_tap(self, tap: Option<Tap<'a>>) -> Self {
         Self { tap, ..self }
     }
 
-    /// Waits at most `wait` for frames; at once while some are not assembled yet. A cycle that is over
-    /// by the time of a silence, or that the end of a log cuts short, is decided.
+    /// Waits at most `wait` for frames; returns at once while some are not assembled yet. Decides a
+    /// cycle that is over by the time of a silence, or that the end of a log truncates.
     ///
     /// # Errors
-    /// [`SourceError`]; [`SourceError::is_recoverable`] tells whether to call again.
+    /// [`SourceError`]; [`SourceError::is_recoverable`] is true if the call may be repeated.
     pub fn read(&mut self, wait: Duration) -> Result<Received, SourceError> {
         if self.next < self.batch.len() {
             return Ok(Received::Frames);
@@ -92,7 +93,8 @@ impl<'a> Samples<'a> {
         match received {
             Received::Frames => self.stamp(now),
             Received::Silence => {
-                // Only a clock that we can read tells how late it is; a log's time is its frames'.
+                // The delay is known only for a clock that can be read here; a log's time is that
+                // of its frames.
                 if self.clock.is_some() {
                     self.assembler.handle_timeout(self.read_ns);
                 }
@@ -102,7 +104,7 @@ impl<'a> Samples<'a> {
         Ok(received)
     }
 
-    /// Maps the stamps of the frames that were read, and hands them to the tap.
+    /// Maps the stamps of the frames that were read, and passes them to the tap.
     fn stamp(&mut self, now: ClockPair) {
         if let Some(clock) = &mut self.clock {
             clock.handle_pair(now);
@@ -115,7 +117,8 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// The next sample of what was read; nothing when all of it is assembled.
+    /// Returns the next sample of the frames that were read, or `None` if all of them are
+    /// assembled.
     pub fn poll(&mut self) -> Option<Assembled> {
         if let Some(sample) = self.assembler.poll_sample() {
             return Some(Assembled { sample, completed_ns: None });
@@ -131,22 +134,23 @@ impl<'a> Samples<'a> {
         None
     }
 
-    /// When the last call of [`Self::read`] had what it gave \[ns, CLOCK_MONOTONIC\].
+    /// Returns the time at which the last call of [`Self::read`] had its result \[ns,
+    /// CLOCK_MONOTONIC\].
     pub fn read_ns(&self) -> u64 {
         self.read_ns
     }
 
-    /// What the source counted.
+    /// Returns the counters of the source.
     pub fn counters(&self) -> SourceCounters {
         self.source.counters()
     }
 
-    /// What the assembler counted.
+    /// Returns the counters of the assembler.
     pub fn losses(&self) -> &Losses {
         self.assembler.losses()
     }
 
-    /// What mapping the stamps counted; nothing of a source with a clock of its own.
+    /// Returns the counters of the stamp mapping, or `None` for a source with its own clock.
     pub fn clock_counters(&self) -> Option<ClockCounters> {
         self.clock.as_ref().map(ClockMap::counters)
     }

@@ -7,11 +7,11 @@ use crate::common::bus::{
     values, with_id,
 };
 use crate::common::{CIA402, PACKED, cia402, cia402_dbc, compile, packed, packed_dbc};
-use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, CycleLosses, FrameLosses, Losses};
 use didim_drivers::frame::{Frame, FrameId, FrameKind};
 use didim_drivers::layout::{CompiledLayout, CycleValues, Role};
 use didim_drivers::units::Scales;
+use didim_dynamics::JointSample;
 
 /// Cycles 0 to `cycles − 1`, with `fault` done to cycle `at`; what came out after the end.
 fn run(
@@ -89,7 +89,8 @@ fn every_fault_of_a_bus_with_sync_is_counted_under_its_cause_alone() {
             "SYNC missing",
             drop_id(0x80),
             Box::new(|l| {
-                // Its six TPDOs have no cycle; its targets are of before a SYNC that we have not seen.
+                // Its six TPDOs have no cycle; its targets are of before a SYNC that we have not
+                // seen.
                 l.frames_received -= 1;
                 l.samples -= 1;
                 l.cycles.missing_sync = 1;
@@ -145,8 +146,8 @@ fn every_fault_of_a_bus_with_sync_is_counted_under_its_cause_alone() {
         (
             "TPDO from before its SYNC",
             Box::new(|f| {
-                let at = with_id(f, 0x183);
-                f[at].stamp_ns = f[0].stamp_ns - 1;
+                let place = with_id(f, 0x183);
+                f[place].stamp_ns = f[0].stamp_ns - 1;
             }),
             Box::new(|l| {
                 l.samples -= 1;
@@ -212,9 +213,9 @@ fn every_fault_of_a_bus_with_sync_is_counted_under_its_cause_alone() {
         (
             "drive switched on only",
             Box::new(move |f| {
-                let at = with_id(f, 0x183);
+                let place = with_id(f, 0x183);
                 assert_eq!(tpdo(f).payload[..2], [0x37, 0x12]);
-                f[at].payload[0] = 0x33;
+                f[place].payload[0] = 0x33;
             }),
             Box::new(|l| {
                 l.samples -= 1;
@@ -226,8 +227,8 @@ fn every_fault_of_a_bus_with_sync_is_counted_under_its_cause_alone() {
         (
             "position out of range",
             Box::new(|f| {
-                let at = with_id(f, 0x183);
-                f[at].payload[2..6].copy_from_slice(&2_000_000_000_i32.to_le_bytes());
+                let place = with_id(f, 0x183);
+                f[place].payload[2..6].copy_from_slice(&2_000_000_000_i32.to_le_bytes());
             }),
             Box::new(|l| {
                 l.samples -= 1;
@@ -254,8 +255,8 @@ fn a_frame_that_comes_in_the_next_cycle_is_late_there() {
     let mut frames: Vec<Frame> =
         (0..10).flat_map(|k| cycle(&layout, k, EPOCH_NS + k * 4_000_000)).collect();
     // Axis 3 of cycle 5 comes after SYNC 6.
-    let at = 5 * 13 + 3;
-    let mut late = frames.remove(at);
+    let place = 5 * 13 + 3;
+    let mut late = frames.remove(place);
     late.stamp_ns = EPOCH_NS + 6 * 4_000_000 + 1_000;
     let sync = 6 * 13 - 1;
     assert_eq!(frames[sync].id, FrameId::Standard(0x80));
@@ -301,16 +302,16 @@ fn a_target_takes_effect_at_the_next_sync() {
 }
 
 #[test]
-fn targets_from_before_a_missing_sync_are_stale() {
+fn targets_from_before_a_missing_sync_are_outdated() {
     let layout = cia402();
     let mut frames: Vec<Frame> =
         (0..10).flat_map(|k| cycle(&layout, k, EPOCH_NS + k * 4_000_000)).collect();
     // SYNC 5 and the targets of cycle 5 are lost: those of cycle 4 were for SYNC 5.
-    let lost = |frame: &Frame| {
+    let is_lost = |frame: &Frame| {
         let k = (frame.stamp_ns - EPOCH_NS) / 4_000_000;
         k == 5 && (frame.id == FrameId::Standard(0x80) || frame.id.raw() > 0x200)
     };
-    frames.retain(|frame| !lost(frame));
+    frames.retain(|frame| !is_lost(frame));
     let mut assembler = assembler(&layout);
     let samples = feed(&mut assembler, &frames);
     for sample in &samples {
@@ -399,7 +400,7 @@ fn hours_of_drift_do_not_slip_a_cycle() {
 }
 
 #[test]
-fn a_silence_is_as_many_cycles_as_the_stamps_tell_and_a_step_of_the_clock_is_one() {
+fn a_silence_is_as_many_cycles_as_the_stamps_show_and_a_step_of_the_clock_is_one() {
     let hour = CycleLosses { silence: 900_000, ..CycleLosses::default() };
     let gap = CycleLosses { silence: 8_000, ..CycleLosses::default() };
     let step = CycleLosses { clock_step: 1, ..CycleLosses::default() };
@@ -423,11 +424,11 @@ fn a_silence_is_as_many_cycles_as_the_stamps_tell_and_a_step_of_the_clock_is_one
     }
 }
 
-/// 8,000 cycles, 1.6 s, are missing; what the counter says of them is told from a new beginning.
+/// 8,000 cycles, 1.6 s, are missing. After them the counter starts anew.
 #[test]
 fn a_silence_of_a_packed_bus_is_what_its_counter_says() {
     let (first, gap) = (70_000, 8_000);
-    let lost = |silence, restart, counter_gap| CycleLosses {
+    let losses_of = |silence, restart, counter_gap| CycleLosses {
         silence,
         restart,
         counter_gap,
@@ -437,11 +438,11 @@ fn a_silence_of_a_packed_bus_is_what_its_counter_says() {
     let frames = PACKED.replace("axes = 6", "axes = 6\ncycles_by = \"frames\"");
     // The layout, the counter after the gap, and what is lost.
     let cases = [
-        (PACKED, first + 10 + gap, lost(0, 0, gap)),
-        (PACKED, 0, lost(gap - 1, 1, 0)),
-        (uncounted.as_str(), 0, lost(gap, 0, 0)),
-        (frames.as_str(), first + 10 + gap, lost(0, 0, gap)),
-        (frames.as_str(), 0, lost(0, 1, 0)),
+        (PACKED, first + 10 + gap, losses_of(0, 0, gap)),
+        (PACKED, 0, losses_of(gap - 1, 1, 0)),
+        (uncounted.as_str(), 0, losses_of(gap, 0, 0)),
+        (frames.as_str(), first + 10 + gap, losses_of(0, 0, gap)),
+        (frames.as_str(), 0, losses_of(0, 1, 0)),
     ];
     for (spec, counter, expected) in cases {
         let layout = compile(packed_dbc(), spec);
@@ -536,7 +537,7 @@ fn run_packed(counter: impl Fn(u64) -> u64, skipped: &[u64]) -> (Vec<JointSample
 }
 
 #[test]
-fn the_counter_of_a_packed_frame_tells_what_is_lost() {
+fn the_counter_of_a_packed_frame_shows_what_is_lost() {
     let start = u64::from(u32::MAX) - 30;
     let (samples, losses) = run_packed(|k| start + k, &[]);
     assert_eq!(losses.samples, 100);
@@ -560,7 +561,7 @@ fn the_counter_of_a_packed_frame_tells_what_is_lost() {
 }
 
 #[test]
-fn without_a_counter_the_stamps_tell_what_is_lost() {
+fn without_a_counter_the_stamps_show_what_is_lost() {
     let spec = PACKED.replace("counter = \"Sample.Counter\"\n", "");
     let layout = compile(packed_dbc(), &spec);
     let mut assembler = assembler(&layout);

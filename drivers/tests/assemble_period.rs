@@ -10,8 +10,8 @@ use crate::common::{CIA402, PACKED, cia402_dbc, compile, packed_dbc};
 use didim_drivers::assemble::{CycleLosses, Losses};
 use didim_drivers::layout::{CompiledLayout, CycleValues, Role};
 
-/// Thirty seconds of a bus whose period is `ratio` × that of the layout, each cycle `late_ns(cycle)`
-/// late, by the losses after ten seconds and at the end.
+/// Thirty seconds of a bus whose period is `ratio` × that of the layout, each cycle
+/// `late_ns(cycle)` late, by the losses after ten seconds and at the end.
 fn run(layout: &CompiledLayout, ratio: f64, late_ns: impl Fn(u64) -> u64) -> [Losses; 2] {
     let mut assembler = assembler(layout);
     let cycles = (30e9 / layout.period_ns()) as u64;

@@ -54,23 +54,24 @@ proptest! {
         let mut samples = Vec::new();
         let mut syncs = Vec::new();
         let mut start_ns = EPOCH_NS;
-        let mut carried: Option<Frame> = None;
+        let mut delayed: Option<Frame> = None;
         for (k, (fault, jitter)) in (0_u64..).zip(faults.iter().zip(&jitter)) {
             if let Fault::Silence(ms) = fault { start_ns += ms * 1_000_000; }
             if let Fault::ClockBack(ms) = fault { start_ns -= ms * 1_000_000; }
             let stamp_ns = start_ns + k * 4_000_000 + jitter;
             syncs.push((stamp_ns, k));
             let mut frames = cycle(&layout, k, stamp_ns);
-            let was_carried = carried.take().map(|late| {
+            let was_carried = delayed.take().map(|late| {
                 frames.insert(1, Frame { stamp_ns: stamp_ns + 1_000, ..late });
             });
-            // A late frame in place of the one that belongs here looks like it: not told apart.
+            // A late frame that replaces the one of its cycle looks like it: it is not
+            // distinguished.
             let fault = if was_carried.is_some() { &Fault::None } else { fault };
             match *fault {
                 Fault::None | Fault::Silence(_) | Fault::ClockBack(_) => {}
                 Fault::Drop(at) => { frames.remove(at.index(13)); }
                 Fault::Repeat(at) => frames.insert(at.index(13), frames[at.index(13)]),
-                Fault::Late(at) => carried = Some(frames.remove(1 + at.index(6))),
+                Fault::Late(at) => delayed = Some(frames.remove(1 + at.index(6))),
                 Fault::Garble(at, id) => frames[at.index(13)].id = FrameId::Extended(id.into()),
                 Fault::Truncate(at) => frames[1 + at.index(12)].length = 3,
                 Fault::Kind(at, true) => frames[at.index(13)].kind = FrameKind::Error,
@@ -127,7 +128,10 @@ proptest! {
             match fault {
                 0 => { frames.pop(); }
                 1 => frames.extend_from_within(frames.len() - 1..),
-                2 if frames.len() > 1 => { let last = frames.len() - 1; frames.swap(last, last - 1); }
+                2 if frames.len() > 1 => {
+                    let last = frames.len() - 1;
+                    frames.swap(last, last - 1);
+                }
                 _ => {}
             }
         }
@@ -149,7 +153,8 @@ proptest! {
             // A pause of less than a second has lost nothing, several in a row may be too much.
             let counted = k[1].checked_sub(k[0]) == Some(step);
             if pause_ns >= 1_000_000_000 {
-                // Where the counter does not go on, as many as the stamps tell, late ones among them.
+                // Where the counter does not go on, as many as the stamps tell, late ones among
+                // them.
                 let (least, most) = (pause_ns / 200_000, ahead_ns / 200_000);
                 let by_time = least * 98 / 100..=most * 102 / 100 + 2;
                 let by_counter = counted && step > 1;
@@ -182,7 +187,8 @@ proptest! {
                     2 => FrameKind::Error,
                     _ => FrameKind::Classic,
                 };
-                let length = if *length > 64 { layout.messages()[0].format.length } else { *length };
+                let length =
+                    if *length > 64 { layout.messages()[0].format.length } else { *length };
                 let frame = Frame {
                     stamp_ns: *stamp_ns,
                     interface: 0,

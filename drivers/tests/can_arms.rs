@@ -1,19 +1,19 @@
 //! Arms without a SYNC, by the shipped cells: logs of a known motion decode to it.
 //!
-//! The logs and their truth are made: joint j at 0.4 sin(2π (0.3 + 0.1 j) t + j) rad, under a torque of its
-//! position and speed. `fixtures/*_truth.csv` has both, of each frame with its stamp.
+//! The logs and their truth are made: joint j at 0.4 sin(2π (0.3 + 0.1 j) t + j) rad, under a
+//! torque of its position and speed. `fixtures/*_truth.csv` has both, of each frame with its stamp.
 
 #![allow(clippy::needless_range_loop, reason = "axes of truth and of samples")]
 
 use std::path::Path;
 
-use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, CycleLosses, FrameLosses, Losses};
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
 use didim_drivers::samples::Samples;
 use didim_drivers::source::{Received, Source as _, TextLog};
 use didim_drivers::units::{DriveSpec, Scales};
+use didim_dynamics::JointSample;
 
 use crate::common::bus::{check_sums, feed};
 
@@ -71,8 +71,8 @@ fn frames(log: &str) -> Vec<Frame> {
 fn decode(cell: &str, log: &str) -> (Vec<JointSample>, Losses) {
     let source = TextLog::open(&fixture(log), &[]).unwrap();
     let mut samples = Samples::new(Box::new(source), assembler(cell), 64);
-    let found = samples.by_ref().map(Result::unwrap).collect();
-    (found, *samples.losses())
+    let decoded = samples.by_ref().map(Result::unwrap).collect();
+    (decoded, *samples.losses())
 }
 
 /// The samples of a log by a shipped cell.
@@ -80,7 +80,8 @@ pub(crate) fn samples_of(cell: &str, log: &str) -> Vec<JointSample> {
     decode(cell, log).0
 }
 
-/// Of each cycle and axis: stamp \[s\], position \[rad\], torque \[N·m\]; nothing where no frame came.
+/// Of each cycle and axis: stamp \[s\], position \[rad\], torque \[N·m\]; nothing where no frame
+/// came.
 fn truth(name: &str, axes: usize) -> Vec<Vec<Option<[f64; 3]>>> {
     let text = std::fs::read_to_string(fixture(name)).unwrap();
     let mut rows: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
@@ -111,26 +112,27 @@ fn a_pipers_log_decodes_to_its_truth() {
     assert_eq!(sequences, (1..199).collect::<Vec<u64>>());
     for sample in &samples {
         let k = usize::try_from(sample.sequence).unwrap();
-        // Angles come 3 ms after the cycle of the truth begins, those of the next pair 0.15 ms later.
+        // Angles come 3 ms after the cycle of the truth begins, those of the next pair 0.15 ms
+        // later.
         #[allow(clippy::cast_precision_loss, reason = "small counts")]
         let angles = |k: usize, axis: usize| 5e-3 * k as f64 + 3e-3 + 0.15e-3 * (axis / 2) as f64;
-        let at = angles(k, 0);
+        let angles_expected = angles(k, 0);
         assert_eq!(sample.stamp_ns, EPOCH_NS + 5_000_000 * sample.sequence + 3_000_000);
         for axis in 0..6 {
             let row = |k: usize| truth[k][axis].unwrap();
             let position = |k: usize| (angles(k, axis), row(k)[1]);
             let torque = |k: usize| (row(k)[0], row(k)[2]);
-            let expected = between(at, position(k - 1), position(k));
+            let expected = between(angles_expected, position(k - 1), position(k));
             // Half a step of 0.001 deg, and what the truth was rounded to.
             close(sample.motor_position_rad[axis], expected, 1e-5, "position");
             // Half a milliampere.
             let step = 0.5e-3 * if axis < 3 { 4.725 } else { 0.95844 };
-            let expected = between(at, torque(k), torque(k + 1));
+            let expected = between(angles_expected, torque(k), torque(k + 1));
             close(sample.motor_torque_nm[axis], expected, step + 1e-5, "torque");
         }
     }
-    // The log begins and ends with currents: the first angles have none before them to be interpolated
-    // from, and the last no currents after them.
+    // The log begins and ends with currents: the first angles have none before them to be
+    // interpolated from, and the last no currents after them.
     let cycles = CycleLosses { missing_axis: 2, ..CycleLosses::default() };
     assert_eq!((losses.cycles, losses.samples), (cycles, 198));
     let frames =
@@ -149,20 +151,24 @@ fn an_openarms_log_decodes_to_its_truth_and_a_reply_that_never_came_costs_its_cy
     for sample in &samples {
         let k = usize::try_from(sample.sequence).unwrap();
         #[allow(clippy::cast_precision_loss, reason = "small counts")]
-        let at = 2e-3 * k as f64;
+        let time_s = 2e-3 * k as f64;
         assert_eq!(sample.stamp_ns, EPOCH_NS + 2_000_000 * sample.sequence);
         assert!(sample.has_reference);
         for axis in 0..7 {
             let before = truth[k - 1][axis].or_else(|| truth[k - 2][axis]).unwrap();
             let after = truth[k][axis].unwrap();
-            let value = |of: usize| between(at, (before[0], before[of]), (after[0], after[of]));
+            let value = |of: usize| between(time_s, (before[0], before[of]), (after[0], after[of]));
             close(sample.motor_position_rad[axis], value(1), 0.2e-3, "position");
             close(sample.motor_torque_nm[axis], value(2), 0.51 * lsb[axis], "torque");
             // The target of each command is the motion at the beginning of its cycle.
             #[allow(clippy::cast_precision_loss, reason = "small counts")]
             let (joint, later) = ((axis + 1) as f64, 1e-4 * axis as f64);
             let q = |t: f64| 0.4 * (std::f64::consts::TAU * (0.3 + 0.1 * joint) * t + joint).sin();
-            let expected = between(at, (at - 2e-3 + later, q(at - 2e-3)), (at + later, q(at)));
+            let expected = between(
+                time_s,
+                (time_s - 2e-3 + later, q(time_s - 2e-3)),
+                (time_s + later, q(time_s)),
+            );
             close(sample.motor_reference_rad[axis], expected, 0.2e-3, "reference");
         }
     }
@@ -182,7 +188,8 @@ fn an_openarms_log_decodes_to_its_truth_and_a_reply_that_never_came_costs_its_cy
 #[test]
 fn a_log_that_begins_at_zero_gives_the_same() {
     let log = frames("openarm_half_second.log");
-    let shifted: Vec<Frame> = log.iter().map(|frame| frame.at(frame.stamp_ns - EPOCH_NS)).collect();
+    let shifted: Vec<Frame> =
+        log.iter().map(|frame| frame.with_stamp(frame.stamp_ns - EPOCH_NS)).collect();
     let (mut one, mut other) = (assembler("openarm"), assembler("openarm"));
     let (expected, found) = (feed(&mut one, &log), feed(&mut other, &shifted));
     let same = expected
@@ -202,29 +209,36 @@ fn what_is_no_answer_to_a_command_costs_no_sample() {
     for frame in &clean {
         busy.push(*frame);
         let id = frame.id.to_string();
-        let with = |bytes: &[u8], later_ns: u64| {
+        fn changed_frame(bytes: &[u8], later_ns: u64, frame: &Frame) -> Frame {
             let mut other = *frame;
             other.payload[..bytes.len()].copy_from_slice(bytes);
             other.stamp_ns += later_ns;
             other
-        };
+        }
         match id.as_str() {
             // A register that is written and stored.
-            "013" => busy.extend([with(&[3, 0, 0x55], 1_000), with(&[3, 0, 0xAA], 2_000)]),
+            "013" => busy.extend([
+                changed_frame(&[3, 0, 0x55], 1_000, frame),
+                changed_frame(&[3, 0, 0xAA], 2_000, frame),
+            ]),
             // Another process asks as well: a second answer in the cycle, of another position.
-            "015" => busy.push(with(&[0x15, 0x80, 0x40], 1_000)),
+            "015" => busy.push(changed_frame(&[0x15, 0x80, 0x40], 1_000, frame)),
             // A motor is enabled that is so already.
-            "004" => busy.push(with(&[0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFC], 1_000)),
+            "004" => busy.push(changed_frame(
+                &[0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFC],
+                1_000,
+                frame,
+            )),
             _ => {}
         }
     }
     let mut assembler = assembler("openarm");
-    let found = feed(&mut assembler, &busy);
+    let samples = feed(&mut assembler, &busy);
     let losses = assembler.losses();
     assert_eq!(losses.cycles, CycleLosses { missing_axis: 2, ..CycleLosses::default() });
     assert_eq!((losses.frames.excepted, losses.frames.duplicate), (1 + 2 * 249 + 250, 250));
-    assert_eq!(found.len(), expected.len());
-    for (found, expected) in found.iter().zip(&expected) {
+    assert_eq!(samples.len(), expected.len());
+    for (found, expected) in samples.iter().zip(&expected) {
         // The second answer is a value of axis 5 too, before the next instant.
         for axis in [0, 1, 2, 3, 5, 6] {
             let (one, other) = (found.motor_position_rad[axis], expected.motor_position_rad[axis]);
@@ -260,8 +274,8 @@ fn a_motor_that_is_not_enabled_costs_the_cycle_and_nothing_is_interpolated_from_
     assert_eq!(assembler.losses().cycles.not_enabled, 248);
 }
 
-/// Frames that come early or late by a share of the period move no sample by more than the interpolation
-/// misses: what a signal is worth follows from when its own frame came.
+/// Frames that come early or late by a share of the period move no sample by more than the
+/// interpolation misses: what a signal is worth follows from when its own frame came.
 #[test]
 fn frames_that_are_late_are_worth_their_own_instant() {
     let (layout, scales) = compile("openarm", &[]).unwrap();
@@ -312,10 +326,10 @@ fn frames_that_are_late_are_worth_their_own_instant() {
 
 #[test]
 fn what_does_not_fit_the_arrivals_is_refused() {
-    let refused = |replaced: &[(&str, &str)], expected: &str| {
+    fn refused(replaced: &[(&str, &str)], expected: &str) {
         let error = compile("openarm", replaced).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
-    };
+    }
     let torque = "torque = { signal = \"Feedback_{axis}.Torque\", valid = \"arrival\" }";
     let instant = torque.replace("arrival", "instant");
     refused(&[(torque, &instant)], "`torque.valid`: either every signal");

@@ -11,7 +11,8 @@ use didim_drivers::layout::{
 use proptest::prelude::*;
 
 const EDS: &str = include_str!("../../config/eds/cia402_drive.eds");
-const TORQUE: &str = r#"torque = { object = "6074:00", unit = "per mille", valid = { held = { hold_us = 4000.0, delay_us = 0.0 } } }"#;
+const TORQUE: &str = "torque = { object = \"6074:00\", unit = \"per mille\", valid = { held = { \
+    hold_us = 4000.0, delay_us = 0.0 } } }";
 
 /// A layout of so many nodes, with one line replaced.
 fn spec(axes: usize, kind: &str, from: &str, to: &str) -> LayoutSpec {
@@ -85,7 +86,8 @@ proptest! {
     ) {
         let (own, dbc) = (six(), cia402());
         let mut cycle = CycleValues::default();
-        for (axis, (position, torque, reference, status_word)) in cycle.axes.iter_mut().zip(values) {
+        for (axis, values) in cycle.axes.iter_mut().zip(values) {
+            let (position, torque, reference, status_word) = values;
             *axis = AxisValues {
                 position: position.into(),
                 torque: torque.into(),
@@ -110,13 +112,16 @@ proptest! {
     /// A device file with anything in place of anything: refused or compiled, never a panic.
     #[test]
     fn damaged_files_do_no_harm(
-        cuts in prop::collection::vec((0..EDS.len(), 0usize..40, "[\\PC\\n=\\[\\]x0-9]{0,12}"), 1..6)
+        cuts in prop::collection::vec(
+            (0..EDS.len(), 0usize..40, "[\\PC\\n=\\[\\]x0-9]{0,12}"),
+            1..6,
+        )
     ) {
         let mut bytes = EDS.as_bytes().to_vec();
         for (at, length, text) in cuts {
-            let at = at.min(bytes.len());
-            let end = (at + length).min(bytes.len());
-            bytes.splice(at..end, text.bytes());
+            let place = at.min(bytes.len());
+            let end = (place + length).min(bytes.len());
+            bytes.splice(place..end, text.bytes());
         }
         let text = String::from_utf8_lossy(&bytes);
         let _ = CompiledLayout::compile_nodes(&[&text], &plain(1));
@@ -129,7 +134,10 @@ proptest! {
 
     /// Any mapping words and lengths.
     #[test]
-    fn any_mapping_does_no_harm(count in any::<u8>(), words in prop::array::uniform3(any::<u32>())) {
+    fn any_mapping_does_no_harm(
+        count in any::<u8>(),
+        words in prop::array::uniform3(any::<u32>()),
+    ) {
         let mut text = EDS.replace("DefaultValue=0x03", &format!("DefaultValue={count}"));
         for (word, old) in words.into_iter().zip(["0x60410010", "0x60640020", "0x60740010"]) {
             text = text.replace(old, &format!("{word}"));
@@ -142,8 +150,11 @@ proptest! {
 #[test]
 fn fields_lie_where_the_mapping_puts_them() {
     let text = EDS
-        .replace("[1A00sub0]\nParameterName=Number of mapped objects\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=0x03",
-            "[1A00sub0]\nParameterName=n\nDefaultValue=5")
+        .replace(
+            "[1A00sub0]\nParameterName=Number of mapped \
+            objects\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=0x03",
+            "[1A00sub0]\nParameterName=n\nDefaultValue=5",
+        )
         .replace("0x60410010", "0x20000001")
         .replace("0x60640020", "0x00050008")
         .replace("0x60740010", "0x60410010");
@@ -182,13 +193,13 @@ fn a_dcf_says_what_was_configured() {
     let text = EDS
         .replace("DefaultValue=$NODEID+0x180", "DefaultValue=$NODEID+0x180\nParameterValue=0x2A1")
         .replace("[Comments]", "[DeviceComissioning]\nNodeID=1\n\n[Comments]");
-    let id = |kind| {
+    fn id(kind: &str, text: &str) -> FrameId {
         let spec = spec(1, kind, "axes", "axes");
-        let layout = CompiledLayout::compile_nodes(&[&text], &spec).unwrap();
+        let layout = CompiledLayout::compile_nodes(&[text], &spec).unwrap();
         layout.messages().iter().find(|m| m.role == Role::Sample).unwrap().format.id
-    };
-    assert_eq!(id("dcf"), FrameId::Standard(0x2A1));
-    assert_eq!(id("eds"), FrameId::Standard(0x181));
+    }
+    assert_eq!(id("dcf", &text), FrameId::Standard(0x2A1));
+    assert_eq!(id("eds", &text), FrameId::Standard(0x181));
     let other = text.replace("NodeID=1\n", "NodeID=9\n");
     let spec = spec(1, "dcf", "axes", "axes");
     refused(CompiledLayout::compile_nodes(&[&other], &spec), &["drive.dcf", "NodeID", "node 9"]);
@@ -197,11 +208,11 @@ fn a_dcf_says_what_was_configured() {
 /// A mapping in the compact form of CiA 306.
 #[test]
 fn compact_sub_objects_are_read() {
-    let at = EDS.find("[1A00]").unwrap();
+    let start = EDS.find("[1A00]").unwrap();
     let end = EDS.find("[6040]").unwrap();
     let compact = "[1A00]\nParameterName=map\nObjectType=9\nDataType=7\nCompactSubObj=3\n\n\
                    [1A00Value]\nNrOfEntries=3\n1=0x60410010\n2=0x60640020\n3=0x60740010\n\n";
-    let text = format!("{}{compact}{}", &EDS[..at], &EDS[end..]);
+    let text = format!("{}{compact}{}", &EDS[..start], &EDS[end..]);
     let layout = CompiledLayout::compile_nodes(&[&*text; 6], &plain(6)).unwrap();
     assert_eq!(layout, six());
 }
@@ -239,8 +250,10 @@ fn a_sync_with_a_counter_has_one_byte() {
 
 #[test]
 fn what_cannot_be_used_is_refused_with_its_place() {
-    let transmission = "[1800sub2]\nParameterName=Transmission type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=1\n";
-    let with = |kind: &str| transmission.replace("Value=1\n", &format!("Value={kind}\n"));
+    let transmission = "[1800sub2]\nParameterName=Transmission \
+        type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=1\n";
+    let transmission_with =
+        |kind: &str| transmission.replace("Value=1\n", &format!("Value={kind}\n"));
     for (kind, says) in [
         ("254", "does not go by the SYNC"),
         ("255", "does not go by the SYNC"),
@@ -248,7 +261,7 @@ fn what_cannot_be_used_is_refused_with_its_place() {
         ("0", "only when a value has changed"),
         ("4", "every 4th SYNC"),
     ] {
-        let result = edited(transmission, &with(kind));
+        let result = edited(transmission, &transmission_with(kind));
         refused(result, &["drive.eds: line ", "[1800sub2] DefaultValue", says, "set it to 1"]);
     }
     let cob_id = "DefaultValue=$NODEID+0x180";

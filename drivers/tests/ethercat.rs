@@ -11,13 +11,13 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use crate::common::ethercat::{Datagram, Pcapng, START_NS, ethernet, registered};
-use didim_core::{JointSample, Reading};
 use didim_drivers::assemble::{Assembler, Losses};
 use didim_drivers::ethercat::Capture;
 use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
 use didim_drivers::samples::Samples;
 use didim_drivers::source::{CaptureSource, Received, Source, SourceCounters, SourceError};
 use didim_drivers::units::{DriveSpec, Scales};
+use didim_dynamics::{JointSample, Reading};
 
 const ENI: &str = include_str!("golden/ethercat/two_drives.eni.xml");
 const TRAPS: &[u8] = include_bytes!("golden/ethercat/traps.pcapng");
@@ -58,8 +58,9 @@ fn learnt(capture: &Pcapng) -> Result<CompiledLayout, LayoutError> {
 
 /// One count is 1 rad and 1 N·m, so that samples are counts.
 fn assembler(layout: &CompiledLayout) -> Assembler {
-    let text = "position = { scale = { rad_per_count = 1.0 }, sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"a \
-                test\" }\ntorque = { scale = { nm_per_count = 1.0 }, sign = 1, provenance = \"a test\" }";
+    let text = "position = { scale = { rad_per_count = 1.0 }, sign = 1, zero = 0.0, wraps = \
+        \"refuse\", provenance = \"a test\" }\ntorque = { scale = { nm_per_count = 1.0 }, sign = \
+        1, provenance = \"a test\" }";
     let drive: DriveSpec = toml::from_str(text).unwrap();
     Assembler::new(layout.clone(), Scales::new(&[drive.clone(), drive], layout).unwrap())
 }
@@ -91,13 +92,16 @@ fn drain(
     Ok((frames, source.counters()))
 }
 
-/// Rows of the truth: cycle, time of the distributed clock, drive, position, torque, target, whether good.
+/// Rows of the truth: cycle, time of the distributed clock, drive, position, torque, target,
+/// whether good.
 fn truth(text: &str) -> Vec<[Option<i64>; 7]> {
-    let row = |line: &str| {
-        let mut fields = line.split(',').map(|field| field.parse().ok());
-        [(); 7].map(|()| fields.next().unwrap())
-    };
-    text.lines().skip(1).map(row).collect()
+    text.lines()
+        .skip(1)
+        .map(|line: &str| {
+            let mut fields = line.split(',').map(|field| field.parse().ok());
+            [(); 7].map(|()| fields.next().unwrap())
+        })
+        .collect()
 }
 
 /// How many rows of the truth the samples have, each compared.
@@ -113,10 +117,10 @@ fn compare(samples: &[JointSample], truth: &[[Option<i64>; 7]]) -> usize {
         assert_eq!(sample.motor_position_rad[axis], position as f64, "{cycle}");
         assert_eq!(sample.motor_torque_nm[axis], torque as f64, "{cycle}");
         let before = truth.iter().find(|r| r[0] == Some(cycle - 1) && r[2] == Some(drive));
-        // What was told in the cycle before, where its return was seen.
+        // Values of the cycle before, where their return was seen.
         let target = before.filter(|row| row[1].is_some()).map(|row| row[5].unwrap() as f64);
-        let found = sample.has_reference.then_some(sample.motor_reference_rad[axis]);
-        assert_eq!(found, target, "{cycle}");
+        let reference = sample.has_reference.then_some(sample.motor_reference_rad[axis]);
+        assert_eq!(reference, target, "{cycle}");
         compared += 1;
     }
     compared
@@ -176,7 +180,7 @@ fn a_capture_goes_the_way_of_every_source() {
     assert!(error.contains("two.pcapng") && error.contains("`eni`"), "{error}");
 }
 
-/// The network of the golden captures, told to the drives one by one.
+/// The network of the golden captures, configured drive by drive.
 fn startup(inputs: &[u32]) -> Pcapng {
     let mut capture = Pcapng::new();
     for (drive, station) in [(0, 1001), (1, 1002)] {
@@ -201,13 +205,13 @@ fn process_data() -> Datagram {
 }
 
 #[test]
-fn a_start_up_tells_what_an_eni_file_does() {
+fn a_start_up_shows_what_an_eni_file_does() {
     let mut capture = startup(&INPUTS);
     capture.exchange(START_NS, &cycle());
     let learnt = learnt(&capture).unwrap();
     assert_eq!(learnt.process_data(), layout().process_data());
-    let of = |layout: &CompiledLayout| read(TRAPS, layout).unwrap().0;
-    assert_eq!(of(&learnt), of(&layout()));
+    let samples_of = |layout: &CompiledLayout| read(TRAPS, layout).unwrap().0;
+    assert_eq!(samples_of(&learnt), samples_of(&layout()));
 }
 
 /// Complete access: one transfer of all sub-indices, without the expedited form.
@@ -305,8 +309,8 @@ fn an_object_of_a_vendor_needs_its_data_type() {
 
 #[test]
 fn keys_of_other_layouts_are_refused() {
-    let one = spec("eni = \"a\"\nslaves = [{ name = \"Drive_1\" }]");
-    says(&CompiledLayout::compile_eni(ENI, &one).unwrap_err(), &["slaves", "1 for 2 axes"]);
+    let single = spec("eni = \"a\"\nslaves = [{ name = \"Drive_1\" }]");
+    says(&CompiledLayout::compile_eni(ENI, &single).unwrap_err(), &["slaves", "1 for 2 axes"]);
     let sync = spec("eni = \"a\"\nsync = \"SYNC\"\nslaves = [{ name = \"a\" }, { name = \"b\" }]");
     says(&CompiledLayout::compile_eni(ENI, &sync).unwrap_err(), &["`sync`"]);
     let both = spec("eni = \"a\"\nstartup = \"b\"\nslaves = [{ name = \"a\" }, { name = \"b\" }]");
@@ -315,7 +319,8 @@ fn keys_of_other_layouts_are_refused() {
     says(&CompiledLayout::compile_eni(ENI, &nameless).unwrap_err(), &["`name`", "`address`"]);
 }
 
-/// Each datagram of the master counts the slaves; where it is missing, it is the capture that says why.
+/// Each datagram of the master counts the slaves; where it is missing, it is the capture that says
+/// why.
 #[test]
 fn a_capture_without_process_data_says_what_it_has() {
     let refusal = |capture: &Pcapng| read(&capture.0, &layout()).unwrap_err();
@@ -368,10 +373,10 @@ fn pcap_says_what_pcapng_does() {
                 file.extend(header.map(word).concat());
                 file.extend(bytes);
             }
-            let found = read(&file, &layout()).unwrap().0;
-            let apart = found[0].stamp_ns.abs_diff(expected[0].stamp_ns);
-            assert!(found.len() == 40 && apart < if nanoseconds { 1 } else { 1_000 });
-            assert_eq!(found[39].motor_position_rad, expected[39].motor_position_rad);
+            let samples = read(&file, &layout()).unwrap().0;
+            let difference_ns = samples[0].stamp_ns.abs_diff(expected[0].stamp_ns);
+            assert!(samples.len() == 40 && difference_ns < if nanoseconds { 1 } else { 1_000 });
+            assert_eq!(samples[39].motor_position_rad, expected[39].motor_position_rad);
         }
     }
 }
@@ -385,7 +390,7 @@ fn random(state: &mut u64) -> usize {
 }
 
 #[test]
-fn no_damage_makes_it_panic() {
+fn no_corruption_makes_it_panic() {
     let layout = layout();
     let mut seed = 0x9E37_79B9_7F4A_7C15;
     let mut refused = 0;
@@ -393,8 +398,8 @@ fn no_damage_makes_it_panic() {
         let mut bytes = TRAPS.to_vec();
         bytes.truncate(bytes.len() - random(&mut seed) % 200);
         for _ in 0..=random(&mut seed) % 8 {
-            let at = random(&mut seed) % bytes.len();
-            bytes[at] = random(&mut seed) as u8;
+            let place = random(&mut seed) % bytes.len();
+            bytes[place] = random(&mut seed) as u8;
         }
         match read(&bytes, &layout) {
             Ok((samples, ..)) => assert!(samples.len() <= 20),
@@ -402,20 +407,20 @@ fn no_damage_makes_it_panic() {
         }
     }
     assert!(refused > 100, "{refused}");
-    let mut whole = startup(&INPUTS);
-    whole.exchange(START_NS, &cycle());
+    let mut exchange = startup(&INPUTS);
+    exchange.exchange(START_NS, &cycle());
     let mut refused = 0;
     for _ in 0..500 {
-        let mut damaged = whole.clone();
+        let mut damaged = exchange.clone();
         for _ in 0..8 {
-            let at = random(&mut seed) % damaged.0.len();
-            damaged.0[at] = random(&mut seed) as u8;
+            let place = random(&mut seed) % damaged.0.len();
+            damaged.0[place] = random(&mut seed) as u8;
         }
         refused += usize::from(learnt(&damaged).is_err());
         let mut eni = ENI.as_bytes().to_vec();
         for _ in 0..3 {
-            let at = random(&mut seed) % eni.len();
-            eni[at] = b"0#9<x/>1"[random(&mut seed) % 8];
+            let place = random(&mut seed) % eni.len();
+            eni[place] = b"0#9<x/>1"[random(&mut seed) % 8];
         }
         let text = String::from_utf8(eni).unwrap();
         refused += usize::from(CompiledLayout::compile_eni(&text, &by_eni()).is_err());

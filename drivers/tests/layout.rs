@@ -67,11 +67,11 @@ fn the_shipped_layouts_say_what_they_are() {
     let roles = |role| drives.messages().iter().filter(|m| m.role == role).count();
     assert_eq!([roles(Role::Sync), roles(Role::Sample), roles(Role::Target)], [1, 6, 6]);
 
-    let one = packed();
-    assert_eq!(one.sampled_by(), SampledBy::Packed);
-    assert_eq!(one.messages().len(), 1);
-    assert!(one.messages()[0].format.fd);
-    assert_eq!(one.messages()[0].format.length, 64);
+    let layout = packed();
+    assert_eq!(layout.sampled_by(), SampledBy::Packed);
+    assert_eq!(layout.messages().len(), 1);
+    assert!(layout.messages()[0].format.fd);
+    assert_eq!(layout.messages()[0].format.length, 64);
 }
 
 /// Values of six axes that both shipped layouts can carry.
@@ -126,10 +126,10 @@ proptest! {
         let drives = cia402();
         prop_assert_eq!(decode(&drives, &encode(&drives, &values)), expected);
 
-        let one = packed();
+        let layout = packed();
         let mut expected = values;
         expected.axes.iter_mut().for_each(|axis| axis.status_word = 0);
-        prop_assert_eq!(decode(&one, &encode(&one, &values)), expected);
+        prop_assert_eq!(decode(&layout, &encode(&layout, &values)), expected);
     }
 }
 
@@ -157,13 +157,14 @@ proptest! {
     ) {
         let mut text = ODD.to_owned();
         for (at, length, new) in cuts {
-            let at = at.min(text.len());
-            let end = (at + length).min(text.len());
-            text.replace_range(at..end, &new);
+            let place = at.min(text.len());
+            let end = (place + length).min(text.len());
+            text.replace_range(place..end, &new);
         }
         if let Ok(layout) = CompiledLayout::compile(&text, &odd_spec()) {
             // Whatever it has become, its bits lie in its message, and there are two of them.
-            let extractions: Vec<_> = layout.messages().iter().flat_map(|m| &m.extractions).collect();
+            let extractions: Vec<_> =
+                layout.messages().iter().flat_map(|m| &m.extractions).collect();
             prop_assert_eq!(extractions.len(), 2);
             for extraction in extractions {
                 let width = extraction.signal.field.width();
@@ -173,7 +174,8 @@ proptest! {
             }
         }
         if let Ok(database) = Database::parse(&text) {
-            for (message, signal) in [("Motorola", "Crossing"), ("Intel", "Rest"), ("Wide", "Last")] {
+            let signals = [("Motorola", "Crossing"), ("Intel", "Rest"), ("Wide", "Last")];
+            for (message, signal) in signals {
                 if let Ok(signal) = database.signal("test", message, signal) {
                     let bits = signal.field.bits(&[0xFF; 64]);
                     prop_assert_eq!(bits, u64::MAX >> (64 - signal.field.width()));

@@ -1,5 +1,5 @@
-//! Recordings: what is written is read back to the bit, whatever happens to the file in between is
-//! told, and nothing in a file makes the reader panic.
+//! Recordings: everything written is read back to the bit, damage of the file is reported, and
+//! nothing in a file makes the reader panic.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind, is_fd_length};
 use didim_drivers::source::mcap::{
-    Damage, FileEnd, JointState, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
+    Corruption, FileEnd, JointState, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
 };
 use didim_drivers::source::{CandumpWriter, InterfaceName, Received, Source, StampDigits};
 use proptest::prelude::*;
@@ -36,7 +36,7 @@ fn written(frames: &[Frame], info: &McapInfo, flush: impl Fn(usize) -> bool) -> 
     }
     let most = writer.bytes();
     let file = writer.finish().unwrap().into_inner();
-    assert!(file.len() as u64 <= most, "{} bytes, told {most}", file.len());
+    assert!(file.len() as u64 <= most, "{} bytes, expected at most {most}", file.len());
     file
 }
 
@@ -72,8 +72,8 @@ fn any_frame() -> impl Strategy<Value = Frame> {
             2 => Frame::error(id.raw(), short),
             _ => Frame::new(id, fd, &data[..longest.unwrap_or(0)]),
         };
-        let way = if flags[2] { Direction::Transmitted } else { Direction::Received };
-        frame.unwrap().at(stamp).going(way).on(u8::from(flags[3]))
+        let direction = if flags[2] { Direction::Transmitted } else { Direction::Received };
+        frame.unwrap().with_stamp(stamp).going(direction).on_interface(u8::from(flags[3]))
     })
 }
 
@@ -81,14 +81,16 @@ fn some_frames(count: u8) -> Vec<Frame> {
     (0..count)
         .map(|n| {
             let id = FrameId::Standard(0x100 + u16::from(n));
-            Frame::fd(id, true, &[n; 12]).unwrap().at(5_000_000_000 + u64::from(n) * 1_000_001)
+            Frame::fd(id, true, &[n; 12])
+                .unwrap()
+                .with_stamp(5_000_000_000 + u64::from(n) * 1_000_001)
         })
         .collect()
 }
 
-/// Joint states are for viewers: whoever reads the frames meets none of them.
+/// Joint states are for viewers: a reader of frames meets none of them.
 #[test]
-fn joint_states_stand_beside_the_frames() {
+fn joint_states_stand_next_to_the_frames() {
     let frames = some_frames(200);
     let names = ["elbow", "wrist"].map(str::to_owned);
     let writer = McapWriter::new(Cursor::new(Vec::new()), &info(7)).unwrap();
@@ -106,7 +108,7 @@ fn joint_states_stand_beside_the_frames() {
     let most = writer.bytes();
     assert_eq!(writer.frames(), 200);
     let file = writer.finish().unwrap().into_inner();
-    assert!(file.len() as u64 <= most, "{} bytes, told {most}", file.len());
+    assert!(file.len() as u64 <= most, "{} bytes, expected at most {most}", file.len());
     let (found, errors, source) = read(&file).unwrap();
     assert_eq!((found, errors.len()), (frames, 0));
     assert_eq!((source.counters().passed_over, source.counters().queue_drops), (0, 0));
@@ -172,7 +174,7 @@ fn chunks(file: &[u8]) -> Vec<usize> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
     std::fs::write(&path, file).unwrap();
-    let scan = McapScan::of(&path).unwrap();
+    let scan = McapScan::read(&path).unwrap();
     scan.chunks.iter().map(|chunk| usize::try_from(chunk.offset).unwrap()).collect()
 }
 
@@ -198,7 +200,7 @@ fn a_file_cut_at_any_byte_gives_its_whole_chunks_and_says_how_it_ends() {
         })
         .collect();
     let directory = tempfile::tempdir().unwrap();
-    let (path, whole) = (directory.path().join("a.mcap"), directory.path().join("b.mcap"));
+    let (path, original) = (directory.path().join("a.mcap"), directory.path().join("b.mcap"));
     for cut in 0..file.len() {
         let part = &file[..cut];
         let expected = 4 * ends.iter().filter(|end| **end <= cut).count();
@@ -211,16 +213,16 @@ fn a_file_cut_at_any_byte_gives_its_whole_chunks_and_says_how_it_ends() {
                 let ending = source.ending().unwrap();
                 // With the record that ends the data nothing of it is missing.
                 std::fs::write(&path, part).unwrap();
-                let scan = McapScan::of(&path).unwrap();
+                let scan = McapScan::read(&path).unwrap();
                 assert_eq!(ending, scan.end, "cut at {cut}");
                 assert_eq!(scan.chunks.len(), expected / 4, "cut at {cut}");
                 if ending == FileEnd::Finished {
                     assert_eq!(expected, 12);
                 }
                 if source.info().is_some() && cut % 7 == 0 {
-                    let repaired = repair(&path, &whole).unwrap();
+                    let repaired = repair(&path, &original).unwrap();
                     assert_eq!((repaired.frames, repaired.damaged), (expected as u64, false));
-                    let (again, _, repaired) = read(&std::fs::read(&whole).unwrap())
+                    let (again, _, repaired) = read(&std::fs::read(&original).unwrap())
                         .map(|(f, e, s)| {
                             assert!(e.is_empty());
                             (f, e, (s.ending(), s.info().cloned()))
@@ -242,7 +244,7 @@ fn a_damaged_chunk_is_named_and_the_others_are_read() {
     file[second + 200] ^= 1;
     let (found, errors, _) = read(&file).unwrap();
     assert_eq!(found, [&frames[..4], &frames[8..]].concat());
-    let [McapError::Damaged { offset, what: Damage::Crc, .. }] = &errors[..] else {
+    let [McapError::Damaged { offset, what: Corruption::Crc, .. }] = &errors[..] else {
         panic!("{errors:?}")
     };
     assert_eq!(*offset, second as u64);
@@ -250,7 +252,7 @@ fn a_damaged_chunk_is_named_and_the_others_are_read() {
 }
 
 #[test]
-fn a_record_longer_than_its_chunk_is_damage_even_without_a_crc() {
+fn a_record_longer_than_its_chunk_is_corruption_even_without_a_crc() {
     let mut file = written(&some_frames(4), &info(7), |_| false);
     blank_crcs(&mut file);
     let records = chunks(&file)[0] + 9 + 40;
@@ -259,7 +261,10 @@ fn a_record_longer_than_its_chunk_is_damage_even_without_a_crc() {
     file[records + 1..records + 9].copy_from_slice(&u64::MAX.to_le_bytes());
     let (found, errors, _) = read(&file).unwrap();
     assert!(found.is_empty());
-    assert!(matches!(&errors[..], [McapError::Damaged { what: Damage::Malformed("chunk"), .. }]));
+    assert!(matches!(
+        &errors[..],
+        [McapError::Damaged { what: Corruption::Malformed("chunk"), .. }]
+    ));
 }
 
 #[test]
@@ -291,13 +296,13 @@ fn frames_that_are_missing_are_counted() {
 }
 
 #[test]
-fn a_scan_tells_the_stamps() {
+fn a_scan_shows_the_stamps() {
     let frames = some_frames(12);
     let file = written(&frames, &info(-3_000_000_000), |n| n % 4 == 3);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
     std::fs::write(&path, &file).unwrap();
-    let scan = McapScan::of(&path).unwrap();
+    let scan = McapScan::read(&path).unwrap();
     assert_eq!(scan.stamps_ns(), Some((frames[0].stamp_ns, frames[11].stamp_ns)));
     assert_eq!((scan.end, scan.bytes), (FileEnd::Finished, file.len() as u64));
 }
@@ -324,9 +329,10 @@ fn child_writes_files_for_an_independent_reader() {
         Frame::fd(FrameId::Standard(0x7FF), false, &[0xAA; 64]),
     ];
     for (n, kind) in kinds.into_iter().cycle().take(40).enumerate() {
-        frames.push(kind.unwrap().at(6_000_000_000 + n as u64).on(1));
+        frames.push(kind.unwrap().with_stamp(6_000_000_000 + n as u64).on_interface(1));
     }
-    // A candump log has stamps from 0 on; with an offset the recording has those of the log, shifted.
+    // A candump log has stamps from 0 on; with an offset the recording has those of the log,
+    // shifted.
     let info = info(1_700_000_000_000_000_000);
     let file = written(&frames, &info, |n| n % 50 == 49);
     std::fs::write(folder.join("whole.mcap"), &file).unwrap();
@@ -338,7 +344,7 @@ fn child_writes_files_for_an_independent_reader() {
         let log = std::fs::File::create(folder.join(format!("{name}.log"))).unwrap();
         let mut log = CandumpWriter::new(log, &info.interfaces, StampDigits::Nanoseconds);
         for frame in frames {
-            log.write(&frame.at(info.log_time(frame.stamp_ns))).unwrap();
+            log.write(&frame.with_stamp(info.log_time(frame.stamp_ns))).unwrap();
         }
         log.finish().unwrap();
     }

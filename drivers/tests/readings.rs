@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
-use didim_core::{JointSample, Reading};
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::layout::{
     AxisValues, CompiledLayout, CycleValues, LayoutError, LayoutSpec, Role, SampledBy,
 };
 use didim_drivers::units::{DriveSpec, Scales};
+use didim_dynamics::{JointSample, Reading};
 
 use crate::common::bus::{EPOCH_NS, check_sums, drives, feed};
 
@@ -80,7 +80,8 @@ fn values(axis: AxisValues) -> CycleValues {
     values
 }
 
-/// A cycle's frames: the SYNC, the drive, and where it is given the slow message, 1 ms after the SYNC.
+/// A cycle's frames: the SYNC, the drive, and where it is given the slow message, 1 ms after the
+/// SYNC.
 fn cycle(layout: &CompiledLayout, k: u64, slow: Option<[f64; 3]>) -> Vec<Frame> {
     let mut frames = Vec::new();
     let stamp_ns = EPOCH_NS + k * PERIOD_NS;
@@ -96,9 +97,9 @@ fn cycle(layout: &CompiledLayout, k: u64, slow: Option<[f64; 3]>) -> Vec<Frame> 
     frames
 }
 
-fn of(sample: &JointSample) -> [Option<i16>; 3] {
-    let told = [Reading::Temperature, Reading::SupplyVoltage, Reading::Mode];
-    told.map(|reading| sample.readings.get(reading, 0))
+fn readings_of(sample: &JointSample) -> [Option<i16>; 3] {
+    let readings = [Reading::Temperature, Reading::SupplyVoltage, Reading::Mode];
+    readings.map(|reading| sample.readings.get(reading, 0))
 }
 
 #[test]
@@ -113,16 +114,16 @@ fn a_reading_is_of_the_cycle_that_it_came_in_and_costs_no_other() {
     for sample in &samples {
         let expected =
             if sample.sequence % 5 == 2 { [Some(314), Some(480), Some(8)] } else { [None; 3] };
-        assert_eq!(of(sample), expected, "{}", sample.sequence);
+        assert_eq!(readings_of(sample), expected, "{}", sample.sequence);
     }
     // From the middle on the same cycles have the same: nothing is remembered.
-    let from = frames.iter().position(|frame| frame.stamp_ns == EPOCH_NS + 7 * PERIOD_NS).unwrap();
+    let first = frames.iter().position(|frame| frame.stamp_ns == EPOCH_NS + 7 * PERIOD_NS).unwrap();
     let mut again = self::assembler(&layout).starting_at(7);
-    assert_eq!(feed(&mut again, &frames[from..]), samples[7..]);
+    assert_eq!(feed(&mut again, &frames[first..]), samples[7..]);
     // A slow frame before the first SYNC is of no cycle.
     let mut late = self::assembler(&layout);
     let early = frames.iter().position(|frame| frame.id.raw() == 641).unwrap();
-    assert_eq!(of(&feed(&mut late, &frames[early..])[0]), [None; 3]);
+    assert_eq!(readings_of(&feed(&mut late, &frames[early..])[0]), [None; 3]);
     assert_eq!(late.losses().frames.before_first_sync, 1);
 }
 
@@ -136,33 +137,34 @@ fn what_is_out_of_its_range_is_no_reading_and_costs_nothing() {
     }
     let samples = feed(&mut assembler(&layout), &frames);
     assert_eq!(samples.len(), 3);
-    assert!(samples.iter().all(|sample| of(sample) == [None, Some(240), Some(-3)]));
+    assert!(samples.iter().all(|sample| readings_of(sample) == [None, Some(240), Some(-3)]));
 }
 
 #[test]
-fn a_packed_frame_may_have_readings_beside_it_and_in_it() {
-    let beside = compile("", READINGS).unwrap();
-    assert_eq!(beside.sampled_by(), SampledBy::Packed);
+fn a_packed_frame_may_have_readings_next_to_it_and_in_it() {
+    let packed = compile("", READINGS).unwrap();
+    assert_eq!(packed.sampled_by(), SampledBy::Packed);
     let frames: Vec<Frame> =
-        (0..6).flat_map(|k| cycle(&beside, k, (k == 2).then_some([50.0, 1.0, 1.0]))).collect();
-    let mut assembler = self::assembler(&beside);
+        (0..6).flat_map(|k| cycle(&packed, k, (k == 2).then_some([50.0, 1.0, 1.0]))).collect();
+    let mut assembler = self::assembler(&packed);
     let samples = feed(&mut assembler, &frames);
     check_sums(&assembler);
     // What comes after a packed frame is of the next one, which is decided first.
-    let temperatures: Vec<_> = samples.iter().map(|sample| of(sample)[0]).collect();
+    let temperatures: Vec<_> = samples.iter().map(|sample| readings_of(sample)[0]).collect();
     assert_eq!(temperatures, [None, None, None, Some(500), None, None]);
     let within = compile("", "mode = { signal = \"Fast.Following\" }").unwrap();
     let frames: Vec<Frame> =
         (0..3).flat_map(|k| cycle(&within, k, Some([0.0, 0.0, 5.0]))).collect();
     let samples = feed(&mut self::assembler(&within), &frames);
-    assert!(samples.len() == 3 && samples.iter().all(|sample| of(sample)[2] == Some(5)));
+    assert!(samples.len() == 3 && samples.iter().all(|sample| readings_of(sample)[2] == Some(5)));
 }
 
 #[test]
 fn a_following_error_makes_the_reference_of_either_sign() {
     for (which, sign) in [("target-minus-actual", 1.0), ("actual-minus-target", -1.0)] {
         let more = format!(
-            "reference = {{ signal = \"Fast.Following\", valid = \"instant\", following_error = \"{which}\" }}"
+            "reference = {{ signal = \"Fast.Following\", valid = \"instant\", following_error = \
+            \"{which}\" }}"
         );
         let layout = layout(&more);
         assert!(layout.has_reference());
@@ -195,11 +197,11 @@ fn a_following_error_makes_the_reference_of_either_sign() {
 }
 
 #[test]
-fn a_pipers_log_tells_its_temperatures_40_times_a_second() {
+fn a_pipers_log_shows_its_temperatures_40_times_a_second() {
     let samples = crate::can_arms::samples_of("piper", "piper_1s.log");
-    let mut found = vec![0; 6];
+    let mut counts = vec![0; 6];
     for sample in &samples {
-        for (axis, found) in found.iter_mut().enumerate() {
+        for (axis, found) in counts.iter_mut().enumerate() {
             if let Some(steps) = sample.readings.get(Reading::Temperature, axis) {
                 let expected = 360 + 10 * i16::try_from(axis).unwrap();
                 assert_eq!(steps, expected);
@@ -208,25 +210,25 @@ fn a_pipers_log_tells_its_temperatures_40_times_a_second() {
             }
         }
     }
-    assert_eq!(found, [39; 6]);
+    assert_eq!(counts, [39; 6]);
 }
 
 #[test]
-fn every_answer_of_a_damiao_motor_tells_its_temperature() {
+fn every_answer_of_a_damiao_motor_shows_its_temperature() {
     let samples = crate::can_arms::samples_of("openarm", "openarm_half_second.log");
     assert_eq!(samples.len(), 248);
     for sample in &samples {
-        let one = |axis| sample.readings.get(Reading::Temperature, axis).unwrap();
-        assert!((0..7).all(|axis| (300..500).contains(&one(axis))), "{sample:?}");
+        let temperature = |axis| sample.readings.get(Reading::Temperature, axis).unwrap();
+        assert!((0..7).all(|axis| (300..500).contains(&temperature(axis))), "{sample:?}");
     }
 }
 
 #[test]
 fn what_cannot_be_a_reading_is_refused_in_words() {
-    let refused = |sync: &str, more: &str, parts: &[&str]| {
+    fn refused(sync: &str, more: &str, parts: &[&str]) {
         let error = compile(sync, more).unwrap_err().to_string();
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");
-    };
+    }
     let sync = "sync = \"SYNC\"";
     let temperature = |signal| format!("temperature = {{ signal = \"{signal}\" }}");
     refused(sync, &temperature("Fast.Position"), &["a temperature in \"count\"", "\"degC\""]);
@@ -239,17 +241,19 @@ fn what_cannot_be_a_reading_is_refused_in_words() {
     let law = "law = { stiffness = \"Fast.Position\", damping = \"Slow.Voltage\", \
                speed = \"Slow.Voltage\", torque = \"Fast.Torque\" }";
     refused(sync, law, &["`law`", "needs `reference`"]);
-    let held = "reference = { signal = \"Fast.Following\", valid = \"instant\" }";
-    refused(sync, &format!("{held}\n{law}"), &["a stiffness in \"count\"", "\"Nm/rad\""]);
+    let reference_key = "reference = { signal = \"Fast.Following\", valid = \"instant\" }";
+    refused(sync, &format!("{reference_key}\n{law}"), &["a stiffness in \"count\"", "\"Nm/rad\""]);
 }
 
-/// An edit of the shipped device file: an object of readings, in a PDO of its own that goes by events.
+/// An edit of the shipped device file: an object of readings, in a PDO of its own that goes by
+/// events.
 fn with_events(eds: &str) -> String {
     let mut eds = eds.to_owned();
     let mut section = |name: &str, kind: &str, value: &str| {
         let _ = write!(
             eds,
-            "\n[{name}]\nParameterName=x\nObjectType=0x7\nDataType={kind}\nAccessType=rw\nDefaultValue={value}\nPDOMapping=0\n"
+            "\n[{name}]\nParameterName=x\nObjectType=0x7\nDataType={kind}\nAccessType=rw\n\
+             DefaultValue={value}\nPDOMapping=0\n"
         );
     };
     section("2063", "0x0003", "0");
@@ -285,7 +289,8 @@ temperature = { object = "2063:00", unit = "0.1 degC" }
     let error = compile(&text.replace("0.1 degC", "kelvin")).unwrap_err().to_string();
     assert!(error.contains("a temperature in \"kelvin\""), "{error}");
     let law = format!(
-        "{text}law = {{ stiffness = \"a.b\", damping = \"a.b\", speed = \"a.b\", torque = \"a.b\" }}"
+        "{text}law = {{ stiffness = \"a.b\", damping = \"a.b\", speed = \"a.b\", torque = \"a.b\" \
+        }}"
     );
     let error = compile(&law).unwrap_err().to_string();
     assert!(error.contains("`law`") && error.contains("DBC file"), "{error}");

@@ -1,4 +1,5 @@
-//! From a source to samples: everything that was read is assembled, whoever asks when.
+//! From a source to samples: everything that was read is assembled, in whatever order it is asked
+//! for.
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
 use core::time::Duration;
@@ -31,9 +32,9 @@ fn all_samples_come_in_order_the_last_cycle_included_and_then_none() {
     let layout = cia402();
     for at_a_time in [0, 1, 7, 4096] {
         let mut samples = samples(&layout, at_a_time);
-        let found: Vec<_> = samples.by_ref().map(Result::unwrap).collect();
-        assert_eq!(found.len() as u64, CYCLES, "{at_a_time}");
-        for (sample, k) in found.iter().zip(0..) {
+        let decoded: Vec<_> = samples.by_ref().map(Result::unwrap).collect();
+        assert_eq!(decoded.len() as u64, CYCLES, "{at_a_time}");
+        for (sample, k) in decoded.iter().zip(0..) {
             check(sample, k, layout.axes());
         }
         assert!(samples.next().is_none());
@@ -49,22 +50,22 @@ fn a_tap_gets_every_frame_before_the_samples_that_are_made_of_it() {
     let mut tapped = Vec::new();
     let samples = samples(&layout, 7);
     let tap = |frames: &[Frame], _| tapped.extend_from_slice(frames);
-    let found = samples.with_tap(Some(Box::new(tap))).count();
-    assert_eq!((found as u64, tapped), (CYCLES, expected));
+    let count = samples.with_tap(Some(Box::new(tap))).count();
+    assert_eq!((count as u64, tapped), (CYCLES, expected));
 }
 
 #[test]
 fn frames_that_are_not_assembled_yet_are_not_read_over() {
     let layout = cia402();
     let mut samples = samples(&layout, 4096);
-    let mut found = 0;
+    let mut count = 0;
     // One sample a turn, though all frames came with the first.
     while samples.read(Duration::ZERO).unwrap() == Received::Frames {
-        found += u64::from(samples.poll().is_some());
+        count += u64::from(samples.poll().is_some());
     }
     // That of the last cycle, which no frame completed.
     let Assembled { sample, completed_ns } = samples.poll().unwrap();
     check(&sample, CYCLES - 1, layout.axes());
-    assert_eq!((found, completed_ns), (CYCLES - 1, None));
+    assert_eq!((count, completed_ns), (CYCLES - 1, None));
     assert!(samples.poll().is_none());
 }

@@ -31,7 +31,7 @@ fn vcan() -> Vec<InterfaceName> {
 struct Device(CanFdSocket);
 
 impl Device {
-    fn on(interface: InterfaceName) -> Self {
+    fn on_interface(interface: InterfaceName) -> Self {
         Self(CanFdSocket::open(interface.as_str()).unwrap())
     }
 
@@ -80,7 +80,7 @@ impl Rig for Vcan {
 
     fn bring(&self, _: &[InterfaceName], frames: &[Frame]) -> Box<dyn Source> {
         let source = open(&self.0);
-        let devices: Vec<Device> = self.0.iter().map(|name| Device::on(*name)).collect();
+        let devices: Vec<Device> = self.0.iter().map(|name| Device::on_interface(*name)).collect();
         let frames = frames.to_vec();
         thread::spawn(move || {
             for frame in frames {
@@ -105,7 +105,7 @@ fn an_error_frame_on_the_bus_is_seen_and_counted() {
     let options = SocketCanOptions { ids: Some(vec![]), ..SocketCanOptions::default() };
     let mut source = SocketCanSource::open(&names[..1], &options).unwrap();
     let sent = Frame::error(0x40, &[0; 8]).unwrap();
-    Device::on(names[0]).send(&sent);
+    Device::on_interface(names[0]).send(&sent);
     let seen = take(&mut source, 1)[0];
     assert!(seen.is_error());
     assert_eq!((seen.id, seen.data()), (sent.id, sent.data()));
@@ -117,7 +117,7 @@ fn an_error_frame_on_the_bus_is_seen_and_counted() {
 fn stamps_are_the_kernels_and_never_run_backwards() {
     let names = vcan();
     let mut source = open(&names[..1]);
-    let device = Device::on(names[0]);
+    let device = Device::on_interface(names[0]);
     let now = || u64::try_from(SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos());
     let before = now().unwrap();
     for frame in numbered(500) {
@@ -154,14 +154,14 @@ impl Drop for Stop<'_> {
 #[ignore = "needs a CAN bus: tests/run"]
 fn filters_are_in_force_before_the_first_frame() {
     let names = vcan();
-    let device = Device::on(names[0]);
+    let device = Device::on_interface(names[0]);
     let (wanted, alike) = (FrameId::Standard(0x181), FrameId::Extended(0x181));
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
         let stopping = Stop(&stop);
         // The bus is busy with other frames while the source opens.
         let flood = scope.spawn(|| {
-            let device = Device::on(names[0]);
+            let device = Device::on_interface(names[0]);
             let (mut sent, other) = (0u64, Frame::classic(FrameId::Standard(0x182), &[]).unwrap());
             while !stop.load(Ordering::Relaxed) {
                 device.send(&other);
@@ -197,16 +197,16 @@ fn the_receive_buffer_is_what_it_says() {
     let mut source = SocketCanSource::open(&names[..1], &options).unwrap();
     let granted = source.links().next().unwrap().receive_buffer_bytes;
     assert!(granted.abs_diff(wanted) <= 1, "{granted} of {wanted} bytes");
-    let device = Device::on(names[0]);
+    let device = Device::on_interface(names[0]);
     for frame in numbered(500) {
         device.send(&frame);
     }
-    let mut kept = 0;
+    let mut frames = 0;
     while receive(&mut source).unwrap() == Received::Frames {
-        kept = source.counters().frames;
+        frames = source.counters().frames;
     }
     let expected = u64::from(granted / QUEUED_FRAME_BYTES);
-    assert!(kept.abs_diff(expected) <= 2, "{kept} frames were kept, expected {expected}");
+    assert!(frames.abs_diff(expected) <= 2, "{frames} frames were kept, expected {expected}");
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn child_without_privilege() {
     let granted = source.links().next().unwrap().receive_buffer_bytes;
     assert_eq!(granted, 2 * most);
     // CAN needs no privilege otherwise.
-    Device::on(names[0]).send(&numbered(1)[0]);
+    Device::on_interface(names[0]).send(&numbered(1)[0]);
     take(&mut source, 1);
 }
 
@@ -244,7 +244,7 @@ fn every_dropped_frame_is_counted() {
     let names = vcan();
     let options = SocketCanOptions { receive_buffer_bytes: 8 << 10, ..SocketCanOptions::default() };
     let mut source = SocketCanSource::open(&names[..1], &options).unwrap();
-    let device = Device::on(names[0]);
+    let device = Device::on_interface(names[0]);
     let frames = numbered(3_000);
     let (mut batch, mut next, mut missing) = (Vec::with_capacity(64), 0, 0);
     let mut read_all = |source: &mut SocketCanSource| {
@@ -296,7 +296,7 @@ fn nothing_is_ever_sent() {
 fn many_frames_are_taken_by_one_call() {
     let names = vcan();
     let mut source = open(&names[..1]);
-    let device = Device::on(names[0]);
+    let device = Device::on_interface(names[0]);
     for frame in numbered(64) {
         device.send(&frame);
     }
@@ -311,7 +311,7 @@ fn many_frames_are_taken_by_one_call() {
 fn two_interfaces_come_merged_by_their_stamps() {
     let names = vcan();
     let mut source = open(&names);
-    let devices = [Device::on(names[0]), Device::on(names[1])];
+    let devices = [Device::on_interface(names[0]), Device::on_interface(names[1])];
     for (n, frame) in numbered(400).iter().enumerate() {
         devices[n / 3 % 2].send(frame);
     }
@@ -324,7 +324,7 @@ fn two_interfaces_come_merged_by_their_stamps() {
 
 #[test]
 #[ignore = "needs a CAN bus: tests/run"]
-fn a_link_that_goes_down_is_told_once_and_taken_up_again() {
+fn a_link_that_goes_down_is_reported_once_and_taken_up_again() {
     let names = vcan();
     let name = names[0];
     let mut source = open(&names);
@@ -332,12 +332,13 @@ fn a_link_that_goes_down_is_told_once_and_taken_up_again() {
         ip(&format!("link set {name} down"));
         let error = until_not_silent(&mut source).unwrap_err();
         assert!(error.is_recoverable(), "{error}");
-        assert!(
-            matches!(error, SourceError::SocketCan(SocketCanError::Down { interface }) if interface == name)
-        );
+        assert!(matches!(
+            error,
+            SourceError::SocketCan(SocketCanError::Down { interface }) if interface == name
+        ));
         assert!(!source.links().next().unwrap().up);
         // The other interface is still heard, and the news is not repeated.
-        Device::on(names[1]).send(&numbered(1)[0]);
+        Device::on_interface(names[1]).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 1);
         assert_eq!(receive(&mut source).unwrap(), Received::Silence);
 
@@ -346,7 +347,7 @@ fn a_link_that_goes_down_is_told_once_and_taken_up_again() {
             assert_eq!(receive(&mut source).unwrap(), Received::Silence);
             assert!(source.links().next().unwrap().up);
         }
-        Device::on(name).send(&numbered(1)[0]);
+        Device::on_interface(name).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 0);
         assert!(source.links().next().unwrap().up);
         assert_eq!(source.counters().link_down, round);
@@ -360,7 +361,7 @@ fn frames_of_before_the_link_went_down_are_not_lost_and_not_taken_for_its_recove
     let names = vcan();
     let name = names[0];
     let mut source = open(&names[..1]);
-    let device = Device::on(name);
+    let device = Device::on_interface(name);
     for frame in numbered(3) {
         device.send(&frame);
     }
@@ -382,7 +383,7 @@ fn frames_of_before_the_interface_was_deleted_are_not_lost() {
     let names = vcan();
     let name = names[0];
     let mut source = open(&names[..1]);
-    let device = Device::on(name);
+    let device = Device::on_interface(name);
     for frame in numbered(3) {
         device.send(&frame);
     }
@@ -415,13 +416,13 @@ fn an_interface_replaced_by_another_of_its_name_is_opened_again() {
         let _ = receive(&mut source);
     }
     ip("link delete vcan_old");
-    Device::on(name).send(&numbered(1)[0]);
+    Device::on_interface(name).send(&numbered(1)[0]);
     take(&mut source, 1);
 }
 
 #[test]
 #[ignore = "needs a CAN bus: tests/run"]
-fn a_link_that_is_down_at_the_start_is_told_and_taken_up() {
+fn a_link_that_is_down_at_the_start_is_reported_and_taken_up() {
     let names = vcan();
     let name = names[0];
     ip(&format!("link set {name} down"));
@@ -429,7 +430,7 @@ fn a_link_that_is_down_at_the_start_is_told_and_taken_up() {
     let error = until_not_silent(&mut source).unwrap_err();
     assert!(matches!(error, SourceError::SocketCan(SocketCanError::Down { .. })), "{error}");
     ip(&format!("link set {name} up"));
-    Device::on(name).send(&numbered(1)[0]);
+    Device::on_interface(name).send(&numbered(1)[0]);
     take(&mut source, 1);
     assert_eq!(source.counters().link_down, 1);
 }
@@ -448,7 +449,7 @@ fn an_interface_deleted_and_made_again_is_opened_again() {
             assert!(error.is_recoverable(), "{error}");
             gone = matches!(error, SourceError::SocketCan(SocketCanError::Gone { .. }));
         }
-        Device::on(names[1]).send(&numbered(1)[0]);
+        Device::on_interface(names[1]).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 1);
         thread::sleep(Duration::from_millis(100));
         assert_eq!(receive(&mut source).unwrap(), Received::Silence);
@@ -462,7 +463,7 @@ fn an_interface_deleted_and_made_again_is_opened_again() {
             // It may be found while it is still down, or with the small MTU.
             let _ = receive(&mut source);
         }
-        Device::on(name).send(&numbered(1)[0]);
+        Device::on_interface(name).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 0);
         assert_eq!(source.counters().link_down, round);
     }
@@ -473,17 +474,21 @@ fn an_interface_deleted_and_made_again_is_opened_again() {
 fn what_cannot_be_opened_is_named_with_its_remedy() {
     let names = vcan();
     let options = SocketCanOptions::default();
-    let told = |names: &[InterfaceName], parts: &[&str]| {
-        let error = SocketCanSource::open(names, &options).unwrap_err();
+    fn refused(names: &[InterfaceName], parts: &[&str], options: &SocketCanOptions) {
+        let error = SocketCanSource::open(names, options).unwrap_err();
         assert!(!error.is_recoverable());
         let text = error.to_string();
         assert!(parts.iter().all(|part| text.contains(part)), "{text}");
-    };
+    }
     let (first, second) = (names[0].as_str(), names[1].as_str());
-    told(&interfaces(&["can77"]), &["no interface can77", first, second, "ip link add can77"]);
-    told(&interfaces(&["lo"]), &["lo is not a CAN interface", first]);
-    told(&[names[0], names[0]], &["twice"]);
-    told(&[], &["0 interfaces"]);
+    refused(
+        &interfaces(&["can77"]),
+        &["no interface can77", first, second, "ip link add can77"],
+        &options,
+    );
+    refused(&interfaces(&["lo"]), &["lo is not a CAN interface", first], &options);
+    refused(&[names[0], names[0]], &["twice"], &options);
+    refused(&[], &["0 interfaces"], &options);
 
     ip(&format!("link set {first} down"));
     ip(&format!("link set {first} mtu 16"));
@@ -491,7 +496,7 @@ fn what_cannot_be_opened_is_named_with_its_remedy() {
     let fd = SocketCanSource::open(&names[..1], &options);
     let classic = SocketCanOptions { fd: false, ..SocketCanOptions::default() };
     let mut source = SocketCanSource::open(&names[..1], &classic).unwrap();
-    Device::on(names[0]).send(&numbered(1)[0]);
+    Device::on_interface(names[0]).send(&numbered(1)[0]);
     take(&mut source, 1);
     drop(source);
     ip(&format!("link set {first} down"));

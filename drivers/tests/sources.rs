@@ -169,7 +169,7 @@ fn a_sender_learns_that_nobody_listens() {
 }
 
 #[test]
-fn a_kernel_without_can_is_told() {
+fn a_kernel_without_can_is_reported() {
     let opened = SocketCanSource::open(&interfaces(&["can77"]), &SocketCanOptions::default());
     let text = opened.unwrap_err().to_string();
     assert!(text.contains("modprobe can-raw") || text.contains("no interface can77"), "{text}");

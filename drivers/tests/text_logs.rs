@@ -57,7 +57,8 @@ fn of_text(text: &str) -> Result<Vec<Frame>, String> {
 
 #[test]
 fn what_a_header_says_counts() {
-    let decimal = "base dec  timestamps relative\n 0.5 1 291 Rx d 2 17 255\n 0.25 1 Statistic: D 0 R 1\n 0.25 1 100x Tx r\n";
+    let decimal = "base dec  timestamps relative\n 0.5 1 291 Rx d 2 17 255\n 0.25 1 Statistic: D 0 \
+        R 1\n 0.25 1 100x Tx r\n";
     let frames = of_text(decimal).unwrap();
     assert_eq!(
         frames.iter().map(|frame| frame.stamp_ns).collect::<Vec<_>>(),
@@ -66,7 +67,8 @@ fn what_a_header_says_counts() {
     assert_eq!((frames[0].id.raw(), frames[0].data()), (0x123, &[17, 255][..]));
     assert_eq!((frames[1].id.raw(), frames[1].kind, frames[1].length), (100, FrameKind::Remote, 0));
     // The last line needs no end.
-    let columns = ";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n 1 1.5 ST Rx 00 00\n 2 1059.900 FB 0300 Rx 12 00 01 02 03 04 05 06 07 08 09 0A 0B";
+    let columns = ";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n 1 1.5 ST Rx 00 00\n 2 1059.900 FB \
+        0300 Rx 12 00 01 02 03 04 05 06 07 08 09 0A 0B";
     let frames = of_text(columns).unwrap();
     assert_eq!((frames.len(), frames[0].stamp_ns, frames[0].length), (1, 1_059_900_000, 12));
     let kind = FrameKind::Fd { bit_rate_switch: true, error_state_indicator: false };
@@ -91,12 +93,12 @@ fn what_is_damaged_is_named_by_its_line() {
     }
     // Whatever is cut off or damaged is read or refused in words.
     for name in ["all.asc", "classic_v2_1.trc", "classic_v1_0.trc"] {
-        let whole = std::fs::read(golden(name)).unwrap();
+        let full_log = std::fs::read(golden(name)).unwrap();
         let mut refused = 0;
-        for at in (0..whole.len()).step_by(7) {
-            let mut damaged = whole.clone();
+        for at in (0..full_log.len()).step_by(7) {
+            let mut damaged = full_log.clone();
             damaged[at] ^= 0x15;
-            for bytes in [&whole[..at], &damaged] {
+            for bytes in [&full_log[..at], &damaged] {
                 let mut log = TextLog::new(bytes, Path::new("spoiled"), &[]);
                 refused += usize::from(drain(&mut log).is_err());
             }

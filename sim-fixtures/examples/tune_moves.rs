@@ -1,6 +1,6 @@
-//! Searches random move sequences for one that excites the TX40's 28 essential parameters as well as
-//! the published recording does, and prints it as the `[motion]` table of a scenario. Better ones
-//! exist (40 000 seeds reach 48); an easier experiment than the real one would prove less.
+//! Searches random move sequences for one that excites the TX40's 28 essential parameters as well
+//! as the published recording does, and prints it as the `[motion]` table of a scenario. Better
+//! ones exist (40 000 seeds reach 48); an easier experiment than the real one would prove less.
 //!
 //! `cargo run --release -p didim-sim --example tune_moves -- SEEDS`
 //!
@@ -14,9 +14,9 @@
     reason = "a tool for developers"
 )]
 
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::robot::Robot;
-use didim_core::trajectory::{JointLimits, MoveSequence, RandomMoves, Reference, Trajectory};
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::trajectory::{JointLimits, MoveSequence, RandomMoves, Reference, Trajectory};
 use nalgebra::DMatrix;
 
 const ESSENTIAL: &str = include_str!("../../config/robots/tx40.toml");
@@ -69,7 +69,7 @@ impl Scorer {
         let mut used: f64 = 0.0;
         for k in 0..samples {
             let [mut q, mut dq, mut ddq, mut tau] = [[0.0; 6]; 4];
-            trajectory.at(k as f64 / rate, &mut q, &mut dq, &mut ddq);
+            trajectory.evaluate(k as f64 / rate, &mut q, &mut dq, &mut ddq);
             for (robot, model) in &self.robots {
                 let parameters = robot.nominal().unwrap().standard();
                 model.inverse_dynamics(&mut ws, parameters, &q, &dq, &ddq, &mut tau);
@@ -100,7 +100,7 @@ fn main() {
             seed,
             moves: 14,
             range_fraction: 0.8,
-            reach_rad: REACH_RAD.map(|way| way * REACH_PART[seed as usize % 3]).to_vec(),
+            reach_rad: REACH_RAD.map(|reach| reach * REACH_PART[seed as usize % 3]).to_vec(),
             velocity_fraction: 1.0,
             acceleration_fraction: 1.0,
             dwell_s: 0.035,

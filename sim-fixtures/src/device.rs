@@ -1,31 +1,31 @@
-//! The device: from the loop's samples to frames, without a clock.
+//! Virtual device: converts the loop's samples to frames, without a clock.
 
-use didim_core::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
-use didim_core::trajectory::Reference;
-use didim_core::{MAX_JOINTS, Reading};
 use didim_drivers::frame::{Frame, FrameError};
 use didim_drivers::layout::{CompiledLayout, Quantity, Role};
 use didim_drivers::units::Scales;
+use didim_dynamics::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
+use didim_dynamics::trajectory::Reference;
+use didim_dynamics::{MAX_JOINTS, Reading};
 
 use crate::encoder::axis_of;
 use crate::streamed::Streamed;
-use crate::warmth::readings;
+use crate::thermal_model::readings;
 use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
-/// Room that one cycle's frames need: SYNC, a sample, a target and the readings of each axis, each sent
-/// twice, and an error report.
+/// Maximum number of frames in one cycle: SYNC, a sample, a target and the readings of each axis,
+/// each sent twice, and an error report.
 pub const CYCLE_FRAMES: usize = 2 * ((2 + Reading::ALL.len()) * MAX_JOINTS + 1) + 1;
 
-/// How often messages that carry nothing but readings are sent \[ns\].
+/// Interval of messages that contain only readings \[ns\].
 const READINGS_EVERY_NS: u64 = 25_000_000;
 
-/// The simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
+/// Simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
 pub struct VirtualDevice {
     closed_loop: ClosedLoop<Playback>,
     reference: Playback,
     encoder: CycleEncoder,
-    /// Where signals are valid at the arrival of their frames: the messages of a cycle with their arrivals
-    /// after its beginning \[ns\], and what measures them between the loop's samples.
+    /// Messages of a cycle with their arrivals after its beginning \[ns\], if signals are valid at
+    /// the arrival of their frames. `streamed` measures them between the loop's samples.
     arrivals: Vec<(usize, u64)>,
     streamed: Streamed,
     faults: Vec<Fault>,
@@ -37,10 +37,10 @@ pub struct VirtualDevice {
     silent_until: u64,
 }
 
-/// Why a device cannot be made or cannot go on.
+/// Reason why a device cannot be created or cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
-    /// The scenario has not as many axes as the layout.
+    /// Scenario and layout differ in their number of axes.
     #[error("the layout has {layout} axes, the arm {arm}")]
     Axes {
         /// Of the layout.
@@ -63,13 +63,13 @@ pub enum DeviceError {
     Fault {
         /// The cycle.
         cycle: u64,
-        /// Why not, in words.
+        /// Reason in words.
         reason: &'static str,
     },
     /// The loop cannot be built.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// The simulation broke down.
+    /// The simulation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// Gains and layout do not fit the arm or the rate.
@@ -81,11 +81,11 @@ pub enum DeviceError {
 }
 
 impl VirtualDevice {
-    /// The arm of a scenario, speaking as `layout` says with drives whose gains are `scales`. Stamps
-    /// begin at `epoch_ns`.
+    /// Creates the arm of a scenario, with the frames of `layout` and drives whose gains are
+    /// `scales`. Stamps begin at `epoch_ns`.
     ///
     /// # Errors
-    /// [`DeviceError`] when scenario and layout do not fit.
+    /// [`DeviceError`] if scenario and layout do not match.
     pub fn new(
         scenario: &Scenario,
         layout: CompiledLayout,
@@ -100,15 +100,16 @@ impl VirtualDevice {
         let period_s = closed_loop.period_s();
         let cycle_ns = layout.period_ns();
         let steps = (cycle_ns * 1e-9 / period_s).round();
-        let whole = (steps * period_s * 1e9 - cycle_ns).abs() <= 1e-6 * cycle_ns;
-        if !(whole && (1.0..=1e6).contains(&steps) && cycle_ns.fract() == 0.0) {
+        let is_multiple = (steps * period_s * 1e9 - cycle_ns).abs() <= 1e-6 * cycle_ns;
+        if !(is_multiple && (1.0..=1e6).contains(&steps) && cycle_ns.fract() == 0.0) {
             return Err(DeviceError::Period { cycle_ns, period_s });
         }
         let reference = scenario.played_reference();
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "checked above; a float beyond the range saturates, and infinity means for ever"
+            reason = "checked above; a float beyond the range saturates, and infinity means for \
+                ever"
         )]
         let (steps_per_cycle, period_ns, cycles) = (
             steps as u32,
@@ -135,22 +136,22 @@ impl VirtualDevice {
         Ok(device)
     }
 
-    /// The layout it speaks.
+    /// Returns the layout of its frames.
     pub fn layout(&self) -> &CompiledLayout {
         self.encoder.layout()
     }
 
-    /// The bus cycle \[ns\].
+    /// Returns the bus cycle \[ns\].
     pub fn period_ns(&self) -> u64 {
         self.period_ns
     }
 
-    /// Cycles it plays; the largest number there is when it plays for ever.
+    /// Returns the number of cycles to play; the largest possible number for endless playback.
     pub fn cycles(&self) -> u64 {
         self.cycles
     }
 
-    /// When the next cycle is due \[ns since the start\]; nothing after the last one.
+    /// Returns the due time of the next cycle \[ns since the start\]; `None` after the last one.
     pub fn poll_due(&self) -> Option<u64> {
         (self.cycle < self.cycles).then(|| self.cycle * self.period_ns)
     }
@@ -159,7 +160,7 @@ impl VirtualDevice {
     /// them, and advances by one cycle. `frames` never grows by more than [`CYCLE_FRAMES`].
     ///
     /// # Errors
-    /// [`DeviceError`]; nothing is appended then, and the device is of no further use.
+    /// [`DeviceError`]; nothing is appended then, and the device is no longer usable.
     pub fn poll_cycle(&mut self, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
         let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
         let before = frames.len();
@@ -181,21 +182,21 @@ impl VirtualDevice {
     /// Appends the frames of a cycle, each with the values of its own arrival.
     fn stream(&mut self, stamp_ns: u64, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
         let start_ns = self.cycle * self.period_ns;
-        let tells = self.tells();
+        let has_temperature = self.reports_temperature();
         for (message, after_ns) in self.arrivals.iter().copied() {
             let plan = &self.encoder.layout().messages()[message];
-            if plan.role == Role::Reading && !tells[axis_of(plan)] {
+            if plan.role == Role::Reading && !has_temperature[axis_of(plan)] {
                 continue;
             }
-            let values = self.streamed.at(&mut self.closed_loop, start_ns + after_ns)?;
+            let values = self.streamed.measure(&mut self.closed_loop, start_ns + after_ns)?;
             frames.push(self.encoder.frame(message, &values, stamp_ns + after_ns)?);
         }
         Ok(())
     }
 
-    /// Of which axes the messages of nothing but readings come in this cycle: one after the other, for a bus may
-    /// have no room for all.
-    fn tells(&self) -> [bool; MAX_JOINTS] {
+    /// Returns the axes whose messages with only readings are sent in this cycle. The axes take
+    /// turns, because a bus may have no capacity for all.
+    fn reports_temperature(&self) -> [bool; MAX_JOINTS] {
         let every = (READINGS_EVERY_NS / self.period_ns).max(1);
         core::array::from_fn(|axis| (self.cycle + axis as u64).is_multiple_of(every))
     }
@@ -216,8 +217,8 @@ impl VirtualDevice {
         frames: &mut Vec<Frame>,
     ) -> Result<(), CycleError> {
         let motor_reference_rad = if self.layout().reference_at_next_sync() {
-            // What is sent in this cycle takes effect at the next SYNC. Controller and drives
-            // interpolate the same motion, so the target is where the reference will be then.
+            // The targets of this cycle take effect at the next SYNC. Controller and drives
+            // interpolate the same motion, so each target is the reference at that time.
             self.motor_reference_at_next_cycle(sample)
         } else {
             sample.motor_reference_rad
@@ -228,7 +229,7 @@ impl VirtualDevice {
             motor_torque_nm: sample.motor_torque_nm,
             motor_reference_rad,
             readings: readings(sample.time_s),
-            tells: self.tells(),
+            has_temperature: self.reports_temperature(),
         };
         self.encoder.encode(&cycle, stamp_ns, frames)
     }
@@ -237,7 +238,7 @@ impl VirtualDevice {
         let n = self.reference.joints();
         let [mut joint, mut rate, mut acceleration, mut motor] = [[0.0; MAX_JOINTS]; 4];
         let time_s = sample.time_s + f64::from(self.steps_per_cycle) * self.closed_loop.period_s();
-        self.reference.at(time_s, &mut joint[..n], &mut rate[..n], &mut acceleration[..n]);
+        self.reference.evaluate(time_s, &mut joint[..n], &mut rate[..n], &mut acceleration[..n]);
         self.closed_loop.transmission().motor_position(&joint[..n], &mut motor[..n]);
         motor
     }
@@ -254,7 +255,7 @@ impl VirtualDevice {
         self.faults.iter().filter(|fault| fault.cycle == self.cycle).map(|fault| fault.action)
     }
 
-    /// Changes the cycle's frames, which begin at `before`.
+    /// Applies the faults to the cycle's frames, which begin at `before`.
     fn apply_faults(
         &mut self,
         stamp_ns: u64,
@@ -262,13 +263,14 @@ impl VirtualDevice {
         frames: &mut Vec<Frame>,
     ) -> Result<(), DeviceError> {
         let mut report = None;
-        // From the last frame to the first, so that a removal moves none that is still to come.
+        // From the last frame to the first, so that a removal does not shift frames still to be
+        // processed.
         for index in (0..frames.len() - before).rev() {
-            let at = |action: FaultAction| match action {
+            let index_of = |action: FaultAction| match action {
                 FaultAction::Drop { frame } | FaultAction::Duplicate { frame } => frame == index,
                 _ => false,
             };
-            match self.faults_now().find(|action| at(*action)) {
+            match self.faults_now().find(|action| index_of(*action)) {
                 Some(FaultAction::Drop { .. }) => {
                     frames.remove(before + index);
                 }
@@ -281,7 +283,7 @@ impl VirtualDevice {
         }
         for action in self.faults_now() {
             if let FaultAction::ErrorFrame { class } = action {
-                report = Some(Frame::error(class, &[0; 8])?.at(stamp_ns));
+                report = Some(Frame::error(class, &[0; 8])?.with_stamp(stamp_ns));
             }
         }
         let pause = self.faults_now().find_map(|action| match action {

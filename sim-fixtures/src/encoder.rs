@@ -1,80 +1,80 @@
-//! Motor-side values to the frames of one bus cycle.
+//! Conversion of motor-side values to the frames of one bus cycle.
 
-use didim_core::MAX_JOINTS;
-use didim_core::identification::Signals;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{
     AxisValues, CompiledLayout, CycleValues, EncodeError, MessagePlan, Quantity, Role, SampledBy,
 };
 use didim_drivers::units::Scales;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::Signals;
 
 use crate::CycleReadings;
 
-/// CiA 402 "operation enabled", with the bits that a drive in position mode sets besides.
+/// CiA 402 "operation enabled", with the additional bits that a drive in position mode sets.
 const OPERATION_ENABLED: u16 = 0x1237;
 
-/// A classic frame of n bytes takes 47 + 8 n bits and some stuff bits; 20 % is between the usual
-/// and the worst case. At 1 Mbit/s a bit is a microsecond.
+/// Returns the time of a frame on the bus. A classic frame of n bytes takes 47 + 8 n bits and some
+/// stuff bits; 20 % is between the usual and the worst case. At 1 Mbit/s a bit is a microsecond.
 fn wire_time_ns(frame: &Frame) -> u64 {
     (47 + 8 * u64::from(frame.length)) * 1_200
 }
 
-/// The axis that a message is of, or the first of them.
+/// Returns the axis of a message, or its first axis.
 pub(crate) fn axis_of(message: &MessagePlan) -> usize {
     message.extractions.iter().map(|signal| signal.axis).min().unwrap_or(0)
 }
 
-/// Why a cycle has no frames.
+/// Reason why a cycle has no frames.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CycleError {
     /// A value does not fit its signal: the gains do not fit the arm.
     #[error("{0}; the cell's gains do not fit")]
     Value(#[from] EncodeError),
-    /// The bus is too slow: no real one could carry this layout at this rate.
+    /// The bus is too slow: no real bus could carry this layout at this rate.
     #[error(
         "the frames of a cycle take {needed_us} µs on the bus, the cycle has {period_us} µs; \
          lower the rate or send fewer frames"
     )]
     Overrun {
-        /// What the frames take at 1 Mbit/s \[µs\].
+        /// Time of the frames at 1 Mbit/s \[µs\].
         needed_us: f64,
-        /// The cycle's period \[µs\].
+        /// Period of the cycle \[µs\].
         period_us: f64,
     },
 }
 
-/// What the drives and their controller say in one bus cycle.
+/// Values that the drives and their controller send in one bus cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BusCycle {
-    /// The counter of a packed frame.
+    /// Counter of a packed frame.
     pub counter: u64,
     /// Measured motor angle \[rad\].
     pub motor_position_rad: [f64; MAX_JOINTS],
     /// Motor torque \[N·m\].
     pub motor_torque_nm: [f64; MAX_JOINTS],
-    /// The reference that this cycle's frames carry \[rad\]: where the layout says `next-sync`, it
-    /// is that of the next cycle.
+    /// Reference in this cycle's frames \[rad\]. If the layout says `next-sync`, it is the
+    /// reference of the next cycle.
     pub motor_reference_rad: [f64; MAX_JOINTS],
-    /// What the drives tell besides.
+    /// Additional readings of the drives.
     pub readings: CycleReadings,
-    /// Axes whose messages of nothing but readings come in this cycle.
-    pub tells: [bool; MAX_JOINTS],
+    /// Axes whose messages with only readings are sent in this cycle.
+    pub has_temperature: [bool; MAX_JOINTS],
 }
 
-/// Writes frames as the drives of a cell would: its layout, with its gains backwards.
+/// Encoder that writes frames like the drives of a cell: its layout, with its gains inverted.
 #[derive(Clone, Debug)]
 pub struct CycleEncoder {
     layout: CompiledLayout,
     scales: Scales,
-    /// What a drive says of itself.
+    /// Status word of an enabled drive.
     enabled: u16,
 }
 
 impl CycleEncoder {
-    /// An encoder for a layout and the gains that read it.
+    /// Creates an encoder for a layout and the gains that decode it.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
-        let own = layout.signal(Quantity::Enabled, 0).map(|_| layout.enabled_value());
-        Self { layout, scales, enabled: own.unwrap_or(OPERATION_ENABLED) }
+        let signal = layout.signal(Quantity::Enabled, 0).map(|_| layout.enabled_value());
+        Self { layout, scales, enabled: signal.unwrap_or(OPERATION_ENABLED) }
     }
 
     /// The layout.
@@ -82,12 +82,12 @@ impl CycleEncoder {
         &self.layout
     }
 
-    /// Appends the frames of one cycle, stamped with the times at which a bus would deliver them; all with
-    /// the instant, where that is when a signal is valid ([`CompiledLayout::at_arrival`]). Every value is
-    /// rounded to a count of its signal.
+    /// Appends the frames of one cycle, stamped with the times at which a bus would deliver them.
+    /// If signals are valid at the arrival of their frames ([`CompiledLayout::at_arrival`]), all
+    /// frames have the stamp of the instant. Every value is rounded to a count of its signal.
     ///
     /// # Errors
-    /// [`CycleError`] where a value does not fit its signal, or the frames not into the cycle.
+    /// [`CycleError`] if a value does not fit its signal, or the frames do not fit the cycle.
     pub fn encode(
         &self,
         cycle: &BusCycle,
@@ -101,14 +101,14 @@ impl CycleEncoder {
         }
         for message in self.layout.messages().iter().filter(|message| message.role == Role::Reading)
         {
-            if cycle.tells[axis_of(message)] {
+            if cycle.has_temperature[axis_of(message)] {
                 frames.push(message.encode(&values, stamp_ns)?);
             }
         }
-        // What comes in one datagram of EtherCAT comes at once.
+        // All data of one EtherCAT datagram arrives at once.
         let one_by_one = self.layout.process_data().is_none() && !self.layout.at_arrival();
         if one_by_one && self.layout.sampled_by() == SampledBy::Sync {
-            // The instant is the SYNC's arrival; what follows arrives one after the other.
+            // The instant is the SYNC's arrival; the other frames arrive one after the other.
             let mut arrival_ns = stamp_ns;
             for frame in frames.iter_mut().skip(before + 1) {
                 arrival_ns += wire_time_ns(frame);
@@ -129,9 +129,10 @@ impl CycleEncoder {
         Ok(())
     }
 
-    /// The messages of a cycle, by their index in the layout, in the order in which they come where none
-    /// waits for a SYNC, each with its arrival after the first \[ns\]: what marks the cycle, then axis by axis
-    /// the command and the answer to it; last what comes seldom.
+    /// Returns the messages of a cycle, as indices in the layout, in their order of arrival if none
+    /// waits for a SYNC. Each has its arrival time after the first \[ns\]. The message that marks
+    /// the cycle is first. For each axis the command and the reply to it follow; rarely sent
+    /// messages are last.
     ///
     /// # Errors
     /// [`CycleError::Overrun`].
@@ -154,7 +155,7 @@ impl CycleEncoder {
         Ok(arrivals)
     }
 
-    /// What is on the bus in a cycle of a record of the motors, whose columns are equally long.
+    /// Returns the bus values of a cycle from a motor-side record whose columns have equal length.
     pub fn cycle_of(&self, record: &Signals, cycle: usize) -> BusCycle {
         let take = |columns: &[Vec<f64>], cycle: usize| {
             let mut values = [0.0; MAX_JOINTS];
@@ -163,7 +164,7 @@ impl CycleEncoder {
             }
             values
         };
-        // A target that takes effect at the next SYNC is sent one cycle before.
+        // A target that takes effect at the next SYNC is sent one cycle earlier.
         let ahead = usize::from(self.layout.reference_at_next_sync());
         let last = record.position_rad.first().map_or(0, Vec::len).saturating_sub(1);
         let target = (cycle + ahead).min(last);
@@ -175,11 +176,11 @@ impl CycleEncoder {
             motor_reference_rad: reference
                 .map_or([0.0; MAX_JOINTS], |columns| take(columns, target)),
             readings: Default::default(),
-            tells: [false; MAX_JOINTS],
+            has_temperature: [false; MAX_JOINTS],
         }
     }
 
-    /// The frame of one message of the layout, by its index.
+    /// Returns the frame of one message of the layout, by its index.
     ///
     /// # Errors
     /// [`CycleError::Value`].

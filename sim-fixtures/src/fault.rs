@@ -1,18 +1,18 @@
-//! What goes wrong on the bus, as data.
+//! Bus faults, as data.
 
 use serde::{Deserialize, Serialize};
 
-/// Something that goes wrong in one bus cycle.
+/// Fault in one bus cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// In which cycle, from 0.
+    /// Cycle of the fault, from 0.
     pub cycle: u64,
     /// What.
     pub action: FaultAction,
 }
 
-/// What goes wrong. Frames of a cycle count from 0 in the order they are sent: SYNC, samples,
+/// Kind of fault. Frames of a cycle count from 0 in the order they are sent: SYNC, samples,
 /// targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -27,14 +27,14 @@ pub enum FaultAction {
         /// Which.
         frame: usize,
     },
-    /// The counter of this cycle is wrong by so much; the next one is right again.
+    /// The counter of this cycle is wrong by `add`; the next one is correct again.
     CorruptCounter {
-        /// Added to the counter.
+        /// Value added to the counter.
         add: u64,
     },
-    /// Silence for so many cycles, while the arm goes on moving.
+    /// The device is silent for N cycles, while the arm continues to move.
     Pause {
-        /// From this cycle on.
+        /// Number of silent cycles, starting with this cycle.
         cycles: u64,
     },
     /// The controller reports an error before the cycle's first frame.

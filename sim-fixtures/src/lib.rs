@@ -1,13 +1,13 @@
-//! The simulated arm as a virtual device on a CAN bus.
+//! Simulated arm as a virtual device on a CAN bus.
 //!
-//! Contract: a [`Scenario`] is data and knows its truth; a [`VirtualDevice`] turns it into frames,
-//! cycle by cycle, without a clock; [`play`] sends them to a [`Sink`], in real time or as fast as
-//! possible. This crate alone can send: the service listens and has no sink.
+//! Contract: a [`Scenario`] is data and includes its true parameters. A [`VirtualDevice`] turns it
+//! into frames, cycle by cycle, without a clock. [`play`] sends them to a [`Sink`], in real time or
+//! as fast as possible. Only this crate can send: the service listens and has no sink.
 
-pub mod damage;
 mod device;
 mod encoder;
 mod fault;
+pub mod fault_injection;
 mod motion;
 mod payload;
 mod play;
@@ -16,7 +16,7 @@ mod scenario;
 mod shipped;
 mod sink;
 mod streamed;
-mod warmth;
+mod thermal_model;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
@@ -28,4 +28,4 @@ pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
 pub use shipped::{SHIPPED, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};
-pub use warmth::CycleReadings;
+pub use thermal_model::CycleReadings;

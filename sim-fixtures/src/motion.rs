@@ -1,18 +1,18 @@
-//! The motion of a scenario.
+//! Motion of a scenario.
 
-use didim_core::trajectory::{Reference, SampledReference, Trajectory};
+use didim_dynamics::trajectory::{Reference, SampledReference, Trajectory};
 
-/// Moves that are planned, or a motion that is given point by point.
+/// Planned moves, or a motion given point by point.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Moves.
     Moves(Trajectory),
-    /// Points, as `didim design` writes them.
+    /// Points in the format of `didim design`.
     Recorded(SampledReference),
 }
 
 impl Motion {
-    /// From its start to its end \[s\].
+    /// Returns the duration from start to end \[s\].
     pub fn duration_s(&self) -> f64 {
         match self {
             Self::Moves(moves) => moves.duration_s(),
@@ -29,7 +29,7 @@ impl Reference for Motion {
         }
     }
 
-    fn at(
+    fn evaluate(
         &self,
         time_s: f64,
         position: &mut [f64],
@@ -37,8 +37,8 @@ impl Reference for Motion {
         acceleration: &mut [f64],
     ) {
         match self {
-            Self::Moves(moves) => moves.at(time_s, position, velocity, acceleration),
-            Self::Recorded(points) => points.at(time_s, position, velocity, acceleration),
+            Self::Moves(moves) => moves.evaluate(time_s, position, velocity, acceleration),
+            Self::Recorded(points) => points.evaluate(time_s, position, velocity, acceleration),
         }
     }
 }

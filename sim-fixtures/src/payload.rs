@@ -1,8 +1,8 @@
-//! Something that the arm carries.
+//! Payload of the arm.
 
 use serde::Deserialize;
 
-/// A body that is fixed to the last link: what it adds to that link's standard parameters.
+/// Body fixed to the last link, as its contribution to that link's standard parameters.
 ///
 /// In a file it is a point mass, `mass_kg` and `position_m`, or a body, with the three keys below.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// A mass \[kg\] at a point of the last link's frame \[m\].
+    /// Creates a mass \[kg\] at a point of the last link's frame \[m\].
     pub fn point_mass(mass_kg: f64, [x, y, z]: [f64; 3]) -> Self {
         let m = mass_kg;
         Self {
@@ -35,7 +35,7 @@ impl Payload {
         }
     }
 
-    /// The ten parameters in the order of `ParameterKind::LINK`.
+    /// Returns the ten parameters in the order of `ParameterKind::LINK`.
     pub(crate) fn link_parameters(&self) -> [f64; 10] {
         let [xx, xy, xz, yy, yz, zz] = self.inertia_kg_m2;
         let [mx, my, mz] = self.first_moment_kg_m;

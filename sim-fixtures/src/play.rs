@@ -1,4 +1,4 @@
-//! The device against a clock.
+//! Playback of the device against a clock.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -7,11 +7,11 @@ use didim_drivers::frame::Frame;
 
 use crate::{CYCLE_FRAMES, DeviceError, Sink, SinkError, VirtualDevice};
 
-/// How fast a device plays.
+/// Pace of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// Every cycle at its time on CLOCK_MONOTONIC, counted from the start: a late cycle delays no
-    /// later one.
+    /// Every cycle at its time on CLOCK_MONOTONIC, counted from the start: a late cycle does not
+    /// delay later ones.
     RealTime,
     /// As fast as the sink takes frames.
     Unpaced,
@@ -24,26 +24,26 @@ pub struct Played {
     pub cycles: u64,
     /// Frames.
     pub frames: u64,
-    /// How late the latest cycle was sent, in real time.
+    /// Largest delay of a sent cycle, in real time.
     pub latest: Duration,
 }
 
-/// Why playing ended early.
+/// Reason why the playback ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum PlayError {
-    /// The device broke down.
+    /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// The sink broke down.
+    /// The sink failed.
     #[error(transparent)]
     Sink(#[from] SinkError),
 }
 
-/// Plays until the device has no more cycles or `stop` is set, which is looked at once per cycle.
+/// Plays until the device has no more cycles or `stop` is set, which is checked once per cycle.
 /// Allocates nothing per cycle.
 ///
 /// # Errors
-/// [`PlayError`]; whole cycles were sent before, and part of the one that failed.
+/// [`PlayError`]; the cycles before the failed one and a part of it were sent.
 pub fn play(
     device: &mut VirtualDevice,
     sink: &mut dyn Sink,
@@ -58,7 +58,7 @@ pub fn play(
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        // The frames are ready before their time, so that their making delays them not.
+        // The frames are ready before they are due, so that their creation does not delay them.
         frames.clear();
         device.poll_cycle(&mut frames)?;
         if pace == Pace::RealTime {

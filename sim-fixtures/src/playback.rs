@@ -1,24 +1,24 @@
-//! A motion with idle time around it, again and again.
+//! Repeated motion with idle time around it.
 
-use didim_core::trajectory::Reference;
+use didim_dynamics::trajectory::Reference;
 use serde::{Deserialize, Serialize};
 
 use crate::motion::Motion;
 
-/// How often a motion is played and how long the arm rests before and after it.
+/// Number of repetitions of a motion, and rest times of the arm before and after it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaybackConfig {
     /// Rest before the motion \[s\].
     pub lead_in_s: f64,
-    /// Rest after it \[s\].
+    /// Rest after the motion \[s\].
     pub tail_s: f64,
-    /// How often; for ever when absent.
+    /// Number of repetitions; endless by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycles: Option<u32>,
 }
 
-/// The reference that results: rest, motion, rest, and from the start.
+/// Resulting reference: rest, motion, rest, and again from the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     trajectory: Motion,
@@ -26,7 +26,8 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Plays a motion that ends where it starts, or plays any motion once.
+    /// Creates the playback of a motion that ends where it starts, or of one repetition of any
+    /// motion.
     pub(crate) fn new(trajectory: Motion, config: PlaybackConfig) -> Self {
         Self { trajectory, config }
     }
@@ -36,7 +37,7 @@ impl Playback {
         self.config.lead_in_s + self.trajectory.duration_s() + self.config.tail_s
     }
 
-    /// All cycles \[s\]; infinite when it plays for ever.
+    /// Returns the duration of all cycles \[s\]; infinite for endless playback.
     pub fn duration_s(&self) -> f64 {
         self.config.cycles.map_or(f64::INFINITY, |cycles| f64::from(cycles) * self.cycle_s())
     }
@@ -47,20 +48,20 @@ impl Reference for Playback {
         self.trajectory.joints()
     }
 
-    fn at(
+    fn evaluate(
         &self,
         time_s: f64,
         position: &mut [f64],
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        // After the last cycle it stands at the end, not again at the start.
+        // After the last cycle the arm stays at the end and does not return to the start.
         let in_cycle = if time_s < self.duration_s() {
             time_s.rem_euclid(self.cycle_s())
         } else {
             self.cycle_s()
         };
         let motion_s = in_cycle - self.config.lead_in_s;
-        self.trajectory.at(motion_s, position, velocity, acceleration);
+        self.trajectory.evaluate(motion_s, position, velocity, acceleration);
     }
 }

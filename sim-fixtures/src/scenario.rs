@@ -1,15 +1,15 @@
-//! What is simulated: an arm, its motion, its controller, its drives.
+//! Simulated experiment: an arm, its motion, its controller, its drives.
 
 use std::collections::BTreeMap;
 
-use didim_core::control::ControllerConfig;
-use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_core::robot::{ParameterKind, Robot, RobotError};
-use didim_core::simulation::{
+use didim_dynamics::control::ControllerConfig;
+use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
+use didim_dynamics::robot::{ParameterKind, Robot, RobotError};
+use didim_dynamics::simulation::{
     ClosedLoop, InitialState, NoiseConfig, Record, SetupError, SimulationConfig, SimulationError,
     Unmodelled,
 };
-use didim_core::trajectory::{
+use didim_dynamics::trajectory::{
     JointLimits, Move, MoveSequence, Reference, SampledReference, Trajectory, TrajectoryError,
 };
 use serde::Deserialize;
@@ -17,14 +17,14 @@ use serde::Deserialize;
 use crate::motion::Motion;
 use crate::{Fault, Payload, Playback, PlaybackConfig};
 
-/// A scenario whose parts fit each other. The true parameters are the nominal ones that it states, or
-/// else its robot; a payload is no part of them.
+/// Scenario whose parts match each other. The true parameters are the nominal ones from the
+/// scenario, or otherwise from its robot; they do not include a payload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     name: String,
     robot: Robot,
     truth: Vec<(String, f64)>,
-    /// Of the arm with its payload.
+    /// Standard parameters of the arm with its payload.
     standard: Vec<f64>,
     samples: usize,
     limits: Vec<JointLimits>,
@@ -60,7 +60,7 @@ struct RawMotion {
     moves: Vec<Move>,
 }
 
-/// Why a scenario was refused.
+/// Reason why a scenario was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// Not TOML, an unknown or missing key, or a value of the wrong type.
@@ -68,10 +68,11 @@ pub enum ScenarioError {
     Format {
         /// Line, counted from 1.
         line: usize,
-        /// What the reader of TOML says.
+        /// Message of the TOML parser.
         message: String,
     },
-    /// The robot's file leaves a speed limit open, and moves are planned with it. State it.
+    /// The robot file leaves a speed limit undetermined, but planning the moves needs it. Add it to
+    /// the file.
     #[error(
         "joint {joint}: its speed limit is unknown; state velocity_max_rad_s in the robot file"
     )]
@@ -79,37 +80,37 @@ pub enum ScenarioError {
         /// Joint, counted from 1.
         joint: usize,
     },
-    /// The scenario is for another robot. Hand over the robot it names.
+    /// The scenario is for another robot. Pass the robot that it names.
     #[error("the scenario is for the robot `{expected}`, not for `{found}`")]
     OtherRobot {
-        /// The name in the scenario.
+        /// Name in the scenario.
         expected: String,
         /// The robot's name.
         found: String,
     },
-    /// Neither the robot nor the scenario states nominal parameters, so there is no truth to simulate.
+    /// Neither the robot nor the scenario has nominal parameters, so there is no truth to simulate.
     #[error(
-        "the robot `{robot}` has no [nominal] parameters: there is nothing to simulate; state them in the \
-         scenario or in the robot file"
+        "the robot `{robot}` has no [nominal] parameters: there is nothing to simulate; state them \
+         in the scenario or in the robot file"
     )]
     NoTruth {
         /// The robot's name.
         robot: String,
     },
-    /// The scenario states a parameter that the robot has not. Correct its name.
+    /// The scenario has a parameter that is not in the robot. Correct its name.
     #[error("nominal.{name}: the robot has no such parameter")]
     UnknownParameter {
         /// The name.
         name: String,
     },
-    /// A list has not one value per joint.
+    /// A list does not have one value per joint.
     #[error("{key}: {found} values for {expected} joints")]
     Length {
         /// The key.
         key: &'static str,
-        /// Joints of the robot.
+        /// Number of joints of the robot.
         expected: usize,
-        /// Values in the file.
+        /// Number of values in the file.
         found: usize,
     },
     /// A value makes no sense.
@@ -117,10 +118,10 @@ pub enum ScenarioError {
     BadValue {
         /// The key.
         key: &'static str,
-        /// What it must be.
+        /// Requirement on the value.
         expected: &'static str,
     },
-    /// The robot's file was refused.
+    /// The robot file was refused.
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// The robot has no well-defined base parameters.
@@ -132,7 +133,7 @@ pub enum ScenarioError {
     /// The loop cannot be built.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// The simulated arm went astray. Choose gains that hold it, or errors that leave it stable.
+    /// The simulated arm diverged. Choose gains that hold it, or errors that leave it stable.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
 }
@@ -150,8 +151,8 @@ impl Scenario {
             message: error.message().to_owned(),
         })?;
         if raw.robot != robot.name() {
-            let found = robot.name().to_owned();
-            return Err(ScenarioError::OtherRobot { expected: raw.robot, found });
+            let name = robot.name().to_owned();
+            return Err(ScenarioError::OtherRobot { expected: raw.robot, found: name });
         }
         let (limits, trajectory) = plan(raw.motion, raw.playback, &robot)?;
         check_values(&raw.playback, raw.samples)?;
@@ -194,23 +195,23 @@ impl Scenario {
         &self.robot
     }
 
-    /// Every base parameter's true value, in the order of [`BaseParameters::names`].
+    /// Returns the true values of all base parameters, in the order of [`BaseParameters::names`].
     pub fn truth(&self) -> &[(String, f64)] {
         &self.truth
     }
 
-    /// The true value of a base parameter by its name: `zz1r`.
+    /// Returns the true value of a base parameter by its name: `zz1r`.
     pub fn truth_of(&self, name: &str) -> Option<f64> {
         self.truth.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }
 
-    /// The standard parameters that move, in the order of the model's columns: the nominal ones,
-    /// and the payload.
+    /// Returns the standard parameters of the moving arm, in the order of the model's columns: the
+    /// nominal ones plus the payload.
     pub fn standard_parameters(&self) -> &[f64] {
         &self.standard
     }
 
-    /// Samples of the experiment, from the start of the motion.
+    /// Returns the number of samples of the experiment, from the start of the motion.
     pub fn samples(&self) -> usize {
         self.samples
     }
@@ -220,30 +221,30 @@ impl Scenario {
         &self.trajectory
     }
 
-    /// How a device plays the motion.
+    /// Returns the playback settings of the motion.
     pub fn playback(&self) -> PlaybackConfig {
         self.playback
     }
 
-    /// The same scenario, played otherwise.
+    /// Returns the scenario with other playback settings.
     ///
     /// # Errors
-    /// [`ScenarioError::BadValue`] when a rest is negative, or when a motion that does not end
-    /// where it starts is to be repeated.
+    /// [`ScenarioError::BadValue`] if a rest is negative, or if a motion that does not end where it
+    /// starts is to be repeated.
     pub fn with_playback(mut self, playback: PlaybackConfig) -> Result<Self, ScenarioError> {
         check_playback(&playback, &self.trajectory)?;
         self.playback = playback;
         Ok(self)
     }
 
-    /// The same scenario with other faults.
+    /// Returns the scenario with other faults.
     #[must_use]
     pub fn with_faults(mut self, faults: Vec<Fault>) -> Self {
         self.faults = faults;
         self
     }
 
-    /// The same scenario with another seed of its noise, if it has noise.
+    /// Returns the scenario with another seed of its noise, if it has noise.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         if let Some(noise) = &mut self.simulation.noise {
@@ -252,63 +253,63 @@ impl Scenario {
         self
     }
 
-    /// The same scenario with other noise.
+    /// Returns the scenario with other noise.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    /// [`ScenarioError::Setup`] if it does not fit the arm.
     pub fn with_noise(mut self, noise: NoiseConfig) -> Result<Self, ScenarioError> {
         self.simulation.noise = Some(noise);
         self.checked()
     }
 
-    /// The same scenario with an arm that does what its model does not know.
+    /// Returns the scenario with effects of the arm that its model does not contain.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    /// [`ScenarioError::Setup`] if they do not fit the arm.
     pub fn with_unmodelled(mut self, unmodelled: Unmodelled) -> Result<Self, ScenarioError> {
         self.simulation.unmodelled = Some(unmodelled);
         self.checked()
     }
 
-    /// The same scenario with another controller of the arm.
+    /// Returns the scenario with another controller of the arm.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    /// [`ScenarioError::Setup`] if it does not fit the arm.
     pub fn with_controller(mut self, controller: ControllerConfig) -> Result<Self, ScenarioError> {
         self.controller = controller;
         self.checked()
     }
 
-    /// The same scenario with a controller of `factor` times the bandwidth
+    /// Returns the scenario with a controller of `factor` times the bandwidth
     /// ([`ControllerConfig::with_bandwidth`]).
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] when the factor is not positive.
+    /// [`ScenarioError::Setup`] if the factor is not positive.
     pub fn with_bandwidth(self, factor: f64) -> Result<Self, ScenarioError> {
         let controller = self.controller.clone().with_bandwidth(factor);
         self.with_controller(controller.map_err(SetupError::Control)?)
     }
 
-    /// The same scenario with another motion.
+    /// Returns the scenario with another motion.
     ///
     /// # Errors
-    /// [`ScenarioError::Trajectory`] when it is no motion for this arm.
+    /// [`ScenarioError::Trajectory`] if this arm cannot make the motion.
     pub fn with_moves(mut self, moves: &MoveSequence) -> Result<Self, ScenarioError> {
         self.trajectory = Motion::Moves(Trajectory::plan(moves, &self.limits)?);
         check_playback(&self.playback, &self.trajectory)?;
         self.checked()
     }
 
-    /// What every joint may do, with the accelerations that the scenario states.
+    /// Returns the limits of every joint, with the scenario's acceleration limits.
     pub fn limits(&self) -> &[JointLimits] {
         &self.limits
     }
 
-    /// The same scenario with something more on the last link. [`Self::truth`] stays that of the
-    /// arm without it.
+    /// Returns the scenario with an additional body on the last link. [`Self::truth`] stays that of
+    /// the arm without it.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] when it is not finite.
+    /// [`ScenarioError::Setup`] if it is not finite.
     pub fn with_payload(mut self, payload: Payload) -> Result<Self, ScenarioError> {
         let last = self.robot.joints() - 1;
         for (kind, value) in ParameterKind::LINK.into_iter().zip(payload.link_parameters()) {
@@ -319,11 +320,11 @@ impl Scenario {
         self.checked()
     }
 
-    /// The same scenario with a motion that is given point by point, as long as that.
+    /// Returns the scenario with a motion given point by point, and the duration of that motion.
     ///
     /// # Errors
-    /// [`ScenarioError::Length`] for another number of joints; [`ScenarioError::BadValue`] when it is to be repeated and
-    /// does not end where it starts.
+    /// [`ScenarioError::Length`] for another number of joints; [`ScenarioError::BadValue`] if it is
+    /// to be repeated and does not end where it starts.
     pub fn with_recorded_motion(mut self, motion: SampledReference) -> Result<Self, ScenarioError> {
         check_length("the columns of the motion", self.robot.joints(), motion.joints())?;
         let period_s = self.controller.timing.sample_period_s();
@@ -339,7 +340,7 @@ impl Scenario {
         self.checked()
     }
 
-    /// Whatever is wrong with the loop is wrong now.
+    /// Builds the loop, so that every error in it is reported now.
     fn checked(self) -> Result<Self, ScenarioError> {
         self.closed_loop()?;
         Ok(self)
@@ -350,31 +351,31 @@ impl Scenario {
         &self.controller
     }
 
-    /// How the loop is integrated and measured.
+    /// Returns the settings for the integration and measurement of the loop.
     pub fn simulation(&self) -> &SimulationConfig {
         &self.simulation
     }
 
-    /// What goes wrong on the bus.
+    /// Returns the faults of the bus.
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
 
-    /// The experiment itself, without a bus: the loop at the start of the motion, on the
+    /// Returns the experiment itself, without a bus: the loop at the start of the motion, on the
     /// reference. Run it for [`Self::samples`].
     ///
     /// # Errors
-    /// None that reading the scenario has not met.
+    /// None beyond those of reading the scenario.
     pub fn closed_loop(&self) -> Result<ClosedLoop<&Motion>, SetupError> {
         self.closed_loop_along(&self.trajectory)
     }
 
-    /// What the drives log of the experiment, with a rest before it and one after it: filters need
-    /// neighbours, and the loop sags into its steady error at first. The motion is that of the samples
-    /// from `before` on, [`Self::samples`] of them.
+    /// Returns the drives' log of the experiment, with a rest before it and one after it. Filters
+    /// need neighbouring samples, and the loop first sags into its steady-state error. The motion
+    /// starts at sample `before` and has [`Self::samples`] samples.
     ///
     /// # Errors
-    /// [`ScenarioError::Simulation`] when the arm goes astray.
+    /// [`ScenarioError::Simulation`] if the arm diverges.
     pub fn record_with_rests(&self, before: usize, after: usize) -> Result<Record, ScenarioError> {
         let period_s = self.controller.timing.sample_period_s();
         let rest_s = |samples: usize| samples as f64 * period_s;
@@ -385,15 +386,15 @@ impl Scenario {
         Ok(played.run(before + self.samples + after)?)
     }
 
-    /// The loop as a device plays it, with the rests.
+    /// Returns the loop as a device plays it, with the rests.
     ///
     /// # Errors
-    /// None that reading the scenario has not met.
+    /// None beyond those of reading the scenario.
     pub fn played_loop(&self) -> Result<ClosedLoop<Playback>, SetupError> {
         self.closed_loop_along(self.played_reference())
     }
 
-    /// The reference as a device plays it.
+    /// Returns the reference as a device plays it.
     pub fn played_reference(&self) -> Playback {
         Playback::new(self.trajectory.clone(), self.playback)
     }
@@ -410,10 +411,10 @@ impl Scenario {
     }
 }
 
-/// Stated parameters in the order of the model's columns; what is not stated is 0.
-fn standard(stated: &BTreeMap<String, f64>, robot: &Robot) -> Result<Vec<f64>, ScenarioError> {
+/// Returns the configured parameters in the order of the model's columns; missing ones are 0.
+fn standard(configured: &BTreeMap<String, f64>, robot: &Robot) -> Result<Vec<f64>, ScenarioError> {
     let mut standard = vec![0.0; robot.parameters().names().len()];
-    for (name, value) in stated {
+    for (name, value) in configured {
         let column = robot.parameters().find(name);
         let Some(entry) = column.and_then(|column| standard.get_mut(column)) else {
             return Err(ScenarioError::UnknownParameter { name: name.clone() });
@@ -469,8 +470,8 @@ fn check_playback(playback: &PlaybackConfig, trajectory: &Motion) -> Result<(), 
     }
     let n = trajectory.joints();
     let [mut start, mut end, mut unused, mut rates] = [(); 4].map(|()| vec![0.0; n]);
-    trajectory.at(0.0, &mut start, &mut unused, &mut rates);
-    trajectory.at(trajectory.duration_s(), &mut end, &mut unused, &mut rates);
+    trajectory.evaluate(0.0, &mut start, &mut unused, &mut rates);
+    trajectory.evaluate(trajectory.duration_s(), &mut end, &mut unused, &mut rates);
     if playback.cycles != Some(1) && start != end {
         return Err(ScenarioError::BadValue {
             key: "playback.cycles",

@@ -1,13 +1,13 @@
-//! The scenarios that come with the program.
+//! Scenarios shipped with the program.
 
-use didim_core::robot::Robot;
+use didim_dynamics::robot::Robot;
 
 use crate::{Scenario, ScenarioError};
 
 /// Names of the shipped scenarios.
 pub const SHIPPED: [&str; 3] = ["tx40-paper", "tx40-paper-errors", "tx40-physical"];
 
-/// A shipped scenario by its name; none where no scenario is called so.
+/// Returns a shipped scenario by its name; `None` if no scenario has this name.
 pub fn shipped(name: &str) -> Option<Result<Scenario, ScenarioError>> {
     match name {
         "tx40-paper" => Some(tx40_paper()),
@@ -17,7 +17,8 @@ pub fn shipped(name: &str) -> Option<Result<Scenario, ScenarioError>> {
     }
 }
 
-/// The paper's arm: its 28 essential parameters and nothing else, `scenarios/tx40-paper.toml`.
+/// Returns the paper's arm: its 28 essential parameters and nothing else,
+/// `scenarios/tx40-paper.toml`.
 ///
 /// # Errors
 /// None with the files as shipped; a test reads them.
@@ -28,7 +29,8 @@ pub fn tx40_paper() -> Result<Scenario, ScenarioError> {
     )
 }
 
-/// The same with errors that no model of it has, `scenarios/tx40-paper-errors.toml`.
+/// Returns the paper's arm with errors that none of its models contains,
+/// `scenarios/tx40-paper-errors.toml`.
 ///
 /// # Errors
 /// None with the files as shipped; a test reads them.
@@ -39,7 +41,7 @@ pub fn tx40_paper_errors() -> Result<Scenario, ScenarioError> {
     )
 }
 
-/// The arm with physical links, `scenarios/tx40-physical.toml`.
+/// Returns the arm with physical links, `scenarios/tx40-physical.toml`.
 ///
 /// # Errors
 /// None with the files as shipped; a test reads them.

@@ -1,4 +1,4 @@
-//! Where frames go. The only sending half there is.
+//! Destinations of frames, and the only code that sends.
 
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
@@ -7,10 +7,10 @@ use didim_drivers::frame::{Frame, FrameError};
 use didim_drivers::source::{BusClosed, CandumpWriter, InProcessSender, WriteError};
 use socketcan::{CanAnyFrame, CanFdSocket, Socket, SocketOptions};
 
-/// How long a full transmit queue may stay full before it is an error.
+/// Maximum time that a transmit queue may stay full before it is an error.
 const TRANSMIT_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// How long to wait for room in a transmit queue: about a frame's time on the bus.
+/// Wait for space in a transmit queue: about the time of a frame on the bus.
 const TRANSMIT_PAUSE: Duration = Duration::from_micros(100);
 
 /// Takes frames.
@@ -22,10 +22,10 @@ pub trait Sink {
     fn send(&mut self, frame: &Frame) -> Result<(), SinkError>;
 }
 
-/// Why a frame could not be sent.
+/// Reason why a frame could not be sent.
 #[derive(Debug, thiserror::Error)]
 pub enum SinkError {
-    /// Nobody listens to the in-process bus any more: stop.
+    /// The in-process bus has no receiver any more: stop.
     #[error(transparent)]
     Closed(#[from] BusClosed),
     /// The log could not be written.
@@ -40,21 +40,21 @@ pub enum SinkError {
     Open {
         /// The interface.
         interface: String,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
-    /// The interface took the frame not: it is down, or nothing acknowledges and its queue stays
-    /// full.
+    /// The interface did not take the frame: it is down, or no node acknowledges and its queue
+    /// stays full.
     #[error("cannot send on the interface `{interface}`: {source}")]
     Send {
         /// The interface.
         interface: String,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
 }
 
-/// Sends into a bus inside this process.
+/// Sink for a bus inside this process.
 #[derive(Clone, Debug)]
 pub struct InProcessSink(InProcessSender);
 
@@ -71,7 +71,7 @@ impl Sink for InProcessSink {
     }
 }
 
-/// Writes a candump log.
+/// Sink for a candump log.
 #[derive(Debug)]
 pub struct CandumpSink<W: Write>(CandumpWriter<W>);
 
@@ -81,7 +81,7 @@ impl<W: Write> CandumpSink<W> {
         Self(writer)
     }
 
-    /// Flushes and gives the output back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
     /// [`SinkError::Write`]: the log is not complete.
@@ -96,7 +96,7 @@ impl<W: Write> Sink for CandumpSink<W> {
     }
 }
 
-/// Sends on a SocketCAN interface.
+/// Sink for a SocketCAN interface.
 #[derive(Debug)]
 pub struct SocketCanSink {
     socket: CanFdSocket,
@@ -104,20 +104,20 @@ pub struct SocketCanSink {
 }
 
 impl SocketCanSink {
-    /// Opens an interface for sending alone.
+    /// Opens an interface only for sending.
     ///
     /// # Errors
     /// [`SinkError::Open`].
     pub fn open(interface: &str) -> Result<Self, SinkError> {
-        let open = || {
+        let open_socket = || {
             let socket = CanFdSocket::open(interface)?;
-            // What others send would only fill this socket's buffer.
+            // Received frames would only fill this socket's buffer.
             socket.set_filter_drop_all()?;
             socket.set_nonblocking(true)?;
             Ok(socket)
         };
         let failed = |source| SinkError::Open { interface: interface.to_owned(), source };
-        Ok(Self { socket: open().map_err(failed)?, interface: interface.to_owned() })
+        Ok(Self { socket: open_socket().map_err(failed)?, interface: interface.to_owned() })
     }
 }
 
@@ -139,7 +139,7 @@ impl Sink for SocketCanSink {
     }
 }
 
-/// The socket's buffer (EAGAIN) or the interface's queue (ENOBUFS) is full.
+/// Returns true if the socket's buffer (EAGAIN) or the interface's queue (ENOBUFS) is full.
 fn is_full(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::WouldBlock || error.raw_os_error() == Some(libc::ENOBUFS)
 }

@@ -1,22 +1,24 @@
-//! Drives without a SYNC: each says what it measures when its own frame comes.
+//! Drives without a SYNC: each reports its measurement when its own frame arrives.
 
-use didim_core::control::{ControlLaw, ControllerConfig};
-use didim_core::simulation::{ClosedLoop, SimulationError, StepOutput};
-use didim_core::{MAX_JOINTS, Reading};
+use didim_dynamics::control::{ControlLaw, ControllerConfig};
+use didim_dynamics::simulation::{ClosedLoop, SimulationError, StepOutput};
+use didim_dynamics::{MAX_JOINTS, Reading};
 
-use crate::warmth::readings;
+use crate::thermal_model::readings;
 use crate::{BusCycle, Playback};
 
 #[derive(Clone, Debug)]
 pub(crate) struct Streamed {
-    /// The loop around the instant of the latest frame: its samples before it and from it on.
+    /// Loop samples around the instant of the latest frame: the last one before it, and the first
+    /// one at or after it.
     around: Option<(StepOutput, StepOutput)>,
-    /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as its commands state them.
+    /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as in its commands.
     gains: [[f64; 2]; MAX_JOINTS],
 }
 
 impl Streamed {
-    /// Drives of this controller. A law with more than stiffness and damping is told as none.
+    /// Creates the drives of this controller. A law with more than stiffness and damping is
+    /// reported with none of them.
     pub(crate) fn new(controller: &ControllerConfig) -> Self {
         let mut gains = [[0.0; 2]; MAX_JOINTS];
         for (gains, joint) in gains.iter_mut().zip(&controller.joints) {
@@ -27,19 +29,19 @@ impl Streamed {
         Self { around: None, gains }
     }
 
-    /// What is measured so long after the loop's first sample: positions between two samples are linear,
-    /// and a torque is held from one to the next. Times may not go back.
+    /// Returns the measurement at a time after the loop's first sample. Positions between two
+    /// samples are linear; a torque is held from one sample to the next. Times may not decrease.
     ///
     /// # Errors
     /// [`SimulationError`].
-    pub(crate) fn at(
+    pub(crate) fn measure(
         &mut self,
         closed_loop: &mut ClosedLoop<Playback>,
         time_ns: u64,
     ) -> Result<BusCycle, SimulationError> {
         #[expect(clippy::cast_precision_loss, reason = "days of nanoseconds")]
         let time_s = time_ns as f64 * 1e-9;
-        // A time that is a sample's, rounded otherwise, is that sample's.
+        // A time that differs from a sample's only by rounding belongs to that sample.
         let time_s = time_s - 1e-6 * closed_loop.period_s();
         let (mut before, mut after) = match self.around {
             Some(around) => around,
@@ -59,22 +61,23 @@ impl Streamed {
         let between = |from: &[f64; MAX_JOINTS], to: &[f64; MAX_JOINTS]| {
             core::array::from_fn(|j| to[j] + (from[j] - to[j]) * share)
         };
-        let mut told = readings(time_s);
-        for (j, (told, [stiffness, damping])) in told.iter_mut().zip(self.gains).enumerate() {
+        let mut measured = readings(time_s);
+        for (j, (reported, [stiffness, damping])) in measured.iter_mut().zip(self.gains).enumerate()
+        {
             let [from, to] = [&before, &after].map(|of| of.motor_reference_rad[j]);
             let speed = if span_s > 0.0 { (to - from) / span_s } else { 0.0 };
-            told[Reading::Stiffness as usize] = stiffness;
-            told[Reading::Damping as usize] = damping;
-            told[Reading::SpeedTarget as usize] = speed;
+            reported[Reading::Stiffness as usize] = stiffness;
+            reported[Reading::Damping as usize] = damping;
+            reported[Reading::SpeedTarget as usize] = speed;
         }
-        let held = if share > 0.0 { &before } else { &after };
+        let reference = if share > 0.0 { &before } else { &after };
         Ok(BusCycle {
             counter: 0,
             motor_position_rad: between(&before.motor_position_rad, &after.motor_position_rad),
-            motor_torque_nm: held.motor_torque_nm,
+            motor_torque_nm: reference.motor_torque_nm,
             motor_reference_rad: between(&before.motor_reference_rad, &after.motor_reference_rad),
-            readings: told,
-            tells: [false; MAX_JOINTS],
+            readings: measured,
+            has_temperature: [false; MAX_JOINTS],
         })
     }
 }

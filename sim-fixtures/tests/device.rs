@@ -36,13 +36,13 @@ fn cycle(device: &mut VirtualDevice) -> Vec<Frame> {
 }
 
 fn read(layout: &CompiledLayout, frames: &[Frame], quantity: Quantity, axis: usize) -> f64 {
-    let found = frames.iter().find_map(|frame| {
+    let raw = frames.iter().find_map(|frame| {
         let (_, message) = layout.read(frame).unwrap();
         let extraction =
             message.extractions.iter().find(|e| e.quantity == quantity && e.axis == axis)?;
         extraction.value(&frame.payload)
     });
-    found.unwrap()
+    raw.unwrap()
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
     let mut device = VirtualDevice::new(&scenario, layout.clone(), scales, 0).unwrap();
     let mut closed_loop = scenario.played_loop().unwrap();
     let mut targets = [None; 6];
-    let mut moved = false;
+    let mut has_moved = false;
     for k in 0..600_u64 {
         assert_eq!(device.poll_due(), Some(k * 2_000_000));
         let frames = cycle(&mut device);
@@ -107,11 +107,11 @@ fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
             if let Some(target) = targets[j].replace(value(Quantity::Reference)) {
                 let off: f64 = target - reference;
                 assert!(off.abs() <= 1.0, "{k} {j}: {target} {reference}");
-                moved |= value(Quantity::Reference) != reference;
+                has_moved |= value(Quantity::Reference) != reference;
             }
         }
     }
-    assert!(moved);
+    assert!(has_moved);
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn faulty(
 }
 
 #[test]
-fn faults_happen_where_they_are_told_to() {
+fn faults_happen_where_they_are_reported_to() {
     let good = faulty(cia402(), &[]);
     let bad = faulty(
         cia402(),
@@ -155,10 +155,10 @@ fn faults_happen_where_they_are_told_to() {
     );
     assert_eq!(bad[0], good[0]);
     assert_eq!(bad[1], good[1][1..]);
-    let without = |frames: &[Frame], lost: &[usize]| -> Vec<Frame> {
-        let kept = frames.iter().enumerate().filter(|(k, _)| !lost.contains(k));
-        kept.map(|(_, frame)| *frame).collect()
-    };
+    fn without(frames: &[Frame], lost: &[usize]) -> Vec<Frame> {
+        let remaining = frames.iter().enumerate().filter(|(k, _)| !lost.contains(k));
+        remaining.map(|(_, frame)| *frame).collect()
+    }
     assert_eq!(bad[2], without(&good[2], &[3, 12]));
     assert_eq!(bad[3][6], bad[3][7]);
     assert_eq!(without(&bad[3], &[7]), good[3]);
@@ -176,10 +176,10 @@ fn faults_happen_where_they_are_told_to() {
 
 #[test]
 fn what_cannot_happen_on_this_bus_is_refused() {
-    let refused = |bus, action| {
+    fn refused(bus: (CompiledLayout, Scales), action: FaultAction) -> DeviceError {
         let scenario = scenario().with_faults(vec![Fault { cycle: 1, action }]);
         new_device(&scenario, bus, 0).err().unwrap()
-    };
+    }
     let error = refused(packed(), FaultAction::Drop { frame: 1 });
     assert!(matches!(error, DeviceError::Fault { cycle: 1, .. }), "{error}");
     let error = refused(cia402(), FaultAction::CorruptCounter { add: 1 });
@@ -235,7 +235,7 @@ fn a_reader_gets_every_frame_and_then_the_end() {
 }
 
 #[test]
-fn it_stops_when_told_to_or_when_nobody_listens() {
+fn it_stops_when_reported_to_or_when_nobody_listens() {
     let stop = AtomicBool::new(true);
     let (sender, source) = in_process_bus(&name(), 64, WhenFull::Wait);
     let mut sink = InProcessSink::new(sender);

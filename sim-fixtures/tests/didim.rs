@@ -1,14 +1,15 @@
 //! DIDIM on the simulated TX40.
 
-use crate::common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
-use didim_core::control::SimulatedController;
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
+use crate::common::experiment::{MOTIONS, experiment, loop_options, on_motion, with_nominal_error};
+use didim_dynamics::control::SimulatedController;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::{Robot, SignModel};
+use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
+use didim_dynamics::{SignalTiming, Signals};
+use didim_identification::identification::{
     self, Estimate, Experiment, IdentificationError, IterationError, Method, Note, Options,
-    ReferenceSource, SignalTiming, Signals, Start, mean_joint_inertia,
+    ReferenceSource, Start, mean_joint_inertia,
 };
-use didim_core::robot::{Robot, SignModel};
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
 use didim_sim::{Scenario, tx40_paper};
 use nalgebra::{DMatrix, DVectorView};
 
@@ -32,15 +33,15 @@ fn record(
     .unwrap()
     .run(scenario.samples())
     .unwrap();
-    let columns = |matrix: &DMatrix<f64>| {
-        let column = |c: DVectorView<'_, f64>| c.iter().copied().step_by(every).collect();
+    fn columns(matrix: &DMatrix<f64>, every: &usize) -> Vec<Vec<f64>> {
+        let column = |c: DVectorView<'_, f64>| c.iter().copied().step_by(*every).collect();
         matrix.column_iter().map(column).collect()
-    };
+    }
     let signals = Signals {
         sample_rate_hz: record.sample_rate_hz / every as f64,
-        position_rad: columns(&record.motor_position_rad),
-        torque_nm: columns(&record.motor_torque_nm),
-        reference_rad: recorded.then(|| columns(&record.motor_reference_rad)),
+        position_rad: columns(&record.motor_position_rad, &every),
+        torque_nm: columns(&record.motor_torque_nm, &every),
+        reference_rad: recorded.then(|| columns(&record.motor_reference_rad, &every)),
     };
     let hold_s = scenario.controller().timing.sample_period_s();
     Experiment::motor_side(&signals, robot.transmission())
@@ -103,8 +104,8 @@ fn without_noise_the_paper_s_start_leads_to_the_truth() {
         largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
     });
     println!("{largest:.1e} after {} simulations", estimate.simulations);
-    // Machine precision times the condition number, some 2e3, is 1e-12 of the largest parameter; the
-    // smallest is a thousandth of that.
+    // Machine precision times the condition number, some 2e3, is 1e-12 of the largest parameter;
+    // the smallest is a thousandth of that.
     assert!(largest < 1e-9, "{largest}");
 }
 
@@ -142,7 +143,8 @@ fn every_start_leads_to_one_result_with_fixed_gains_and_with_gains_that_follow()
             let first = first.get_or_insert_with(|| estimate.clone());
             let difference = difference(first, &estimate);
             println!(
-                "{start:?}, rescaled {rescale}: {} simulations, rms {rms:.2}, {difference:.3} from the first",
+                "{start:?}, rescaled {rescale}: {} simulations, rms {rms:.2}, {difference:.3} from \
+                the first",
                 estimate.simulations
             );
             assert!(difference < 0.1, "{start:?} {rescale}: {difference}");
@@ -157,15 +159,15 @@ fn from_idim_ls_two_simulations_give_the_answer_of_every_other_start() {
     for motion in MOTIONS {
         let scenario = on_motion(motion);
         let experiment = experiment(&scenario);
-        let from = |robot: &Robot, start| {
+        let identified_from = |robot: &Robot, start| {
             identify(robot, &experiment, &loop_options(&scenario, 200.0, start)).unwrap()
         };
-        let near = from(scenario.robot(), Start::IdimLs);
+        let near = identified_from(scenario.robot(), Start::IdimLs);
         assert_eq!(near.simulations, 2, "{motion:?}");
         for other in [
-            from(scenario.robot(), Start::UnitDriveInertias),
-            from(&beside(&scenario, 0x9e37_79b9_7f4a_7c15), Start::Nominal),
-            from(&beside(&scenario, 0x6a09_e667_f3bc_c908), Start::Nominal),
+            identified_from(scenario.robot(), Start::UnitDriveInertias),
+            identified_from(&with_nominal_error(&scenario, 0x9e37_79b9_7f4a_7c15), Start::Nominal),
+            identified_from(&with_nominal_error(&scenario, 0x6a09_e667_f3bc_c908), Start::Nominal),
         ] {
             let difference = difference(&other, &near);
             println!("{motion:?}: {difference:.3} from {} simulations", other.simulations);
@@ -177,8 +179,8 @@ fn from_idim_ls_two_simulations_give_the_answer_of_every_other_start() {
     }
 }
 
-/// The drive inertias of joints 5 and 6 are then [[1, 1], [1, 1]]: joint 5 has none left while joint
-/// 6 is free.
+/// The drive inertias of joints 5 and 6 are then [[1, 1], [1, 1]]: joint 5 has none left while
+/// joint 6 is free.
 #[test]
 fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     let scenario = tx40_paper().unwrap();
@@ -223,9 +225,9 @@ fn chatter_at_rest_does_not_keep_the_estimates_from_standing_still() {
     simulation.substeps = 8;
     let experiment = record(&scenario, &robot, &simulation, 1, true);
     // That it does chatter: at rest, joint 6 changes its direction nearly every step.
-    let at_rest = |simulation: &SimulationConfig| {
+    fn at_rest(simulation: &SimulationConfig, robot: &Robot, scenario: &Scenario) -> usize {
         let mut closed_loop = ClosedLoop::new(
-            &robot,
+            robot,
             scenario.standard_parameters(),
             scenario.controller(),
             scenario.trajectory(),
@@ -237,9 +239,12 @@ fn chatter_at_rest_does_not_keep_the_estimates_from_standing_still() {
         let velocity = velocity.column(5);
         let turns = velocity.as_slice()[50..].windows(2).filter(|v| v[0] * v[1] < 0.0);
         turns.count()
-    };
+    }
     let quiet = SimulationConfig { substeps: 8, ..SimulationConfig::default() };
-    let turns = (at_rest(&SimulationConfig::default()), at_rest(&quiet));
+    let turns = (
+        at_rest(&SimulationConfig::default(), &robot, &scenario),
+        at_rest(&quiet, &robot, &scenario),
+    );
     println!("turns of joint 6 at rest in 99 steps: {} and {}", turns.0, turns.1);
     assert!(turns.0 > 50 && turns.1 < 10, "{turns:?}");
 

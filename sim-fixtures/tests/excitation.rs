@@ -1,14 +1,15 @@
-//! What a designed motion is foretold to tell, and what an identification of it finds: docs/excitation.md.
-//! By hand: `cargo test --release -p didim-sim --test tests -- --ignored --nocapture excitation`.
+//! Predicted deviations of a designed motion, and those of an identification from it:
+//! docs/evidence/excitation.md. By hand:
+//! `cargo test --release -p didim-sim --test tests -- --ignored --nocapture excitation`.
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{
-    Aim, Bounds, FourierSeries, Margins, Noise, Swing, Swings, Task, advise, design, information,
-    predicted,
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::trajectory::SampledReference;
+use didim_identification::excitation::{
+    Aim, Bounds, FourierSeries, JointExcitation, JointExcitations, Margins, Noise, Task, advise,
+    design, information, predicted,
 };
-use didim_core::identification::{Estimate, Experiment, Method, identify};
-use didim_core::robot::Robot;
-use didim_core::trajectory::SampledReference;
+use didim_identification::identification::{Estimate, Experiment, Method, identify};
 use didim_sim::{Motion, Scenario, tx40_paper};
 use nalgebra::DMatrix;
 
@@ -16,8 +17,8 @@ use crate::common::experiment::{experiment_after, listed, regression};
 use crate::common::parallel::in_parallel;
 
 const RATE_HZ: f64 = 5000.0;
-/// Rest before and after a motion, in samples: 1 s, for a designed one begins where gravity pulls, and the loop, which has
-/// no integral, first sags there.
+/// Rest before and after a motion, in samples: 1 s, for a designed one begins where gravity pulls,
+/// and the loop, which has no integral, first sags there.
 const REST: usize = 5000;
 
 fn experiment(scenario: &Scenario) -> Experiment {
@@ -64,20 +65,20 @@ fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: 
 }
 
 /// The arm on a motion.
-fn on(scenario: &Scenario, series: &FourierSeries) -> Scenario {
+fn along_series(scenario: &Scenario, series: &FourierSeries) -> Scenario {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
     let samples = (series.duration_s * RATE_HZ) as usize + 1;
     let positions = DMatrix::from_fn(samples, scenario.robot().joints(), |k, j| {
         series.state(k as f64 / RATE_HZ).position[j]
     });
     let motion = SampledReference::new(RATE_HZ, &positions).unwrap();
-    let moved = scenario.clone().with_recorded_motion(motion).unwrap();
-    assert!(matches!(moved.trajectory(), Motion::Recorded(_)));
-    assert_eq!(moved.samples(), samples - 1);
-    moved
+    let along = scenario.clone().with_recorded_motion(motion).unwrap();
+    assert!(matches!(along.trajectory(), Motion::Recorded(_)));
+    assert_eq!(along.samples(), samples - 1);
+    along
 }
 
-/// Of a parameter over the recordings, in units of the standard deviation that was foretold.
+/// Of a parameter over the recordings, in units of the predicted standard deviation.
 struct Came {
     name: String,
     scatter: f64,
@@ -87,39 +88,46 @@ struct Came {
     bias: f64,
 }
 
-fn came(estimates: &[Estimate], foretold: &[f64], arm: &Scenario) -> Vec<Came> {
+fn came(estimates: &[Estimate], predicted: &[f64], arm: &Scenario) -> Vec<Came> {
     let count = estimates.len() as f64;
-    let of_parameter = |(k, foretold): (usize, &f64)| {
-        let name = estimates[0].parameters[k].name.clone();
-        let mean_of = |of: &dyn Fn(&Estimate) -> f64| estimates.iter().map(of).sum::<f64>() / count;
-        let mean = mean_of(&|of| of.parameters[k].value);
-        let variance = mean_of(&|of| (of.parameters[k].value - mean).powi(2));
-        Came {
-            scatter: (variance * count / (count - 1.0).max(1.0)).sqrt() / foretold,
-            said: mean_of(&|of| of.parameters[k].standard_deviation.powi(2)).sqrt() / foretold,
-            bias: (mean - arm.truth_of(&name).unwrap()) / foretold,
-            name,
-        }
-    };
-    foretold.iter().enumerate().map(of_parameter).collect()
+    predicted
+        .iter()
+        .enumerate()
+        .map(|(k, predicted_deviation): (usize, &f64)| {
+            let name = estimates[0].parameters[k].name.clone();
+            let mean_of =
+                |of: &dyn Fn(&Estimate) -> f64| estimates.iter().map(of).sum::<f64>() / count;
+            let mean = mean_of(&|of| of.parameters[k].value);
+            let variance = mean_of(&|of| (of.parameters[k].value - mean).powi(2));
+            Came {
+                scatter: (variance * count / (count - 1.0).max(1.0)).sqrt() / predicted_deviation,
+                said: mean_of(&|of| of.parameters[k].standard_deviation.powi(2)).sqrt()
+                    / predicted_deviation,
+                bias: (mean - arm.truth_of(&name).unwrap()) / predicted_deviation,
+                name,
+            }
+        })
+        .collect()
 }
 
-/// A result of the shipped motion says what its noise is; the motion that is designed with it is as good as was foretold.
+/// A result of the shipped motion gives its noise. The motion designed with it is as good as
+/// predicted.
 fn study(duration_s: f64, steps: u32, seeds: usize) -> Vec<Came> {
     let first = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(first.robot())).unwrap();
     let result = identified(&first, &base);
     let task = task_of(first.robot(), &base, &result, duration_s);
     let series = design(&task, 1, steps, |_| ()).unwrap().series;
-    let foretold = predicted(&task, &series).unwrap().deviations;
+    let predicted = predicted(&task, &series).unwrap().deviations;
 
-    let moved = on(&first, &series);
+    let scenario = along_series(&first, &series);
     let estimates =
-        in_parallel(seeds, |seed| identified(&moved.clone().with_seed(1 + seed as u64), &base));
-    let came = came(&estimates, &foretold, &first);
+        in_parallel(seeds, |seed| identified(&scenario.clone().with_seed(1 + seed as u64), &base));
+    let came = came(&estimates, &predicted, &first);
     for Came { name, scatter, said, bias } in &came {
         println!(
-            "{duration_s} s {name}: scatter {scatter:.2}, said {said:.2}, mean from the truth {bias:.2}"
+            "{duration_s} s {name}: scatter {scatter:.2}, said {said:.2}, mean from the truth \
+            {bias:.2}"
         );
     }
     came
@@ -132,15 +140,16 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// A short one, so that it holds in every run of the tests.
 #[test]
-fn a_designed_motion_tells_about_what_was_foretold() {
+fn a_designed_motion_shows_about_what_was_predicted() {
     let ratio = rms(study(3.0, 40, 1).iter().map(|of| of.said));
     assert!((ratio - 1.0).abs() < 0.3, "{ratio}");
 }
 
-/// Each parameter scatters about as was foretold, at 10 s and at 20 s: 200 recordings leave 0.05 of its scatter open.
+/// Each parameter scatters about as predicted, at 10 s and at 20 s: 200 recordings determine its
+/// scatter to 0.05.
 #[test]
 #[ignore = "a study of minutes, run by hand"]
-fn designed_motions_tell_what_was_foretold() {
+fn designed_motions_show_what_was_predicted() {
     let mut off = Vec::new();
     for duration_s in [10.0, 20.0] {
         let came = study(duration_s, 600, 200);
@@ -159,12 +168,12 @@ fn two_short_motions_against_a_long_one() {
     let arm = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();
     let result = identified(&arm, &base);
-    let deviations = |task: &Task| {
+    fn deviations(task: &Task) -> (Vec<f64>, FourierSeries) {
         let best = |seed| design(task, seed, 600, |_| ()).unwrap();
         let [a, b] = [best(1), best(2)];
         let series = if a.value < b.value { a.series } else { b.series };
         (predicted(task, &series).unwrap().deviations, series)
-    };
+    }
     let short = task_of(arm.robot(), &base, &result, 10.0);
     let (_, series) = deviations(&short);
     let before = information(&short, &series);
@@ -174,30 +183,32 @@ fn two_short_motions_against_a_long_one() {
     let mean = (ratios.iter().map(|of| of.ln()).sum::<f64>() / ratios.len() as f64).exp();
     let worst = ratios.iter().copied().fold(0.0, f64::max);
     println!(
-        "two motions of 10 s: σ {mean:.3} times that of one of 20 s (geometric mean), the worst {worst:.2}"
+        "two motions of 10 s: σ {mean:.3} times that of one of 20 s (geometric mean), the worst \
+        {worst:.2}"
     );
     assert!(mean < 1.2);
 }
 
-/// A production that hardly moves the wrist: what is advised is followed, and with the first record brings what was promised.
+/// A production that hardly moves the wrist: what is advised is followed, and with the first record
+/// brings what was promised.
 #[test]
 fn advice_that_is_followed_brings_what_was_promised() {
     let arm = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();
-    let swing = |joint, to, times| Swing { joint, to, times };
-    let production = Swings {
+    let excitation = |joint, to, times| JointExcitation { joint, to, times };
+    let production = JointExcitations {
         duration_s: 6.0,
         posture: vec![0.0, 0.2, 0.5, 0.0, 0.3, 0.0],
-        swings: vec![
-            swing(0, 1.2, 5),
-            swing(1, -0.6, 4),
-            swing(2, 1.4, 7),
-            swing(3, 0.06, 1),
-            swing(4, 0.36, 2),
-            swing(5, 0.06, 3),
+        excitations: vec![
+            excitation(0, 1.2, 5),
+            excitation(1, -0.6, 4),
+            excitation(2, 1.4, 7),
+            excitation(3, 0.06, 1),
+            excitation(4, 0.36, 2),
+            excitation(5, 0.06, 3),
         ],
     };
-    let first = on(&arm, &production.series());
+    let first = along_series(&arm, &production.series());
     let record = experiment(&first);
     let result = identified_from(&first, &base, &record);
     let covariance = result.covariance.as_ref().unwrap().matrix(result.parameters.len()).unwrap();
@@ -207,31 +218,31 @@ fn advice_that_is_followed_brings_what_was_promised() {
     let enough = 0.01;
     let advice = advise(arm.robot(), &task, &values, enough).unwrap();
     let name = |k: &usize| result.parameters[*k].name.as_str();
-    let lacking: Vec<&str> = advice.lacking.iter().map(name).collect();
+    let missing: Vec<&str> = advice.missing.iter().map(name).collect();
     // Of the wrist alone.
     assert!(
-        ["ia4", "fv4", "ia5", "fv5", "ia6"].iter().all(|of| lacking.contains(of)),
-        "{lacking:?}"
+        ["ia4", "fv4", "ia5", "fv5", "ia6"].iter().all(|of| missing.contains(of)),
+        "{missing:?}"
     );
-    assert!(lacking.iter().all(|of| of.ends_with(['4', '5', '6'])), "{lacking:?}");
-    assert!((1..=4).contains(&advice.pieces.len()));
+    assert!(missing.iter().all(|of| of.ends_with(['4', '5', '6'])), "{missing:?}");
+    assert!((1..=4).contains(&advice.motions.len()));
     assert!(advice.torque[1] < 0.5 * advice.torque[0], "{:?}", advice.torque);
     let mut records = vec![record];
-    for (seed, piece) in (1..).zip(&advice.pieces) {
+    for (seed, piece) in (1..).zip(&advice.motions) {
         assert!(piece.design.used.iter().all(|used| used.share <= 1.0));
-        records.push(experiment(&on(&arm, &piece.design.series).with_seed(seed)));
+        records.push(experiment(&along_series(&arm, &piece.design.series).with_seed(seed)));
     }
     let then = identified_from(&arm, &base, &Experiment::joined(&records).unwrap());
-    let promised = &advice.pieces.last().unwrap().deviations;
-    for &k in &advice.lacking {
-        let found = then.parameters[k].standard_deviation;
+    let promised = &advice.motions.last().unwrap().deviations;
+    for &k in &advice.missing {
+        let achieved = then.parameters[k].standard_deviation;
         println!(
-            "{}: σ {:.2e}, promised {:.2e}, found {found:.2e}",
+            "{}: σ {:.2e}, promised {:.2e}, found {achieved:.2e}",
             name(&k),
             advice.deviations[k],
             promised[k]
         );
-        assert!((found / promised[k] - 1.0).abs() < 0.25, "{}", name(&k));
+        assert!((achieved / promised[k] - 1.0).abs() < 0.25, "{}", name(&k));
         assert!(
             promised[k] <= enough * values[k].abs() && promised[k] < 0.5 * advice.deviations[k]
         );

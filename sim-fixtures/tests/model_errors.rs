@@ -2,12 +2,12 @@
 #![allow(clippy::float_cmp, reason = "what must be the same bits is compared as such")]
 
 use crate::common::experiment::{experiment, listed, regression};
-use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::identification::{Method, identify};
-use didim_core::robot::SignModel;
-use didim_core::simulation::{
+use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
+use didim_dynamics::robot::SignModel;
+use didim_dynamics::simulation::{
     Cogging, FlexibleMode, MaxwellSlip, NoiseConfig, Record, Stribeck, Unmodelled,
 };
+use didim_identification::identification::{Method, identify};
 use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
 
 const SAMPLES: usize = 2000;
@@ -25,16 +25,17 @@ fn quiet() -> Scenario {
     tx40_paper().unwrap().with_noise(NoiseConfig::with_seed(0)).unwrap()
 }
 
-/// What the model leaves of the torques is `expected` of the position and velocity, at every sample.
-fn assert_lacking(
+/// What the model leaves of the torques is `expected` of the position and velocity, at every
+/// sample.
+fn assert_model_error(
     unmodelled: Unmodelled,
     mut expected: impl FnMut(&[f64; 6], &[f64; 6]) -> [f64; 6],
 ) {
-    assert_lacking_by_load(unmodelled, |q, dq, _| expected(q, dq));
+    assert_model_error_by_load(unmodelled, |q, dq, _| expected(q, dq));
 }
 
 /// The same of the load as well, the torque on links and rotors.
-fn assert_lacking_by_load(
+fn assert_model_error_by_load(
     unmodelled: Unmodelled,
     mut expected: impl FnMut(&[f64; 6], &[f64; 6], &[f64; 6]) -> [f64; 6],
 ) {
@@ -62,9 +63,9 @@ fn assert_lacking_by_load(
             .map(|signal| signal[..6].try_into().unwrap());
         let expected = expected(&motion[0], &motion[1], &load);
         for j in 0..6 {
-            let lacking = sample.joint_torque_nm[j] - torque[j];
-            assert!((lacking - expected[j]).abs() < 1e-9, "sample {k}, joint {j}: {lacking}");
-            largest = largest.max(lacking.abs());
+            let missing = sample.joint_torque_nm[j] - torque[j];
+            assert!((missing - expected[j]).abs() < 1e-9, "sample {k}, joint {j}: {missing}");
+            largest = largest.max(missing.abs());
         }
     }
     assert!(largest > 0.3, "the error does nothing: {largest}");
@@ -74,7 +75,7 @@ fn assert_lacking_by_load(
 #[test]
 fn unmodelled_friction_is_what_the_model_lacks() {
     let friction = stribeck().stribeck.unwrap();
-    assert_lacking(stribeck(), |_, dq| core::array::from_fn(|j| friction[j].torque(dq[j])));
+    assert_model_error(stribeck(), |_, dq| core::array::from_fn(|j| friction[j].torque(dq[j])));
 }
 
 /// The ripple of motor 6 is felt by joints 5 and 6, and drives.
@@ -83,7 +84,7 @@ fn ripple_goes_with_the_angle_of_the_motor() {
     let ripple = |torque_nm| Cogging { torque_nm, periods_per_turn: 6, phase_rad: 0.7 };
     let cogging = [0.05, 0.05, 0.03, 0.01, 0.01, 0.02].map(ripple);
     let unmodelled = Unmodelled { cogging: Some(cogging.to_vec()), ..Default::default() };
-    assert_lacking(unmodelled, |q, _| {
+    assert_model_error(unmodelled, |q, _| {
         let motor_rad = [
             32.0 * q[0],
             32.0 * q[1],
@@ -110,7 +111,7 @@ fn ripple_goes_with_the_angle_of_the_motor() {
 fn coulomb_friction_can_grow_with_the_load() {
     let share = 0.1;
     let unmodelled = Unmodelled { load_friction: Some(vec![share; 6]), ..Default::default() };
-    assert_lacking_by_load(unmodelled, |_, dq, load| {
+    assert_model_error_by_load(unmodelled, |_, dq, load| {
         core::array::from_fn(|j| share * load[j].abs() * (dq[j] / 0.05).tanh())
     });
 }
@@ -119,12 +120,12 @@ fn coulomb_friction_can_grow_with_the_load() {
 fn friction_can_lag_at_reversals() {
     let element = MaxwellSlip { torque_nm: 0.7, stiffness_nm_rad: 350.0 };
     let unmodelled = Unmodelled { hysteresis: Some(vec![element; 6]), ..Default::default() };
-    let mut held: Option<([f64; 6], [f64; 6])> = None;
-    assert_lacking(unmodelled, |q, _| {
-        let (before, friction) = held.unwrap_or((*q, [0.0; 6]));
+    let mut friction_before: Option<([f64; 6], [f64; 6])> = None;
+    assert_model_error(unmodelled, |q, _| {
+        let (before, friction) = friction_before.unwrap_or((*q, [0.0; 6]));
         let friction =
             core::array::from_fn(|j| (friction[j] + 350.0 * (q[j] - before[j])).clamp(-0.7, 0.7));
-        held = Some((*q, friction));
+        friction_before = Some((*q, friction));
         friction
     });
 }
@@ -138,7 +139,7 @@ fn coulomb_friction_can_be_wider_than_the_model_s() {
     let joint: [f64; 6] = core::array::from_fn(|j| fc(&format!("fc{}", j + 1)));
     let less = |v: f64| (v / 0.2).tanh() - (v / 0.05).tanh();
     assert!(matches!(scenario.robot().sign_model(0), SignModel::Tanh { width_rad_s: 0.05 }));
-    assert_lacking(unmodelled, |_, dq| {
+    assert_model_error(unmodelled, |_, dq| {
         let mut torque: [f64; 6] = core::array::from_fn(|j| joint[j] * less(dq[j]));
         let coupled = fc("fc_m6") * less(dq[4] + dq[5]);
         torque[4] += coupled;
@@ -147,10 +148,11 @@ fn coulomb_friction_can_be_wider_than_the_model_s() {
     });
 }
 
-/// Flexible joints: what identification finds is the whole inertia, the better the stiffer they are.
+/// Flexible joints: what identification finds is the whole inertia, the better the stiffer they
+/// are.
 #[test]
 fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
-    let largest = |frequency_hz: f64| {
+    fn largest(frequency_hz: f64) -> f64 {
         let mode =
             |inertia_kg_m2| FlexibleMode { frequency_hz, damping_ratio: 0.05, inertia_kg_m2 };
         let inertia = [0.4, 0.3, 0.04, 0.01, 0.01, 0.003];
@@ -160,14 +162,14 @@ fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
         let options = regression(Some(listed(&scenario)), 300.0);
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let experiment = experiment(&scenario);
-        let found = identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options)
+        let estimate = identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options)
             .unwrap()
             .estimate;
-        let inertias = found.parameters.iter().filter(|p| p.name.starts_with("zz"));
+        let inertias = estimate.parameters.iter().filter(|p| p.name.starts_with("zz"));
         inertias.fold(0.0, |largest: f64, p| {
             largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
         })
-    };
+    }
     let (soft, stiff) = (largest(60.0), largest(120.0));
     println!("{soft:.4} {stiff:.4}");
     assert!(stiff < 0.01 && soft > 2.0 * stiff, "{soft} {stiff}");
@@ -235,10 +237,11 @@ fn a_correlation_time_changes_the_disturbance_and_nothing_else() {
         disturbance_correlation_s: correlation_s,
         ..NoiseConfig::with_seed(1)
     };
-    let with = |correlation_s| tx40_paper().unwrap().with_noise(noise(correlation_s)).unwrap();
+    let scenario_with =
+        |correlation_s| tx40_paper().unwrap().with_noise(noise(correlation_s)).unwrap();
     // The scenario as shipped has this very noise.
-    assert_eq!(run(&tx40_paper().unwrap()), run(&with(None)));
-    assert_ne!(run(&with(None)), run(&with(Some(0.02))));
+    assert_eq!(run(&tx40_paper().unwrap()), run(&scenario_with(None)));
+    assert_ne!(run(&scenario_with(None)), run(&scenario_with(Some(0.02))));
     let error = tx40_paper().unwrap().with_noise(noise(Some(0.0))).unwrap_err();
     assert!(error.to_string().contains("disturbance_correlation_s = 0"), "{error}");
 }
@@ -280,10 +283,10 @@ fn a_file_can_put_them_in() {
 #[test]
 fn the_bandwidth_is_a_factor() {
     let scenario = quiet();
-    let largest_error = |scenario: &Scenario| {
+    fn largest_error(scenario: &Scenario) -> f64 {
         let record = run(scenario);
         (record.true_position_rad - record.joint_reference_rad).column(0).amax()
-    };
+    }
     let ratio =
         largest_error(&scenario) / largest_error(&scenario.clone().with_bandwidth(2.0).unwrap());
     assert!((ratio - 4.0).abs() < 1.0, "{ratio}");

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use crate::common::experiment::{experiment, loop_options};
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table, writing};
-use didim_core::control::ControlLaw;
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{Estimate, Method, Start};
-use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Unmodelled};
+use didim_dynamics::control::ControlLaw;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::simulation::{Cogging, FlexibleMode, NoiseConfig, Unmodelled};
+use didim_identification::identification::{Estimate, Method, Start};
 use didim_sim::{Scenario, tx40_paper};
 use nalgebra::DMatrix;
 
@@ -89,17 +89,22 @@ fn arms() -> Vec<(&'static str, Scenario)> {
 
 const METHODS: [&str; 4] = ["IDIM-LS", "DIDIM", "CLIE", "CLOE"];
 
-/// What [`METHODS`] make of an arm whose controller is taken for that of `tx40-paper`, at the settings of
-/// `config/cells/tx40-paper.toml` but for the start.
+/// What [`METHODS`] make of an arm whose controller is taken for that of `tx40-paper`, at the
+/// settings of `config/cells/tx40-paper.toml` but for the start.
 fn identify(arm: &Scenario) -> [Estimate; 4] {
     let robot = arm.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment(arm);
     let options = loop_options(&tx40_paper().unwrap(), 50.0, Start::IdimLs);
     [Method::IdimLs, Method::Didim, Method::Clie, Method::Cloe].map(|method| {
-        let found =
-            didim_core::identification::identify(method, robot, &base, &experiment, &options);
-        found.unwrap().estimate
+        let identified = didim_identification::identification::identify(
+            method,
+            robot,
+            &base,
+            &experiment,
+            &options,
+        );
+        identified.unwrap().estimate
     })
 }
 
@@ -109,8 +114,8 @@ fn outside(idim_ls: &Estimate, method: &Estimate) -> usize {
     pairs.filter(|(a, b)| (b.value - a.value).abs() > 3.0 * a.standard_deviation).count()
 }
 
-/// How much larger than those of IDIM-LS the parameters of a method are whose names begin so [%]; −200 is
-/// the same size with the other sign.
+/// How much larger than those of IDIM-LS the parameters of a method are whose names begin so [%];
+/// −200 is the same size with the other sign.
 fn changes(idim_ls: &Estimate, method: &Estimate, prefix: &str) -> Vec<f64> {
     let pairs = idim_ls.parameters.iter().zip(&method.parameters);
     let named = pairs.filter(|(a, _)| a.name.starts_with(prefix));
@@ -194,13 +199,13 @@ fn torque_errors_touch_all_methods_alike_and_an_unknown_controller_touches_cloe(
         arms = vec![arms.swap_remove(disturbed), arms.swap_remove(integrating)];
         (disturbed, integrating) = (0, 1);
     }
-    let found = in_parallel(arms.len() * SEEDS.len(), |run| {
+    let estimates = in_parallel(arms.len() * SEEDS.len(), |run| {
         let (_, arm) = &arms[run / SEEDS.len()];
         identify(&arm.clone().with_seed(SEEDS[run % SEEDS.len()]))
     });
-    let table = table(&arms, &found);
+    let table = table(&arms, &estimates);
     println!("{}", table.markdown());
-    let seeds: Vec<&[[Estimate; 4]]> = found.chunks_exact(SEEDS.len()).collect();
+    let seeds: Vec<&[[Estimate; 4]]> = estimates.chunks_exact(SEEDS.len()).collect();
     for [idim_ls, others @ ..] in &seeds[disturbed][..2] {
         for (method, name) in others.iter().zip(&METHODS[1..]) {
             assert!(outside(idim_ls, method) <= 1, "{name}");

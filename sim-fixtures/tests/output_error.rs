@@ -1,14 +1,17 @@
-//! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
+//! CLIE and CLOE on the simulated TX40, starting 15 % off its parameters.
 
 use std::time::Instant;
 
-use crate::common::experiment::{beside, loop_options};
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    self, Estimate, Experiment, Failure, Method, Options, Reason, SignalTiming, Signals, Start,
+use crate::common::experiment::{loop_options, with_nominal_error};
+use didim_dynamics::SignalTiming;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::simulation::{
+    ClosedLoop, InitialState, SimulationConfig, Stribeck, Unmodelled,
 };
-use didim_core::robot::Robot;
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, Stribeck, Unmodelled};
+use didim_identification::identification::{
+    self, Estimate, Experiment, Failure, Method, Options, Reason, Start,
+};
 use didim_sim::{Payload, Scenario, tx40_paper};
 
 /// The scenario's motion as a log holds it, with this much of its noise.
@@ -37,7 +40,7 @@ fn record_on_grid(
     if let Some(grid) = grid_rad {
         record.motor_position_rad.apply(|q| *q = (*q / grid).round() * grid);
     }
-    let signals = Signals::of_motors(&record);
+    let signals = record.motor_signals();
     let hold_s = scenario.controller().timing.sample_period_s();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
@@ -85,13 +88,13 @@ fn without_noise_both_methods_lead_to_the_truth() {
     let experiment = record(&scenario, &SimulationConfig::default())
         .with_counted(10000..scenario.samples() - 500)
         .unwrap();
-    let robot = beside(&scenario, PATTERN);
+    let robot = with_nominal_error(&scenario, PATTERN);
     for (name, method) in METHODS {
         let estimate = identify(method, &robot, &experiment, &options(&scenario));
         let largest = largest_deviation(&scenario, &estimate);
         println!("{name}: {largest:.1e} after {} simulations", estimate.simulations);
-        // Changes of 0.2 standard deviations at errors of the smallest level, 1e-9 of the signals, leave
-        // up to 1e-8 before the last linear step.
+        // Changes of 0.2 standard deviations at errors of the smallest level, 1e-9 of the signals,
+        // leave up to 1e-8 before the last linear step.
         assert!(largest < 1e-7, "{name}: {largest}");
         assert!(estimate.simulations <= 7, "{:?}", estimate.convergence);
     }
@@ -101,7 +104,7 @@ fn without_noise_both_methods_lead_to_the_truth() {
 fn with_noise_the_truth_is_within_the_standard_deviations() {
     let scenario = tx40_paper().unwrap();
     let experiment = record(&scenario, scenario.simulation());
-    let robot = beside(&scenario, PATTERN);
+    let robot = with_nominal_error(&scenario, PATTERN);
     for (name, method) in METHODS {
         let mut near = options(&scenario);
         near.simulation.didim_steps = 2;
@@ -134,7 +137,7 @@ fn with_noise_the_truth_is_within_the_standard_deviations() {
 
 /// CLOE compares positions, and its model is checked on the torques all the same.
 #[test]
-fn what_the_arm_has_beside_the_model_is_found_by_both_methods() {
+fn what_the_arm_has_next_to_the_model_is_found_by_both_methods() {
     let scenario = tx40_paper().unwrap();
     let of_joint = |joint: usize| Stribeck {
         torque_nm: 0.1 * scenario.truth_of(&format!("fc{joint}")).unwrap(),
@@ -144,7 +147,7 @@ fn what_the_arm_has_beside_the_model_is_found_by_both_methods() {
     let stribeck = Some((1..=6).map(of_joint).collect());
     let stribeck = Unmodelled { stribeck, ..Default::default() };
     let payload = Payload::point_mass(1.0, [0.0, 0.0, 0.165]);
-    let robot = beside(&scenario, PATTERN);
+    let robot = with_nominal_error(&scenario, PATTERN);
     for (wrong, named) in [
         (scenario.clone().with_unmodelled(stribeck).unwrap(), "friction law"),
         (scenario.clone().with_payload(payload).unwrap(), "parameters left out"),
@@ -152,28 +155,29 @@ fn what_the_arm_has_beside_the_model_is_found_by_both_methods() {
         let experiment = record(&wrong, wrong.simulation());
         for (name, method) in METHODS {
             let estimate = identify(method, &robot, &experiment, &options(&wrong));
-            let most = &estimate.freedoms[..3];
+            let most = &estimate.nuisance_parameters[..3];
             println!("{name}, {named}: {most:?}");
-            let found = most.iter().any(|found| found.freedom.to_string().contains(named));
-            assert!(found, "{name}: {most:?}");
+            let is_named = most.iter().any(|found| found.nuisance.to_string().contains(named));
+            assert!(is_named, "{name}: {most:?}");
         }
     }
 }
 
-/// Gains that are described 3 % too large make every parameter of CLOE as much too large. The torques
-/// along its motion say so.
+/// Gains that are described 3 % too large make every parameter of CLOE as much too large. The
+/// torques along its motion say so.
 #[test]
-fn the_torques_tell_a_wrong_gain_from_a_heavier_arm() {
+fn the_torques_show_a_wrong_gain_from_a_heavier_arm() {
     let scenario = tx40_paper().unwrap();
     let experiment = record(&scenario, scenario.simulation());
     let mut options = options(&scenario);
     options.controller = options.controller.map(|controller| controller.with_gain(1.03));
     let verdict =
-        identify(Method::Cloe, &beside(&scenario, PATTERN), &experiment, &options).verdict;
+        identify(Method::Cloe, &with_nominal_error(&scenario, PATTERN), &experiment, &options)
+            .verdict;
     println!("{:?}", verdict.reasons);
-    let found =
+    let is_named =
         verdict.reasons.iter().any(|reason| matches!(reason, Reason::OtherParameters { .. }));
-    assert!(found && !verdict.applicable, "{:?}", verdict.reasons);
+    assert!(is_named && !verdict.applicable, "{:?}", verdict.reasons);
 }
 
 /// Section 4.3. The first two seconds, logged with positions on a grid of 0.01 rad of the motor.
@@ -184,7 +188,7 @@ fn the_torques_tell_a_wrong_gain_from_a_heavier_arm() {
 #[test]
 fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not() {
     let scenario = tx40_paper().unwrap();
-    let robot = beside(&scenario, PATTERN);
+    let robot = with_nominal_error(&scenario, PATTERN);
     let start = robot.nominal().unwrap().listed();
     let simulation = SimulationConfig::default();
     // The scenario's bandwidth times a factor.
@@ -194,15 +198,15 @@ fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not(
         for (name, method) in METHODS {
             let estimate = identify(method, &robot, &experiment, &options(&scenario));
             let pairs = estimate.parameters.iter().zip(start);
-            let moved =
+            let shifts =
                 pairs.map(|(p, (_, from))| ((p.value - from) / p.standard_deviation).powi(2));
-            let moved = (moved.sum::<f64>() / start.len() as f64).sqrt();
+            let shift = (shifts.sum::<f64>() / start.len() as f64).sqrt();
             let relative = estimate.parameters.iter().map(|p| p.relative_standard_deviation);
             let mut relative: Vec<f64> = relative.collect();
             relative.sort_by(f64::total_cmp);
             let median = relative[relative.len() / 2];
             println!(
-                "{name}, {stiffness} times the bandwidth: moved by {moved:.2} standard deviations, \
+                "{name}, {stiffness} times the bandwidth: moved by {shift:.2} standard deviations, \
                  of which the median is {:.2} %, {} simulations",
                 100.0 * median,
                 estimate.simulations
@@ -212,9 +216,9 @@ fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not(
             let insensitive = estimate.verdict.failure == Some(Failure::Insensitive);
             assert_eq!(insensitive, stiff && name == "CLOE", "{:?}", estimate.verdict);
             if stiff && name == "CLOE" {
-                assert!(moved < 2.0 && median > 0.1, "{moved} {median}");
+                assert!(shift < 2.0 && median > 0.1, "{shift} {median}");
             } else {
-                assert!(moved > 100.0 && median < 0.01, "{name} {stiffness}: {moved} {median}");
+                assert!(shift > 100.0 && median < 0.01, "{name} {stiffness}: {shift} {median}");
             }
         }
     }

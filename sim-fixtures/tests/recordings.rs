@@ -1,13 +1,14 @@
 //! Two motions of the simulated TX40 in one identification.
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{Experiment, Method, SignalTiming, Signals, Start, identify};
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
+use didim_dynamics::SignalTiming;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationConfig};
+use didim_identification::identification::{Experiment, Method, Start, identify};
 
 use crate::common::experiment::{MOTIONS, loop_options, on_motion};
 
-/// What the drives log of a motion without noise. The loop forgets in two seconds that its initial velocity
-/// is known as well as the filter shows it.
+/// What the drives log of a motion without noise. The loop forgets in two seconds that its initial
+/// velocity is known as well as the filter shows it.
 fn record(motion: Option<u64>) -> Experiment {
     let scenario = on_motion(motion);
     let record = ClosedLoop::new(
@@ -20,7 +21,7 @@ fn record(motion: Option<u64>) -> Experiment {
     );
     let record = record.unwrap().run(scenario.samples()).unwrap();
     let hold_s = scenario.controller().timing.sample_period_s();
-    Experiment::motor_side(Signals::of_motors(&record), scenario.robot().transmission())
+    Experiment::motor_side(record.motor_signals(), scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()
@@ -40,12 +41,13 @@ fn two_motions_together_give_the_truth_back_as_one_does() {
         [(Method::IdimIv, 1e-3), (Method::Clie, 1e-7), (Method::Cloe, 1e-7), (Method::Didim, 1e-7)]
     {
         if method == Method::Didim {
-            // Standard deviations of IDIM-LS, which are large beside those without noise.
+            // Standard deviations of IDIM-LS, which are large compared with those without noise.
             options.simulation.convergence.parameter_change = 1e-8;
         }
         let [one, two] = [&motions[1], &together].map(|experiment| {
-            let found = identify(method, scenario.robot(), &base, experiment, &options).unwrap();
-            found.estimate.parameters.iter().fold(0.0, |largest: f64, p| {
+            let identified =
+                identify(method, scenario.robot(), &base, experiment, &options).unwrap();
+            identified.estimate.parameters.iter().fold(0.0, |largest: f64, p| {
                 largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
             })
         });

@@ -1,10 +1,10 @@
 //! The shipped scenarios do what they are for.
 #![allow(clippy::float_cmp, reason = "what is set to zero is zero")]
 
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::robot::Robot;
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationError};
-use didim_core::trajectory::Reference;
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationError};
+use didim_dynamics::trajectory::Reference;
 use didim_sim::{PlaybackConfig, Scenario, ScenarioError, tx40_paper, tx40_physical};
 use nalgebra::DMatrix;
 
@@ -99,7 +99,7 @@ fn the_motion_excites_as_well_as_the_published_recording() {
     let mut observation = DMatrix::zeros(1380 * 6, columns.len());
     for k in 0..1380_u32 {
         let [mut q, mut dq, mut ddq] = [[0.0; 6]; 3];
-        trajectory.at(f64::from(k) / 200.0, &mut q, &mut dq, &mut ddq);
+        trajectory.evaluate(f64::from(k) / 200.0, &mut q, &mut dq, &mut ddq);
         model.regressor(&mut ws, &q, &dq, &ddq, &mut regressor);
         for j in 0..6 {
             for (to, from) in columns.iter().enumerate() {
@@ -147,19 +147,19 @@ fn a_motion_is_repeated_from_where_it_ended() {
     let playback = PlaybackConfig { lead_in_s: 0.5, tail_s: 0.25, cycles: None };
     let reference = tx40_paper().unwrap().with_playback(playback).unwrap().played_reference();
     assert!(reference.duration_s().is_infinite());
-    let at = |t: f64| {
+    let state_at = |t: f64| {
         let [mut q, mut dq, mut ddq] = [[0.0; 6]; 3];
-        reference.at(t, &mut q, &mut dq, &mut ddq);
+        reference.evaluate(t, &mut q, &mut dq, &mut ddq);
         (q, dq)
     };
     for k in 0..100 {
         let t = 0.08 * f64::from(k);
-        let ((q, dq), (q_later, dq_later)) = (at(t), at(t + 3.0 * reference.cycle_s()));
+        let ((q, dq), (q_later, dq_later)) = (state_at(t), state_at(t + 3.0 * reference.cycle_s()));
         for j in 0..6 {
             assert!((q[j] - q_later[j]).abs() < 1e-9 && (dq[j] - dq_later[j]).abs() < 1e-8);
         }
     }
-    assert!(at(0.0).1.iter().all(|velocity| *velocity == 0.0));
+    assert!(state_at(0.0).1.iter().all(|velocity| *velocity == 0.0));
 }
 
 /// The paper's start, every parameter 0 but ia_j = 1 and ia_5 = 2, can be simulated with the

@@ -1,9 +1,9 @@
 //! Drives without a SYNC: what they say is of when they say it.
 
-use didim_core::robot::Robot;
 use didim_drivers::assemble::{Assembler, CycleLosses};
 use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::units::Scales;
+use didim_dynamics::robot::Robot;
 use didim_sim::{CYCLE_FRAMES, Scenario, ScenarioError, VirtualDevice};
 
 use crate::common::bus;
@@ -27,7 +27,7 @@ fn each_frame_has_the_values_of_its_own_arrival_and_samples_those_of_the_first()
     // The loop's samples of the first three seconds, every 0.2 ms.
     let loops: Vec<_> = (0..15_000).map(|_| *closed_loop.step().unwrap()).collect();
     let mut assembler = Assembler::new(layout.clone(), scales.clone());
-    let (mut samples, mut frames, mut moved) = (Vec::new(), Vec::new(), false);
+    let (mut samples, mut frames, mut shifted) = (Vec::new(), Vec::new(), false);
     for k in 0..1_450_u64 {
         frames.clear();
         device.poll_cycle(&mut frames).unwrap();
@@ -69,13 +69,13 @@ fn each_frame_has_the_values_of_its_own_arrival_and_samples_those_of_the_first()
             let off = sample.motor_position_rad[axis] - truth.motor_position_rad[axis];
             // Half a step, and what is not linear in 2 ms.
             assert!(off.abs() < 0.191e-3 + 20e-6, "{} {axis}: {off}", sample.sequence);
-            moved |= truth.motor_position_rad[axis].abs() > 0.1;
+            shifted |= truth.motor_position_rad[axis].abs() > 0.1;
         }
     }
-    assert!(moved);
+    assert!(shifted);
     // The first cycle has none before it, the last is not over.
-    let lost = CycleLosses { missing_axis: 1, ..CycleLosses::default() };
-    assert_eq!((samples.len(), assembler.losses().cycles), (1_448, lost));
+    let losses = CycleLosses { missing_axis: 1, ..CycleLosses::default() };
+    assert_eq!((samples.len(), assembler.losses().cycles), (1_448, losses));
 }
 
 #[test]

@@ -39,12 +39,12 @@ fn what_is_sent_on_an_interface_is_heard() {
         let mut sink = SocketCanSink::open(&interface).unwrap();
         let mut sending = device(bus.clone());
         let mut expected = Vec::new();
-        let mut twin = device(bus);
+        let mut matching = device(bus);
         let mut batch: Vec<Frame> = Vec::with_capacity(64);
         let mut heard: Vec<Frame> = Vec::new();
         for _ in 0..10 {
             let mut frames = Vec::new();
-            twin.poll_cycle(&mut frames).unwrap();
+            matching.poll_cycle(&mut frames).unwrap();
             expected.extend(frames);
             let mut frames = Vec::new();
             sending.poll_cycle(&mut frames).unwrap();

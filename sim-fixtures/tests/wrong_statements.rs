@@ -1,12 +1,12 @@
-//! What is stated wrongly, on the simulated TX40: told by its name and size.
+//! Wrong configurations of the simulated TX40 are reported by name and size.
 
-use didim_core::control::{ControlTiming, ControllerConfig};
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    Estimate, Experiment, Freedom, Method, Note, Options, Reason, SignalTiming, Signals, Start,
-    identify,
+use didim_dynamics::control::{ControlTiming, ControllerConfig};
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::{SignalTiming, Signals};
+use didim_identification::identification::{
+    Estimate, Experiment, Method, Note, NuisanceParameter, Options, Reason, Start, identify,
 };
-use didim_core::robot::Robot;
 use didim_sim::{Scenario, tx40_paper};
 
 use crate::common::experiment::{listed, loop_options, random_moves, regression};
@@ -16,7 +16,7 @@ const REST: usize = 1250;
 
 /// Identified by IDIM-LS from a record that was changed.
 fn identified(scenario: &Scenario, change: impl FnOnce(&mut Signals)) -> Estimate {
-    let mut signals = Signals::of_motors(&scenario.record_with_rests(REST, REST).unwrap());
+    let mut signals = scenario.record_with_rests(REST, REST).unwrap().motor_signals();
     change(&mut signals);
     let hold_s = scenario.controller().timing.sample_period_s();
     let experiment = Experiment::motor_side(&signals, scenario.robot().transmission())
@@ -30,16 +30,16 @@ fn identified(scenario: &Scenario, change: impl FnOnce(&mut Signals)) -> Estimat
     identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options).unwrap().estimate
 }
 
-fn contradicted(reasons: &[Reason]) -> Vec<(Freedom, f64)> {
-    let found = reasons.iter().filter_map(|reason| match reason {
-        Reason::Contradicted { freedom } => Some((freedom.freedom, freedom.quantity?.value)),
+fn contradicted(reasons: &[Reason]) -> Vec<(NuisanceParameter, f64)> {
+    let nuisance_parameters = reasons.iter().filter_map(|reason| match reason {
+        Reason::Contradicted { nuisance } => Some((nuisance.nuisance, nuisance.quantity?.value)),
         _ => None,
     });
-    found.collect()
+    nuisance_parameters.collect()
 }
 
 #[test]
-fn the_zero_of_an_encoder_is_told_with_its_size() {
+fn the_zero_of_an_encoder_is_reported_with_its_size() {
     let scenario = tx40_paper().unwrap();
     for degrees in [3.0_f64, -5.0] {
         // Motor 2 turns 32 times as far as its joint.
@@ -48,9 +48,9 @@ fn the_zero_of_an_encoder_is_told_with_its_size() {
             signals.position_rad[1].iter_mut().for_each(|position| *position += offset);
         });
         let reasons = &estimate.verdict.uses.prediction.reasons;
-        let found = contradicted(reasons);
-        let (freedom, value) = found.first().copied().unwrap();
-        assert_eq!(freedom, Freedom::Zero(2), "{reasons:?}");
+        let nuisance_parameters = contradicted(reasons);
+        let (nuisance, value) = nuisance_parameters.first().copied().unwrap();
+        assert_eq!(nuisance, NuisanceParameter::Zero(2), "{reasons:?}");
         assert!((value.abs() / degrees.abs() - 1.0).abs() < 0.2, "{value} for {degrees}");
         assert!(!estimate.verdict.applicable);
     }
@@ -65,15 +65,15 @@ fn torques_in_another_unit_and_of_another_sign_are_one_sentence_each() {
     let of_joints = |reason: &Reason| matches!(reason, Reason::OtherUnit { .. });
     let reasons = &centimetres.verdict.reasons;
     assert!(!reasons.is_empty() && reasons.iter().all(of_joints), "{reasons:?}");
-    let turned = identified(&scenario, |signals| {
+    let sign_flipped = identified(&scenario, |signals| {
         signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque = -*torque);
     });
-    let reasons = &turned.verdict.reasons;
+    let reasons = &sign_flipped.verdict.reasons;
     assert!(matches!(reasons[..], [Reason::WrongSigns { .. }]), "{reasons:?}");
 }
 
 #[test]
-fn one_torque_of_the_other_sign_is_told_by_its_friction() {
+fn one_torque_of_the_other_sign_is_reported_by_its_friction() {
     let scenario = tx40_paper().unwrap();
     let estimate = identified(&scenario, |signals| {
         signals.torque_nm[0].iter_mut().for_each(|torque| *torque = -*torque);
@@ -86,21 +86,22 @@ fn one_torque_of_the_other_sign_is_told_by_its_friction() {
     );
 }
 
-/// What is checked against a torque limit is not where the robot file leaves it open, and that is said.
+/// What is checked against a torque limit is not where the robot file leaves it open, and that is
+/// said.
 #[test]
 fn without_torque_limits_the_largest_torque_takes_their_place_and_that_is_said() {
     let limit = "torque_max_nm = 131.84";
-    let open = with_row(limit, "torque_max_nm = \"unknown\"", Method::IdimLs);
+    let without_limit = with_row(limit, "torque_max_nm = \"unknown\"", Method::IdimLs);
     let said = |note: &Note| matches!(note, Note::TorqueLimitOpen { joints } if *joints == [1, 2]);
-    assert!(open.verdict.notes.iter().any(said), "{:?}", open.verdict.notes);
-    let stated = with_row(limit, limit, Method::IdimLs);
+    assert!(without_limit.verdict.notes.iter().any(said), "{:?}", without_limit.verdict.notes);
+    let with_limit = with_row(limit, limit, Method::IdimLs);
     let of_limits = |note: &Note| matches!(note, Note::TorqueLimitOpen { .. });
-    assert!(!stated.verdict.notes.iter().any(of_limits));
+    assert!(!with_limit.verdict.notes.iter().any(of_limits));
     let low = with_row(limit, "torque_max_nm = 1.0", Method::IdimLs);
     let other_unit = |reason: &Reason| matches!(reason, Reason::OtherUnit { .. });
     assert!(low.verdict.reasons.iter().any(other_unit), "{:?}", low.verdict.reasons);
-    assert!(!open.verdict.reasons.iter().any(other_unit));
-    assert_eq!(open.parameters, stated.parameters);
+    assert!(!without_limit.verdict.reasons.iter().any(other_unit));
+    assert_eq!(without_limit.parameters, with_limit.parameters);
 }
 
 /// What another robot file makes of the paper's arm: one line of it is another.
@@ -122,7 +123,7 @@ fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
             ..loop_options(&scenario, 50.0, Start::UnitDriveInertias)
         },
     };
-    let signals = Signals::of_motors(&scenario.record_with_rests(REST, REST).unwrap());
+    let signals = scenario.record_with_rests(REST, REST).unwrap().motor_signals();
     let hold_s = scenario.controller().timing.sample_period_s();
     let experiment = Experiment::motor_side(&signals, robot.transmission())
         .unwrap()
@@ -137,21 +138,21 @@ fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
 /// The rows of motors 3 and 6: 45 turns for one of joint 3, and 32 for one of joints 5 and 6.
 const COUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 32.0, 32.0]";
 const UNCOUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 0.0, 32.0]";
-const TURNED: &str = "[0.0, 0.0, 0.0, 0.0, -32.0, 32.0]";
+const TORQUE_RANGE: &str = "[0.0, 0.0, 0.0, 0.0, -32.0, 32.0]";
 const GEAR: &str = "[0.0, 0.0, 45.0, 0.0, 0.0, 0.0]";
 const OTHER_GEAR: &str = "[0.0, 0.0, 50.0, 0.0, 0.0, 0.0]";
 
-/// A coupling that is left out leaves a model of other parameters that predicts to a per cent: a note says
-/// what it looks like, and its values are not called physical.
+/// A coupling that is left out leaves a model of other parameters that predicts to a per cent: a
+/// note says what it looks like, and its values are not called physical.
 #[test]
 fn a_coupling_that_is_left_out_is_named() {
     let estimate = with_row(COUPLED, UNCOUPLED, Method::IdimLs);
     let named = estimate.verdict.notes.iter().find_map(|note| match note {
-        Note::Lacking { freedom } => Some(freedom.freedom),
+        Note::ModelError { nuisance } => Some(nuisance.nuisance),
         _ => None,
     });
-    assert_eq!(named, Some(Freedom::Coupling { joint: 5, neighbour: 6 }));
-    assert!(estimate.elsewhere.relative_error < 0.05, "{:?}", estimate.elsewhere);
+    assert_eq!(named, Some(NuisanceParameter::Coupling { joint: 5, neighbour: 6 }));
+    assert!(estimate.extrapolation.relative_error < 0.05, "{:?}", estimate.extrapolation);
     assert_eq!(estimate.verdict.uses.physical_values.applicable, Some(false));
     // Moving alone, joint 6 has its own friction and that of its motor.
     let fc6 = estimate.parameters.iter().find(|p| p.name == "fc6").unwrap();
@@ -161,40 +162,47 @@ fn a_coupling_that_is_left_out_is_named() {
 
     // Nothing is said where nothing lacks.
     let right = with_row(COUPLED, COUPLED, Method::IdimLs);
-    let said = |note: &Note| matches!(note, Note::Lacking { .. });
+    let said = |note: &Note| matches!(note, Note::ModelError { .. });
     assert!(!right.verdict.notes.iter().any(said), "{:?}", right.verdict.notes);
 }
 
 #[test]
 fn a_coupling_of_the_other_sign_is_refused() {
-    let estimate = with_row(COUPLED, TURNED, Method::IdimLs);
-    let found = contradicted(&estimate.verdict.uses.prediction.reasons);
-    let joints: Vec<Freedom> = found.iter().map(|(freedom, _)| *freedom).collect();
-    assert_eq!(joints, [Freedom::TorqueGain(6), Freedom::TorqueGain(5)], "{found:?}");
+    let estimate = with_row(COUPLED, TORQUE_RANGE, Method::IdimLs);
+    let nuisance_parameters = contradicted(&estimate.verdict.uses.prediction.reasons);
+    let joints: Vec<NuisanceParameter> =
+        nuisance_parameters.iter().map(|(nuisance, _)| *nuisance).collect();
+    assert_eq!(
+        joints,
+        [NuisanceParameter::TorqueGain(6), NuisanceParameter::TorqueGain(5)],
+        "{nuisance_parameters:?}"
+    );
     assert!(!estimate.verdict.applicable);
 }
 
 /// A loop of wrong joints makes other commands than were recorded, at these joints and no others.
 #[test]
-fn a_wrong_transmission_is_told_by_the_commands_of_the_described_controller() {
-    for (row, wrong, joints) in
-        [(COUPLED, UNCOUPLED, &[5, 6][..]), (COUPLED, TURNED, &[5, 6]), (GEAR, OTHER_GEAR, &[3])]
-    {
+fn a_wrong_transmission_is_reported_by_the_commands_of_the_described_controller() {
+    for (row, wrong, joints) in [
+        (COUPLED, UNCOUPLED, &[5, 6][..]),
+        (COUPLED, TORQUE_RANGE, &[5, 6]),
+        (GEAR, OTHER_GEAR, &[3]),
+    ] {
         let estimate = with_row(row, wrong, Method::Didim);
-        let told =
+        let joints_named =
             estimate.verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
                 Reason::Controller { joint, .. } => Some(*joint),
                 _ => None,
             });
-        assert_eq!(told.collect::<Vec<_>>(), joints, "{wrong}");
+        assert_eq!(joints_named.collect::<Vec<_>>(), joints, "{wrong}");
         assert!(!estimate.verdict.applicable, "{wrong}");
     }
 }
 
-/// Torques that are all 5 % high are those of a heavier arm, under whatever controller: the described one says
-/// that they are not.
+/// Torques that are all 5 % high are those of a heavier arm, under whatever controller: the
+/// described one says that they are not.
 #[test]
-fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
+fn torque_gains_that_are_all_wrong_are_reported_by_the_described_controller() {
     let sampled = tx40_paper().unwrap();
     let sample_period_s = sampled.controller().timing.sample_period_s();
     let continuous = ControllerConfig {
@@ -202,13 +210,13 @@ fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
         ..sampled.controller().clone()
     };
     let continuous = tx40_paper().unwrap().with_controller(continuous).unwrap();
-    let held = SignalTiming { hold_s: sample_period_s, delay_s: 0.0 };
-    for (scenario, timing) in [(sampled, held), (continuous, SignalTiming::INSTANTANEOUS)] {
+    let timing_held = SignalTiming { hold_s: sample_period_s, delay_s: 0.0 };
+    for (scenario, timing) in [(sampled, timing_held), (continuous, SignalTiming::INSTANTANEOUS)] {
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let options = loop_options(&scenario, 200.0, Start::IdimLs);
         let record = scenario.record_with_rests(REST, REST).unwrap();
         for (gain, joints) in [(1.0, &[][..]), (1.05, &[1, 2, 3, 4, 5, 6])] {
-            let mut signals = Signals::of_motors(&record);
+            let mut signals = record.motor_signals();
             signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque *= gain);
             let experiment = Experiment::motor_side(&signals, scenario.robot().transmission())
                 .unwrap()
@@ -217,14 +225,14 @@ fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
                 .with_counted(REST..REST + scenario.samples())
                 .unwrap();
             for method in [Method::IdimLs, Method::Didim] {
-                let found = identify(method, scenario.robot(), &base, &experiment, &options);
-                let verdict = found.unwrap().estimate.verdict;
-                let told =
+                let identified = identify(method, scenario.robot(), &base, &experiment, &options);
+                let verdict = identified.unwrap().estimate.verdict;
+                let joints_named =
                     verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
                         Reason::Controller { joint, .. } => Some(*joint),
                         _ => None,
                     });
-                assert_eq!(told.collect::<Vec<_>>(), joints, "{method} {gain} {timing:?}");
+                assert_eq!(joints_named.collect::<Vec<_>>(), joints, "{method} {gain} {timing:?}");
                 assert_eq!(verdict.applicable, joints.is_empty(), "{:?}", verdict.reasons);
             }
         }
@@ -234,24 +242,28 @@ fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
 const ON_THE_FLOOR: &str = "gravity_m_s2 = [0.0, 0.0, -9.81]";
 
 #[test]
-fn gravity_from_another_side_is_told_with_its_direction() {
+fn gravity_from_another_side_is_reported_with_its_direction() {
     for other in ["[0.0, 0.0, 9.81]", "[9.81, 0.0, 0.0]", "[0.0, -9.81, 0.0]"] {
         let estimate = with_row(ON_THE_FLOOR, &format!("gravity_m_s2 = {other}"), Method::IdimLs);
         let reasons = &estimate.verdict.uses.prediction.reasons;
-        let told = |reason: &Reason| matches!(reason, Reason::Gravity { gravity_m_s2: [x, y, z] } if x.abs() + y.abs() < 1e-9 && *z < -9.8);
-        assert!(reasons.iter().any(told), "{other}: {reasons:?}");
+        let is_gravity = |reason: &Reason| {
+            matches!(reason, Reason::Gravity { gravity_m_s2: [x, y, z] }
+                if x.abs() + y.abs() < 1e-9 && *z < -9.8)
+        };
+        assert!(reasons.iter().any(is_gravity), "{other}: {reasons:?}");
         assert!(!estimate.verdict.applicable);
     }
 }
 
-/// The condition number alone would say nothing of it where the motor of joint 6 turns with joint 5.
+/// The condition number alone would say nothing of it where the motor of joint 6 turns with joint
+/// 5.
 #[test]
 fn a_joint_that_does_not_move_is_no_joint_to_predict() {
-    for held in [3, 5] {
+    for fixed in [3, 5] {
         let scenario = tx40_paper().unwrap();
         let mut moves = random_moves(&scenario, 9, 14);
-        let start = moves.start_rad[held];
-        moves.moves.iter_mut().for_each(|of| of.target_rad[held] = start);
+        let start = moves.start_rad[fixed];
+        moves.moves.iter_mut().for_each(|of| of.target_rad[fixed] = start);
         let estimate = identified(&scenario.with_moves(&moves).unwrap(), |_| ());
         let prediction = &estimate.verdict.uses.prediction;
         let joints: Vec<usize> = (prediction.reasons.iter())
@@ -260,26 +272,26 @@ fn a_joint_that_does_not_move_is_no_joint_to_predict() {
                 _ => None,
             })
             .collect();
-        assert_eq!(joints, [held + 1], "{:?}", prediction.reasons);
+        assert_eq!(joints, [fixed + 1], "{:?}", prediction.reasons);
         assert_eq!(prediction.applicable, Some(false));
     }
 }
 
 /// What follows from it, wrong zeros and couplings, comes behind.
 #[test]
-fn positions_that_are_not_logged_as_they_come_are_told_with_their_time() {
+fn positions_that_are_not_logged_as_they_come_are_reported_with_their_time() {
     let scenario = tx40_paper().unwrap();
-    let held = REST + 10_000..REST + 10_400;
+    let frozen = REST + 10_000..REST + 10_400;
     let estimate = identified(&scenario, |signals| {
         for position in &mut signals.position_rad[..2] {
-            let last = position[held.start - 1];
-            position[held.clone()].fill(last);
+            let last = position[frozen.start - 1];
+            position[frozen.clone()].fill(last);
         }
     });
     let reasons = &estimate.verdict.uses.prediction.reasons;
-    let Some(Reason::Stale { found }) = reasons.first() else { panic!("{reasons:?}") };
+    let Some(Reason::FrozenSignal { found }) = reasons.first() else { panic!("{reasons:?}") };
     assert_eq!((&found.motors[..], found.recording), (&[1, 2][..], 1));
-    let at = |sample: usize| sample as f64 / 5000.0;
-    assert!((found.from_s - at(held.start - 1)).abs() < 1e-9, "{found:?}");
-    assert!((found.until_s - at(held.end)).abs() < 1e-9, "{found:?}");
+    let time_of = |sample: usize| sample as f64 / 5000.0;
+    assert!((found.from_s - time_of(frozen.start - 1)).abs() < 1e-9, "{found:?}");
+    assert!((found.until_s - time_of(frozen.end)).abs() < 1e-9, "{found:?}");
 }

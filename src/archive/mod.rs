@@ -1,4 +1,4 @@
-//! Results on disk, how they drift from the baseline, and how arms of one type stand to each other.
+//! Results on disk, their drift from the baseline, and the comparison of arms of one type.
 
 pub mod drift;
 pub mod fleet;

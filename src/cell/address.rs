@@ -1,5 +1,4 @@
-//! Where a bus is: `can:vcan0`, `log:file.log`, `pcap:file.pcapng`,
-//! `ethercat:eth1` or `inproc:`.
+//! Address of a bus: `can:vcan0`, `log:file.log`, `pcap:file.pcapng`, `ethercat:eth1` or `inproc:`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -10,7 +9,7 @@ use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 
-/// One bus, as it is written in cell files and on the command line.
+/// One bus, as written in cell files and on the command line.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub enum BusAddress {
@@ -18,20 +17,21 @@ pub enum BusAddress {
     Can(InterfaceName),
     /// A candump log.
     Log(PathBuf),
-    /// A capture of EtherCAT.
+    /// An EtherCAT capture.
     Pcap(PathBuf),
-    /// An interface at a tap of EtherCAT.
+    /// An interface at an EtherCAT tap.
     Ethercat(InterfaceName),
-    /// The bus inside this process, on which the simulated arm speaks.
+    /// The bus inside this process, used by the simulated arm.
     InProcess,
 }
 
 /// A bus address that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusAddressError {
-    /// No known scheme in front: write one of those there are.
+    /// The address starts with no known scheme. Write one of the known ones.
     #[error(
-        "`{0}` is not a bus; write can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:"
+        "`{0}` is not a bus; write can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or \
+        inproc:"
     )]
     Scheme(String),
     /// The part behind the scheme is missing or not allowed.
@@ -39,7 +39,7 @@ pub enum BusAddressError {
     Name {
         /// What was written.
         address: String,
-        /// What is wrong with it.
+        /// Problem with the name.
         reason: &'static str,
     },
     /// No interface can have this name.
@@ -47,7 +47,7 @@ pub enum BusAddressError {
     Interface {
         /// What was written.
         address: String,
-        /// What is wrong with it.
+        /// Problem with the name.
         source: InterfaceNameError,
     },
 }
@@ -89,7 +89,7 @@ impl TryFrom<String> for BusAddress {
     }
 }
 
-/// One bus or a list of them. An untagged enum would lose what is wrong with an address.
+/// Parses one bus or a list of them. An untagged enum would lose the problem with an address.
 pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<BusAddress>, D::Error> {
@@ -99,7 +99,10 @@ pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
         type Value = Vec<BusAddress>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a bus, can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:, or a list")
+            f.write_str(
+                "a bus, can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:, \
+                or a list",
+            )
         }
 
         fn visit_str<E: Error>(self, address: &str) -> Result<Self::Value, E> {

@@ -1,39 +1,40 @@
-//! The bus of a cell: where its frames come from, and what they mean.
+//! The bus of a cell: the source of its frames and their meaning.
 
 use std::path::Path;
 
-use didim_core::Reading;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::units::{DriveSpec, Scales};
+use didim_dynamics::Reading;
 
 use super::file::BusSection;
 use super::{BusAddress, CellError, Library, layout};
 
-/// Texts of the layout's files, each with the name to keep it under.
+/// Texts of the layout's files, each with the name for its stored copy.
 type Texts = Vec<(String, String)>;
 
 /// A bus, validated.
 #[derive(Clone, Debug)]
 pub struct CellBus {
-    /// Where the frames come from.
+    /// Sources of the frames.
     pub sources: Vec<BusAddress>,
     /// Receive buffer of each socket \[bytes\].
     pub receive_buffer_bytes: u32,
-    /// Bit rate of the bus, if the cell says so \[bit/s\].
+    /// Bit rate of the bus, if configured in the cell \[bit/s\].
     pub bitrate_bps: Option<u32>,
-    /// Bit rate of the data phase of CAN FD frames, likewise \[bit/s\].
+    /// Bit rate of the data phase of CAN FD frames, if configured \[bit/s\].
     pub data_bitrate_bps: Option<u32>,
-    /// What the frames mean.
+    /// Meaning of the frames.
     pub layout: CompiledLayout,
-    /// The drives as they were described.
+    /// Configuration of the drives.
     pub drives: Vec<DriveSpec>,
-    /// Drive units to SI.
+    /// Conversion from drive units to SI.
     pub scales: Scales,
 }
 
 impl CellBus {
-    /// With the files that the layout names; `joints` are the robot's, where that could be read.
+    /// Reads the bus with the files that the layout names. `joints` is the robot's joint count, if
+    /// that could be read.
     pub(super) fn read(
         library: Library,
         cell: &Path,
@@ -60,18 +61,19 @@ impl CellBus {
         Ok((bus, texts))
     }
 
-    /// Whether commands state their law.
+    /// Returns true if commands state their control law.
     pub(super) fn states_law(&self) -> bool {
         self.layout.signal(Quantity::Reading(Reading::Stiffness), 0).is_some()
     }
 
-    /// What makes samples of its frames.
+    /// Returns the assembler that makes samples of its frames.
     pub fn assembler(&self) -> Assembler {
         Assembler::new(self.layout.clone(), self.scales.clone())
     }
 }
 
-/// A log has the frames of any layout; a bus and a capture have those of their kind.
+/// Checks that buses and captures match the kind of the layout. A log may have the frames of any
+/// layout.
 fn check_kind(
     cell: &Path,
     sources: &[BusAddress],
@@ -80,10 +82,12 @@ fn check_kind(
     let is_ethercat = layout.process_data().is_some();
     let problem = sources.iter().find_map(|source| match source {
         BusAddress::Can(_) if is_ethercat => Some(format!(
-            "`{source}` is CAN, and the layout is of EtherCAT; write ethercat:INTERFACE or pcap:FILE, or give the layout `dbc` or `nodes`"
+            "`{source}` is CAN, and the layout is of EtherCAT; write ethercat:INTERFACE or \
+            pcap:FILE, or give the layout `dbc` or `nodes`"
         )),
         BusAddress::Pcap(_) | BusAddress::Ethercat(_) if !is_ethercat => Some(format!(
-            "`{source}` is EtherCAT, and the layout is of CAN; give it `eni` or `startup`, and `slaves`"
+            "`{source}` is EtherCAT, and the layout is of CAN; give it `eni` or `startup`, and \
+            `slaves`"
         )),
         _ => None,
     });
@@ -93,7 +97,7 @@ fn check_kind(
     })
 }
 
-/// A file named as a bus in a cell file lies relative to that file.
+/// Resolves a file that a cell file names as a bus, relative to the cell file.
 fn resolve(address: &BusAddress, folder: &Path) -> BusAddress {
     match address {
         BusAddress::Log(file) => BusAddress::Log(folder.join(file)),

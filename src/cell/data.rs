@@ -1,25 +1,26 @@
-//! `[data]`: recordings of other programs, where the cell has no bus.
+//! `[data]`: recordings of other programs, for a cell without a bus.
 
 use core::ops::RangeInclusive;
 
-use didim_core::identification::SignalTiming;
-use didim_core::robot::{JointKind, Robot};
 use didim_drivers::layout::TorqueValidity;
+use didim_dynamics::SignalTiming;
+use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side, TimeColumns};
 use serde::Deserialize;
 
-/// Tables (CSV) of measured signals. Without columns they are didim's own: `motor_position_rad_1` and so on.
+/// Tables (CSV) of measured signals. Without columns, they have didim's own: `motor_position_rad_1`
+/// and so on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSection {
     /// Samples per second.
     pub rate_hz: f64,
-    /// When a torque is valid.
+    /// Time at which a torque is valid.
     pub torque_valid: TorqueValidity,
-    /// Of other columns: on which side of the transmission they were measured.
+    /// Side of the transmission on which other columns were measured.
     #[serde(default)]
     pub side: Option<Side>,
-    /// The time, where there is one.
+    /// Time, if there is one.
     #[serde(default)]
     pub time: Option<TimeColumn>,
     /// Positions.
@@ -28,10 +29,10 @@ pub struct DataSection {
     /// Torques or forces.
     #[serde(default)]
     pub torque: Option<DataColumns>,
-    /// Positions that are asked for.
+    /// Reference positions.
     #[serde(default)]
     pub reference: Option<DataColumns>,
-    /// Of ROS 2 bags: which joint states.
+    /// Joint states of ROS 2 bags.
     #[serde(default)]
     pub bag: Option<BagSection>,
 }
@@ -40,13 +41,13 @@ pub struct DataSection {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BagSection {
-    /// Names of the joints in the messages, in the arm's order; those of the URDF when left out.
+    /// Names of the joints in the messages, in the arm's order; those of the URDF if left out.
     #[serde(default)]
     pub joints: Option<Vec<String>>,
-    /// The topic, where several have these joints.
+    /// Topic, needed if several have these joints.
     #[serde(default)]
     pub topic: Option<String>,
-    /// The unit of `effort`, which no bag tells, and its sign.
+    /// Unit and sign of `effort`; no bag contains the unit.
     pub effort: EffortSection,
     /// Whose time counts.
     #[serde(default)]
@@ -57,30 +58,30 @@ pub struct BagSection {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a unit such as { unit = \"Nm\" }")]
 pub struct EffortSection {
-    /// Nm, mNm; of a prismatic joint N; A, of a current: one for all or for each axis.
+    /// Nm or mNm; N for a prismatic joint; A for a current. One for all or for each axis.
     pub unit: OneOrEach<String>,
-    /// Of currents: torque or force of one ampere \[N·m/A or N/A\].
+    /// Torque or force per ampere, for currents \[N·m/A or N/A\].
     #[serde(default)]
     pub per_ampere: Option<OneOrEach<f64>>,
-    /// 1 where it drives the joint, −1 where it is what the joint exerts.
+    /// 1 if the effort drives the joint, −1 if the joint exerts it.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
 }
 
-/// The time: a column, or a stamp in two.
+/// The time: one column, or a stamp in two columns.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a column such as { column = \"t\", unit = \"ms\" }")]
 pub struct TimeColumn {
     /// Its name.
     #[serde(default)]
     pub column: Option<String>,
-    /// Its unit: s, ms, us or ns; iso8601, of dates.
+    /// Its unit: s, ms, us or ns; iso8601 for dates.
     #[serde(default)]
     pub unit: Option<String>,
-    /// Or the column of the stamp's whole seconds,
+    /// Alternative: column of the stamp's whole seconds.
     #[serde(default)]
     pub sec: Option<String>,
-    /// and that of the nanoseconds beyond them.
+    /// Alternative: column of the nanoseconds beyond the whole seconds.
     #[serde(default)]
     pub nanosec: Option<String>,
 }
@@ -92,18 +93,19 @@ pub struct TimeColumn {
     expecting = "columns such as { column = \"actual_q_{axis}\", unit = \"deg\" }"
 )]
 pub struct DataColumns {
-    /// Their name, with `{axis}` (from 1) or `{index}` (from 0) in place of the number.
+    /// Name pattern of the columns, with `{axis}` (from 1) or `{index}` (from 0) in place of the
+    /// number.
     #[serde(default)]
     pub column: Option<String>,
-    /// Or a name for each axis.
+    /// Alternative: a name for each axis.
     #[serde(default)]
     pub columns: Option<Vec<String>>,
-    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N; A, of a current.
+    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N; A for a current.
     pub unit: OneOrEach<String>,
-    /// Of currents: torque or force of one ampere \[N·m/A or N/A\].
+    /// Torque or force per ampere, for currents \[N·m/A or N/A\].
     #[serde(default)]
     pub per_ampere: Option<OneOrEach<f64>>,
-    /// 1 where they are positive as the robot's, −1 where they are not: one for all or for each axis.
+    /// 1 if their positive direction is the robot's, −1 if not. One for all or for each axis.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
 }
@@ -136,20 +138,20 @@ pub(super) struct Data {
     pub(super) bag: Option<BagSpec>,
 }
 
-/// The key of an invalid value, and what is wrong with it.
+/// Key of an invalid value, and the problem.
 type Wrong = (&'static str, String);
 
-/// Rates of samples that can be told from a mistake.
+/// Range of plausible sample rates.
 const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 
-/// What a quantity is measured in.
+/// Units of a quantity.
 struct Units {
     units: &'static [(&'static str, JointKind, f64)],
-    /// Whether it may be a current.
+    /// True if it may be a current.
     amperes: bool,
 }
 
-/// Units of currents, with their amperes.
+/// Units of currents, with their size in amperes.
 pub(crate) const CURRENTS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
 const POSITIONS: Units = Units {
     units: &[
@@ -168,12 +170,13 @@ const TORQUES: Units = Units {
     ],
     amperes: true,
 };
-/// What stands for a unit of dates in text.
+/// Placeholder unit for dates in text.
 pub(crate) const DATES: &str = "iso8601";
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
-    /// What is sampled how, with which columns of tables and joints of bags; `named` are the joints of a URDF.
+    /// Returns the sampling, the columns of tables and the joints of bags. `named` lists the joints
+    /// of a URDF.
     pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<Data, Wrong> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
@@ -195,7 +198,7 @@ impl DataSection {
         })
     }
 
-    /// The columns for the robot's axes; nothing where the tables are didim's own.
+    /// Returns the columns for the robot's axes. `None` if the tables are didim's own.
     fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),
@@ -211,17 +214,17 @@ impl DataSection {
         };
         let side = self.side()?;
         let kinds = kinds(robot);
-        let of = |key, columns: &DataColumns, units: &Units| {
+        let column_of = |key, columns: &DataColumns, units: &Units| {
             axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
         };
         Ok(Some(Columns {
             side,
             axes: kinds.len(),
             time: self.time.as_ref().map(time).transpose()?,
-            position: of("data.position", position, &POSITIONS)?,
-            torque: of("data.torque", torque, &TORQUES)?,
+            position: column_of("data.position", position, &POSITIONS)?,
+            torque: column_of("data.torque", torque, &TORQUES)?,
             reference: (self.reference.as_ref())
-                .map(|reference| of("data.reference", reference, &POSITIONS))
+                .map(|reference| column_of("data.reference", reference, &POSITIONS))
                 .transpose()?,
         }))
     }
@@ -253,8 +256,8 @@ impl DataSection {
             ));
         }
         let EffortSection { unit, sign, per_ampere } = effort;
-        let stated = Stated { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
-        let torque_scales = stated
+        let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
+        let torque_scales = torque_unit
             .scales(&TORQUES, side, &kinds(robot))
             .map_err(|problem| ("data.bag.effort", problem))?;
         Ok(Some(BagSpec {
@@ -287,8 +290,8 @@ fn time(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
     if unit == DATES {
         return Ok(TimeColumns::Dates { column });
     }
-    let found = TIMES.iter().find(|(name, _)| name == unit);
-    let (_, second) = found.ok_or_else(|| {
+    let time_unit = TIMES.iter().find(|(name, _)| name == unit);
+    let (_, second) = time_unit.ok_or_else(|| {
         let problem = format!(
             "has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\", of dates \"{DATES}\""
         );
@@ -310,7 +313,8 @@ fn axis_columns(
         }
         (Some(pattern), None) => {
             return Err(format!(
-                "`{pattern}` is one column for {axes} axes; put {AXIS} (from 1) or {INDEX} (from 0) in place of the number"
+                "`{pattern}` is one column for {axes} axes; put {AXIS} (from 1) or {INDEX} (from \
+                0) in place of the number"
             ));
         }
         (None, Some(names)) if names.len() == axes => names.clone(),
@@ -323,20 +327,20 @@ fn axis_columns(
         _ => return Err("give `column` or `columns`, and not both".to_owned()),
     };
     let DataColumns { unit, sign, per_ampere, .. } = columns;
-    let stated = Stated { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
-    Ok(AxisColumns { names, scales: stated.scales(units, side, kinds)? })
+    let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
+    Ok(AxisColumns { names, scales: torque_unit.scales(units, side, kinds)? })
 }
 
-/// How a quantity is stated.
-struct Stated<'a> {
+/// Configured unit of a quantity.
+struct TorqueUnit<'a> {
     unit: &'a OneOrEach<String>,
     sign: Option<&'a OneOrEach<f64>>,
     per_ampere: Option<&'a OneOrEach<f64>>,
 }
 
-impl Stated<'_> {
-    /// SI to a 1 of each axis' unit, its sign included.
-    fn scales(&self, known: &Units, side: Side, kinds: &[JointKind]) -> Result<Vec<f64>, String> {
+impl TorqueUnit<'_> {
+    /// Returns the SI value of one unit of each axis, with its sign.
+    fn scales(&self, units: &Units, side: Side, kinds: &[JointKind]) -> Result<Vec<f64>, String> {
         let axes = kinds.len();
         let each = |what: &str| {
             format!("`{what}` has another number of entries than the arm has axes, {axes}")
@@ -354,22 +358,23 @@ impl Stated<'_> {
         let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
         let per_ampere = self.per_ampere.map(of_each).transpose()?;
         let scale = |axis: usize| -> Result<f64, String> {
-            // A motor turns, whatever its joint does.
+            // A motor is always revolute, whatever its joint's kind.
             let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
-            if let Some(amperes) = amperes(&unit[axis]).filter(|_| known.amperes) {
+            if let Some(amperes) = amperes(&unit[axis]).filter(|_| units.amperes) {
                 let of_one = per_ampere.as_ref().map(|of| of[axis]);
                 let fits = of_one.filter(|of| of.is_finite() && *of > 0.0);
                 return fits.map(|of_one| amperes * of_one).ok_or_else(|| {
                     format!(
-                        "has the unit \"{}\"; give `per_ampere` with it, the torque or force of one ampere, above 0",
+                        "has the unit \"{}\"; give `per_ampere` with it, the torque or force of \
+                        one ampere, above 0",
                         unit[axis]
                     )
                 });
             }
-            let fitting = known.units.iter().filter(|(_, of, _)| *of == kind);
-            let found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
-            found.map(|(.., scale)| *scale).ok_or_else(|| {
-                let currents = CURRENTS.iter().filter(|_| known.amperes);
+            let fitting = units.units.iter().filter(|(_, of, _)| *of == kind);
+            let scale_found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
+            scale_found.map(|(.., scale)| *scale).ok_or_else(|| {
+                let currents = CURRENTS.iter().filter(|_| units.amperes);
                 let names = fitting.map(|(name, ..)| *name).chain(currents.map(|(name, _)| *name));
                 let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
                 format!(

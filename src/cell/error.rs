@@ -1,11 +1,11 @@
-//! What can be wrong with a cell file.
+//! Errors in a cell file.
 
 use std::path::PathBuf;
 
-use didim_core::dynamics::BaseParametersError;
-use didim_core::robot::RobotError;
 use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
+use didim_dynamics::dynamics::BaseParametersError;
+use didim_dynamics::robot::RobotError;
 use didim_formats::UrdfError;
 
 use super::mistyped::WrongKey;
@@ -13,11 +13,11 @@ use super::open::OpenKey;
 use super::suggestion::Instead;
 use crate::files::TextError;
 
-/// Why a cell cannot be used. Every variant names the file; the inner error names key and line
-/// where they are known.
+/// Error when a cell cannot be used. Every variant names the file. The inner error names key and
+/// line if they are known.
 #[derive(Debug, thiserror::Error)]
 pub enum CellError {
-    /// A file cannot be read: check path and permissions, and that it is text.
+    /// A file cannot be read. Check path and permissions, and that it is text.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
@@ -25,7 +25,7 @@ pub enum CellError {
         /// Why.
         source: TextError,
     },
-    /// A file that the cell names cannot be read: correct the path, which is relative to the cell
+    /// A file that the cell names cannot be read. Correct the path, which is relative to the cell
     /// file.
     #[error("{}: `{key}` names {source}; the path is relative to the cell file", cell.display())]
     Named {
@@ -33,61 +33,79 @@ pub enum CellError {
         cell: PathBuf,
         /// The key.
         key: &'static str,
-        /// The file and what the system said.
+        /// The file and the system's message.
         source: Box<CellError>,
     },
-    /// Not TOML, a key that is missing, unknown, or of the wrong type.
+    /// Not TOML, or a key is missing, unknown or of the wrong type.
     #[error("{}: {source}{}", file.display(), Instead::below(.source.message()))]
     Cell {
         /// The cell file.
         file: PathBuf,
-        /// What the parser said, with line and key.
+        /// Message of the parser, with line and key.
         source: Box<toml::de::Error>,
     },
-    /// Values are open: put them in place of the question marks.
-    #[error("{}: {} open:{}{}", file.display(), if open.len() == 1 { "1 value is".to_owned() } else { format!("{} values are", open.len()) }, lines(open), if wrong.is_empty() { String::new() } else { format!("\nand {} wrong:{}", wrong.len(), lines(wrong)) })]
+    /// Values are open. Put them in place of the question marks.
+    #[error(
+        "{}: {} open:{}{}",
+        file.display(),
+        if open.len() == 1 {
+            "1 value is".to_owned()
+        } else {
+            format!("{} values are", open.len())
+        },
+        lines(open),
+        if wrong.is_empty() {
+            String::new()
+        } else {
+            format!("\nand {} wrong:{}", wrong.len(), lines(wrong))
+        }
+    )]
     Open {
         /// The cell file.
         file: PathBuf,
         /// All of them.
         open: Vec<OpenKey>,
-        /// Those of the others that cannot be what they are.
+        /// Other values that are invalid.
         wrong: Vec<WrongKey>,
     },
     /// An invalid value.
-    #[error("{}: {}`{key}`: {problem}", file.display(), line.map_or_else(String::new, |line| format!("line {line}: ")))]
+    #[error(
+        "{}: {}`{key}`: {problem}",
+        file.display(), line.map_or_else(String::new, |line| format!("line {line}: "))
+    )]
     Value {
         /// The cell file.
         file: PathBuf,
-        /// The line of the key, or of the section that lacks it, where there is one.
+        /// Line of the key, or of the section without it, if known.
         line: Option<usize>,
         /// The key.
         key: String,
-        /// What is wrong and what is allowed.
+        /// The problem and the allowed values.
         problem: String,
     },
     /// The robot file is wrong.
-    #[error("{}: {source}{}", file.display(), Instead::of(&.source.to_string()))]
+    #[error("{}: {source}{}", file.display(), Instead::parse(&.source.to_string()))]
     Robot {
         /// The robot file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Problem in the file.
         source: RobotError,
     },
-    /// Frames are asked for, and the cell describes none. State `[bus]`.
+    /// Frames are needed, but the cell describes none. State `[bus]`.
     #[error(
-        "the cell {cell} has no [bus], and this takes its frames; describe the bus, or give `didim identify` a table (CSV)"
+        "the cell {cell} has no [bus], and this takes its frames; describe the bus, or give `didim \
+        identify` a table (CSV)"
     )]
     NoBus {
         /// The cell.
         cell: String,
     },
-    /// The URDF is no arm that can be identified.
+    /// The URDF describes no identifiable arm.
     #[error("{}: {source}", file.display())]
     Urdf {
         /// The URDF.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Problem in the URDF.
         source: UrdfError,
     },
     /// The base parameters of the robot cannot be determined.
@@ -95,7 +113,7 @@ pub enum CellError {
     BaseParameters {
         /// The robot file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Reason.
         source: BaseParametersError,
     },
     /// The layout does not fit the DBC file, or the device files of its nodes.
@@ -105,7 +123,7 @@ pub enum CellError {
         file: PathBuf,
         /// The DBC file, or the folder that the device files' names are relative to.
         with: PathBuf,
-        /// What does not fit.
+        /// The mismatch.
         source: Box<LayoutError>,
     },
     /// The drive gains do not fit the layout.
@@ -113,10 +131,10 @@ pub enum CellError {
     Drives {
         /// The cell file.
         file: PathBuf,
-        /// What does not fit.
+        /// The mismatch.
         source: UnitsError,
     },
-    /// The layout has another number of axes than the robot has joints.
+    /// The number of axes in the layout differs from the number of joints of the robot.
     #[error(
         "{}: [bus.layout] has {axes} axes, the robot has {joints} joints; they have to agree",
         file.display()
@@ -131,17 +149,17 @@ pub enum CellError {
     },
 }
 
-/// What is wrong with a cell: as much as can be told at once.
+/// Faults of a cell, as many as can be reported at once.
 #[derive(Debug)]
 pub struct Faults {
-    /// What is found first.
+    /// The fault found first.
     pub first: Box<CellError>,
-    /// What is found beside it.
+    /// Additional faults.
     pub others: Vec<CellError>,
 }
 
 impl Faults {
-    /// All, in the order in which they were found.
+    /// Returns all faults, in the order in which they were found.
     pub fn iter(&self) -> impl Iterator<Item = &CellError> {
         core::iter::once(&*self.first).chain(&self.others)
     }
@@ -153,7 +171,7 @@ impl From<CellError> for Faults {
     }
 }
 
-/// Each on a line of its own.
+/// Puts each key on a separate line.
 fn lines(keys: &[impl ToString]) -> String {
     keys.iter().map(|key| format!("\n  {}", key.to_string())).collect()
 }

@@ -1,18 +1,18 @@
-//! The cell file as it is typed. [`Cell`](super::Cell) is what the program needs.
+//! The cell file as written by the user. [`Cell`](super::Cell) is the form that the program needs.
 
 use core::fmt;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use didim_core::control::SimulatedController;
-use didim_core::identification::{
+use didim_drivers::layout::LayoutSpec;
+use didim_drivers::units::DriveSpec;
+use didim_dynamics::control::SimulatedController;
+use didim_dynamics::robot::SignModel;
+use didim_identification::identification::{
     DecimationFilter, KeptParameters, Method, PositionFilter, SimulationOptions, Tolerances, Use,
     VerdictLimits,
 };
-use didim_core::regression::RobustLoss;
-use didim_core::robot::SignModel;
-use didim_drivers::layout::LayoutSpec;
-use didim_drivers::units::DriveSpec;
+use didim_identification::regression::RobustLoss;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
@@ -27,28 +27,28 @@ use crate::live::worker::WindowOptions;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CellFile {
-    /// Name of the cell: part of the names of its shared memory and results.
+    /// Name of the cell. It is part of the names of its shared memory and results.
     pub name: String,
     /// The robot file or a URDF, relative to the cell file.
     pub robot: PathBuf,
-    /// What a URDF does not say of the drives.
+    /// Drive data that a URDF does not contain.
     #[serde(default)]
     pub urdf: Option<UrdfSection>,
-    /// The bus and what its frames mean.
+    /// The bus and the meaning of its frames.
     #[serde(default)]
     pub bus: Option<BusSection>,
-    /// In place of a bus: recordings of other programs.
+    /// Recordings of other programs, in place of a bus.
     #[serde(default)]
     pub data: Option<DataSection>,
-    /// What controls the arm: methods that simulate the closed loop need it.
+    /// Controller of the arm. Methods that simulate the closed loop need it.
     #[serde(default)]
     pub controller: Option<SimulatedController>,
-    /// When to identify; a cell without a bus has no windows.
+    /// Conditions for identification; a cell without a bus has no windows.
     #[serde(default)]
     pub window: Option<WindowOptions>,
-    /// What to identify, and how.
+    /// Content and method of the identification.
     pub identification: IdentificationSection,
-    /// How the service runs.
+    /// Operation of the service.
     #[serde(default)]
     pub service: ServiceSection,
 }
@@ -57,25 +57,25 @@ pub struct CellFile {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UrdfSection {
-    /// The link on which the arm stands, where the URDF has several roots or the arm begins later.
+    /// Base link of the arm, if the URDF has several roots or the arm begins later.
     #[serde(default)]
     pub base: Option<String>,
-    /// The link at which it ends, where it has several ends or goes on as a gripper.
+    /// Last link of the arm, if it has several ends or continues as a gripper.
     #[serde(default)]
     pub tip: Option<String>,
-    /// Whether the inertias of the drives are parameters.
+    /// True if the inertias of the drives are parameters.
     #[serde(default)]
     pub drive_inertia: Option<bool>,
-    /// Turns of each motor to one of its joint.
+    /// Turns of each motor per turn of its joint.
     #[serde(default)]
     pub gear_ratios: Option<Vec<f64>>,
-    /// As `[friction]` of a robot file.
+    /// Same as `[friction]` of a robot file.
     #[serde(default)]
     pub friction: Option<toml::Table>,
-    /// What single joints have of their own, by their names: keys of a joint of a robot file.
+    /// Settings of single joints, by joint name: keys of a joint of a robot file.
     #[serde(default)]
     pub joints: BTreeMap<String, toml::Table>,
-    /// The friction of single joints, as earlier versions had it: `friction` under `joints`.
+    /// Friction of single joints in the form of earlier versions; now `friction` under `joints`.
     #[serde(default)]
     pub joint_friction: toml::Table,
 }
@@ -90,14 +90,14 @@ pub struct BusSection {
     /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
     #[serde(default = "BusSection::default_receive_buffer_bytes")]
     pub receive_buffer_bytes: u32,
-    /// Bit rate of the bus, in CAN FD that of the arbitration \[bit/s\]; `didim check` tells with it
-    /// whether the frames fit. Nothing is set by it.
+    /// Bit rate of the bus, in CAN FD that of the arbitration \[bit/s\]. `didim check` uses it to
+    /// report whether the frames fit. It sets nothing.
     #[serde(default)]
     pub bitrate_bps: Option<u32>,
-    /// Bit rate of the data phase of CAN FD frames that switch \[bit/s\].
+    /// Bit rate of the data phase of CAN FD frames with bit rate switching \[bit/s\].
     #[serde(default)]
     pub data_bitrate_bps: Option<u32>,
-    /// Which bits of which frame mean what.
+    /// Meaning of the bits of each frame.
     pub layout: LayoutSpec,
     /// Gains of each drive, in the order of the axes.
     pub drives: Vec<DriveSpec>,
@@ -113,7 +113,7 @@ impl BusSection {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a filter such as { cutoff_hz = 50.0 }")]
 pub struct PositionFilterSection {
-    /// Order of one pass; that of the method's own default when left out.
+    /// Order of one pass; the method's default if left out.
     #[serde(default = "PositionFilter::default_order")]
     pub order: usize,
     /// Cut-off of one pass.
@@ -162,7 +162,7 @@ impl<'de> Deserialize<'de> for Cutoff {
     }
 }
 
-/// Where the friction laws of the joints come from.
+/// Source of the joints' friction laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionSource {
@@ -176,38 +176,40 @@ pub enum FrictionSource {
 pub struct IdentificationSection {
     /// The method.
     pub method: Method,
-    /// Sign model of Coulomb friction, when another than the robot file's is wanted.
+    /// Sign model of Coulomb friction, if it differs from the robot file's.
     #[serde(default)]
     pub sign: Option<SignModel>,
-    /// Where the friction laws come from, when not from the robot file.
+    /// Source of the friction laws, if not the robot file.
     #[serde(default)]
     pub friction: Option<FrictionSource>,
     /// Filter of the positions.
     pub position_filter: PositionFilterSection,
     /// Filter and decimation of both sides of the equation.
     pub decimation_filter: DecimationFilter,
-    /// Essential parameters; every base parameter when left out.
+    /// Essential parameters; every base parameter if left out.
     #[serde(default)]
     pub parameters: Option<Vec<String>>,
-    /// Which of the others keep the values of the robot file's `[nominal]`; they are 0 when left out.
+    /// Other parameters fixed at the values of the robot file's `[nominal]`; they are 0 if left
+    /// out.
     #[serde(default)]
     pub keep_nominal: Option<KeptParameters>,
-    /// Whether rows with large residuals count less, and how.
+    /// Loss that reduces the weight of rows with large residuals, if any.
     #[serde(default)]
     pub robust: Option<RobustLoss>,
-    /// What a result must satisfy to be called applicable.
+    /// Conditions for an applicable result.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// What results are for.
+    /// Intended uses of results.
     #[serde(default = "Use::usual")]
     pub required_uses: Vec<Use>,
-    /// Names of the parameters whose values are asked for; those that carry torque when left out.
+    /// Names of the parameters whose values are required; those that contribute to the torque if
+    /// left out.
     #[serde(default)]
     pub required_parameters: Option<Vec<String>>,
-    /// How well known is what cell and robot state.
+    /// Tolerances of the values configured in cell and robot.
     #[serde(default)]
     pub tolerances: Tolerances,
-    /// How the closed loop is simulated, and when the iteration ends; needs `[controller]`.
+    /// Simulation of the closed loop and end of the iteration; needs `[controller]`.
     #[serde(default)]
     pub simulation: Option<SimulationOptions>,
 }
@@ -218,28 +220,30 @@ pub struct IdentificationSection {
 pub struct ServiceSection {
     /// Where results go.
     pub state_directory: PathBuf,
-    /// Where the sockets and the stream's own files are; short, because socket paths are.
+    /// Folder of the sockets and the stream's own files. It has to be short, because socket paths
+    /// are.
     pub runtime_directory: PathBuf,
-    /// Who may ask for the status, as the permissions of its socket: `0o660`, the service's user and
-    /// the socket's group, unless another is said.
+    /// Permissions of the status socket, which decide who may query the status. Default `0o660`:
+    /// the service's user and the socket's group.
     pub status_mode: u32,
-    /// Group of the status socket; the service's own when left out.
+    /// Group of the status socket; the service's own group if left out.
     pub status_group: Option<String>,
-    /// Who may give commands, likewise: `0o600`, or `0o660` with a `command_group`.
+    /// Permissions of the command socket, which decide who may give commands: `0o600`, or `0o660`
+    /// with a `command_group`.
     pub command_mode: Option<u32>,
-    /// Group of the command socket; the service's own when left out.
+    /// Group of the command socket; the service's own group if left out.
     pub command_group: Option<String>,
-    /// Results kept; older ones are removed.
+    /// Number of results kept; older ones are removed.
     pub keep_results: usize,
-    /// How long the worker may be busy before samples are lost \[s\].
+    /// Time that the worker may be busy before samples are lost \[s\].
     pub buffer_s: f64,
     /// Priority and processor of the bus thread.
     pub real_time: RealTimeOptions,
-    /// One process for everything, or acquisition and estimation in one each.
+    /// One process for everything, or one each for acquisition and estimation.
     pub processes: Processes,
-    /// Raw frames on disk; nothing records none.
+    /// Raw frames on disk; none are recorded if left out.
     pub recordings: Option<RecordingOptions>,
-    /// What counts as drift from the baseline.
+    /// Limits of drift from the baseline.
     pub drift: DriftOptions,
 }
 
@@ -263,18 +267,18 @@ impl Default for ServiceSection {
 }
 
 impl ServiceSection {
-    /// Permissions of the command socket.
+    /// Returns the permissions of the command socket.
     pub fn command_mode(&self) -> u32 {
         let usual = if self.command_group.is_some() { 0o660 } else { 0o600 };
         self.command_mode.unwrap_or(usual)
     }
 }
 
-/// How many processes share the work.
+/// Number of processes that share the work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Processes {
-    /// Acquisition and estimation in one.
+    /// Acquisition and estimation in one process.
     #[default]
     One,
     /// `didim run --part acquisition` and `didim run --part estimation`.

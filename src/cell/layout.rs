@@ -1,5 +1,5 @@
-//! The layout of a cell with the files that it names: a DBC file, the device files of its nodes, or the
-//! description of its EtherCAT network.
+//! The layout of a cell with the files that it names: a DBC file, the device files of its nodes, or
+//! the description of its EtherCAT network.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
 
 use super::{CellError, Library};
 
-/// The plan and the texts that it was made from, each with the name to keep it under.
+/// Reads the compiled layout and its source texts, each with the name for its stored copy.
 pub(super) fn read(
     library: Library,
     cell: &Path,
@@ -25,8 +25,8 @@ pub(super) fn read(
                 file: cell.into(),
                 line: None,
                 key: "bus.layout".to_owned(),
-                problem: "names neither a `dbc` file, nor the device files of its `nodes`, nor an `eni` file or a \
-                          `startup` of its `slaves`; give one of them"
+                problem: "names neither a `dbc` file, nor the device files of its `nodes`, nor an \
+                    `eni` file or a `startup` of its `slaves`; give one of them"
                     .to_owned(),
             });
         }
@@ -47,7 +47,7 @@ pub(super) fn read(
             let capture = Capture::open(&path).map_err(LayoutError::from);
             let compiled = capture.and_then(|open| CompiledLayout::compile_startup(open, spec));
             let text = compiled.as_ref().map(CompiledLayout::described).unwrap_or_default();
-            // A capture is no text: what it told is kept.
+            // A capture is not text. The network description read from it is kept instead.
             (vec![("network.txt".to_owned(), text)], path, compiled)
         }
         (None, None, None) => {

@@ -1,4 +1,4 @@
-//! Where configuration files come from: the disk, or the copies inside the program, with which a
+//! Source of configuration files: the disk, or the copies inside the program. With the copies, a
 //! demonstration needs nothing installed.
 
 use std::path::Path;
@@ -21,7 +21,7 @@ pub const SHIPPED: &[(&str, &str)] = &[
     ("config/cells/tx40-ethercat.toml", include_str!("../../config/cells/tx40-ethercat.toml")),
 ];
 
-/// A place to read configuration files from.
+/// A source of configuration files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Library {
     /// The file system.
@@ -31,7 +31,7 @@ pub enum Library {
 }
 
 impl Library {
-    /// The text of a file.
+    /// Returns the text of a file.
     ///
     /// # Errors
     /// [`CellError::Read`].
@@ -40,8 +40,8 @@ impl Library {
             Self::Files => read_text(path),
             Self::Shipped => {
                 let path = normal(path);
-                let found = SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
-                found
+                let shipped = SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
+                shipped
                     .map(|(_, text)| (*text).to_owned())
                     .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound).into())
             }
@@ -49,8 +49,8 @@ impl Library {
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
     }
 
-    /// The text of an EDS, DCF or ENI file. Many are not in UTF-8; what else they hold is names and
-    /// comments, so that a character that cannot be read does no harm.
+    /// Returns the text of an EDS, DCF or ENI file. Many are not in UTF-8. Their other characters
+    /// occur only in names and comments, so an unreadable character does no harm.
     ///
     /// # Errors
     /// [`CellError::Read`].
@@ -64,18 +64,18 @@ impl Library {
     }
 }
 
-/// Without `..`: `config/cells/../robots/tx40.toml` is `config/robots/tx40.toml`.
+/// Removes `..`: `config/cells/../robots/tx40.toml` is `config/robots/tx40.toml`.
 fn normal(path: &Path) -> std::path::PathBuf {
     use std::path::Component;
 
-    path.components().fold(std::path::PathBuf::new(), |mut whole, part| {
+    path.components().fold(std::path::PathBuf::new(), |mut joined, part| {
         match part {
             Component::ParentDir => {
-                whole.pop();
+                joined.pop();
             }
             Component::CurDir => {}
-            other => whole.push(other),
+            other => joined.push(other),
         }
-        whole
+        joined
     })
 }

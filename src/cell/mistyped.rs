@@ -1,4 +1,4 @@
-//! Keys that are of the wrong type, unknown or missing: all of them at once, where a parser ends at the first.
+//! Keys that are of the wrong type, unknown or missing, all at once. A parser stops at the first.
 
 use core::fmt;
 use core::ops::Range;
@@ -7,19 +7,19 @@ use super::file::CellFile;
 use super::open::{OPEN, key_at};
 use super::suggestion::Instead;
 
-/// Keys that are looked at.
+/// Maximum number of keys to check.
 const MOST: usize = 100;
-/// A value of each type that a key may want.
+/// A value of each type that a key may need.
 const OF_EACH_TYPE: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"]"];
 
-/// A key whose value is not what it has to be.
+/// A key with an invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrongKey {
-    /// The key with its section.
+    /// Key with its section.
     pub key: String,
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong and what is expected.
+    /// The problem and the expected value.
     pub problem: String,
 }
 
@@ -29,7 +29,8 @@ impl fmt::Display for WrongKey {
     }
 }
 
-/// Each in turn: a value that is refused gives way to one of another type, until the parser goes on behind it.
+/// Finds all wrong keys. It replaces each refused value by one of another type, until the parser
+/// accepts it and continues.
 pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     let mut wrong = Vec::new();
     let mut text = text.to_owned();
@@ -49,7 +50,7 @@ pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     wrong
 }
 
-/// The line of a byte, from 1.
+/// Returns the line of a byte, from 1.
 pub(super) fn line_at(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
@@ -57,32 +58,33 @@ pub(super) fn line_at(text: &str, byte: usize) -> usize {
 fn first_error(text: &str) -> Option<(Range<usize>, String)> {
     let error = toml::from_str::<CellFile>(text).err()?;
     let problem = error.message().replace('\n', " ");
-    let problem = format!("{problem}{}", Instead::of(&problem));
+    let problem = format!("{problem}{}", Instead::parse(&problem));
     Some((error.span().unwrap_or(text.len()..text.len()), problem))
 }
 
-/// The text with a value there that the parser takes, where there is one.
+/// Returns the text with an acceptable value in that place, if there is one.
 fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
     if problem.starts_with("unknown field") {
         return without_line(text, span.start);
     }
     let value = text.get(span.clone()).filter(|value| !value.contains('\n'))?;
-    // The span of a key, or of a section that lacks one, is no value.
+    // The span of a key, or of a section without the key, is no value.
     format!("x = {value}").parse::<toml::Table>().ok()?;
-    // What is expected stands in backticks.
+    // The message has the expected words in backticks.
     let named = problem.split('`').skip(1).step_by(2).map(|word| format!("\"{word}\""));
     let candidates = OF_EACH_TYPE.into_iter().map(str::to_owned).chain(named);
     let mut taken = candidates.map(|candidate| {
-        let with = [&text[..span.start], &candidate, &text[span.end..]].concat();
-        // Neither of it nor within it.
-        let own = span.start..span.start + candidate.len();
-        let is_taken = first_error(&with).is_none_or(|(next, _)| !own.contains(&next.start));
-        is_taken.then_some(with)
+        let changed = [&text[..span.start], &candidate, &text[span.end..]].concat();
+        // No further error at the inserted value or within it.
+        let inserted = span.start..span.start + candidate.len();
+        let is_taken =
+            first_error(&changed).is_none_or(|(next, _)| !inserted.contains(&next.start));
+        is_taken.then_some(changed)
     });
     taken.find_map(|text| text)
 }
 
-/// The text without a line, which stays as an empty one, where that is a key with its whole value.
+/// Empties a line that is a key with its whole value. The line itself stays.
 fn without_line(text: &str, byte: usize) -> Option<String> {
     let begin = text.get(..byte)?.rfind('\n').map_or(0, |at| at + 1);
     let end = text.get(byte..)?.find('\n').map_or(text.len(), |at| byte + at);
@@ -98,10 +100,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_key_of_the_wrong_type_is_listed_beside_what_is_open() {
-        let text = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"fast\"\ntorque_valid = \"?\"\nside = \"left\"\n\
-                    position.column = \"q{axis}\"\nposition.unit = 7\ntorque.column = \"?\"\ntorque.unit = \"?\"\n\
-                    [identification]\nmethod = \"idim-ls\"\ndecimation_filter.factor = \"ten\"\nposition_filter.cutoff_hz = \"auto\"\n";
+    fn every_key_of_the_wrong_type_is_listed_next_to_what_is_open() {
+        let text = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"fast\"\ntorque_valid = \
+            \"?\"\nside = \"left\"\n\
+            position.column = \"q{axis}\"\nposition.unit = 7\ntorque.column = \"?\"\ntorque.unit = \
+            \"?\"\n\
+            [identification]\nmethod = \"idim-ls\"\ndecimation_filter.factor = \
+            \"ten\"\nposition_filter.cutoff_hz = \"auto\"\n";
         let listed: Vec<String> = wrong_keys(text).iter().map(ToString::to_string).collect();
         let expected = [
             ("line 4: data.rate_hz: ", "\"fast\""),
@@ -113,17 +118,19 @@ mod tests {
         for (listed, (key, problem)) in listed.iter().zip(expected) {
             assert!(listed.starts_with(key) && listed.contains(problem), "{listed}");
         }
-        // Behind a key that nobody knows it goes on, and is not misled by a key within a value.
-        let text = "name = \"arm\"\nconroller = \"x\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"left\"\n\
-                    torque = { colum = \"x\", unit = \"Nm\" }\n[identification]\nmethod = 3\n";
+        // The search continues after an unknown key. A key within a value does not mislead it.
+        let text = "name = \"arm\"\nconroller = \"x\"\nrobot = \"?\"\n[data]\nrate_hz = \
+            \"?\"\ntorque_valid = \"?\"\nside = \"left\"\n\
+            torque = { colum = \"x\", unit = \"Nm\" }\n[identification]\nmethod = 3\n";
         let listed: Vec<String> = wrong_keys(text).iter().map(ToString::to_string).collect();
         assert_eq!(listed.len(), 3, "{listed:?}");
         assert!(listed[0].contains("line 2") && listed[0].ends_with("did you mean `controller`?"));
         assert!(listed[1].starts_with("line 7: data.side") && listed[2].contains("`colum`"));
-        // What is open alone is no error of a type.
-        let open = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"?\"\nbag.joints = \"?\"\n\
-                    bag.effort = { unit = \"?\", sign = \"?\" }\n[identification]\nmethod = \"?\"\n\
-                    position_filter.cutoff_hz = \"?\"\ndecimation_filter.factor = \"?\"\n";
-        assert_eq!(wrong_keys(open), []);
+        // An open value alone is no type error.
+        let open_text = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \
+            \"?\"\nside = \"?\"\nbag.joints = \"?\"\n\
+            bag.effort = { unit = \"?\", sign = \"?\" }\n[identification]\nmethod = \"?\"\n\
+            position_filter.cutoff_hz = \"?\"\ndecimation_filter.factor = \"?\"\n";
+        assert_eq!(wrong_keys(open_text), []);
     }
 }

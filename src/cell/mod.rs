@@ -1,6 +1,6 @@
-//! The cell file: which robot, which bus, which drives, and what to identify when.
+//! The cell file: the robot, the bus, the drives, and the content and time of identification.
 //!
-//! [`CellFile`] is what a person types; [`Cell`] is what the program needs, and cannot be wrong:
+//! [`CellFile`] is what a person types. [`Cell`] is what the program needs, and it is always valid:
 //! the robot, the DBC file and the drives were read, checked and found to fit each other.
 
 mod address;
@@ -20,10 +20,11 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
-use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_core::identification::{KeptParameters, Method, Options, SignalTiming};
-use didim_core::robot::{JointFriction, Robot};
+use didim_dynamics::SignalTiming;
+use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
+use didim_dynamics::robot::{JointFriction, Robot};
 use didim_formats::{BagSpec, Columns, UrdfArm};
+use didim_identification::identification::{KeptParameters, Method, Options};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
@@ -52,62 +53,64 @@ pub struct Cell {
     pub robot_file: PathBuf,
     /// The arm, with the sign model that the cell chose.
     pub robot: Robot,
-    /// The arm as its own file describes it: what is simulated must not follow from how the cell
-    /// identifies.
+    /// The arm as in its own file. A simulated arm must not depend on the settings of the
+    /// identification.
     pub robot_as_described: Robot,
-    /// The arm in a URDF, where that describes it.
+    /// The arm from a URDF, if the robot is one.
     pub urdf: Option<UrdfArm>,
-    /// What has to be known of an arm that a URDF describes.
+    /// Notes on an arm from a URDF.
     pub robot_notes: Vec<String>,
     /// Its dynamics.
     pub model: Model,
     /// Its base parameters.
     pub base: BaseParameters,
     pub(crate) bus: Option<CellBus>,
-    /// The nominal sample rate \[Hz\].
+    /// Returns the nominal sample rate \[Hz\].
     sample_rate_hz: f64,
-    /// When a torque is valid.
+    /// Time at which a torque is valid.
     pub torque_timing: SignalTiming,
-    /// The columns of tables, where they are not didim's own.
+    /// Columns of tables, if they are not didim's own.
     pub columns: Option<Columns>,
-    /// What is asked of ROS 2 bags.
+    /// Content to read from ROS 2 bags.
     pub bag: Option<BagSpec>,
     /// When to identify.
     pub window: WindowOptions,
     /// The method.
     pub method: Method,
-    /// How it identifies, by whatever method.
+    /// Identification options, for all methods.
     pub options: Options,
-    /// Whether the cell states the law for the sign, for all joints.
+    /// True if the cell sets the law for the sign, for all joints.
     pub overrides_sign: bool,
-    /// Whether the data choose the cut-off of the position filter before.
+    /// True if the data choose the cut-off of the position filter first.
     pub chooses_cutoff: bool,
-    /// Whether the data choose the friction laws before.
+    /// True if the data choose the friction laws first.
     pub chooses_friction: bool,
-    /// How the service runs.
+    /// Operation of the service.
     pub service: ServiceSection,
-    /// SHA-256 over the cell, robot and DBC or device files, so that a result names what it was made with.
+    /// SHA-256 over the cell, robot and DBC or device files. It identifies the configuration of a
+    /// result.
     pub configuration_sha256: String,
     /// The texts of these files as they were read.
     pub configuration: ConfigurationTexts,
 }
 
 impl Cell {
-    /// The bus.
+    /// Returns the bus.
     ///
     /// # Errors
-    /// [`CellError::NoBus`], where the cell has recordings of other programs alone.
+    /// [`CellError::NoBus`], if the cell has only recordings of other programs.
     pub fn bus(&self) -> Result<&CellBus, CellError> {
         self.bus.as_ref().ok_or_else(|| CellError::NoBus { cell: self.name.clone() })
     }
 
-    /// What makes the joints' curves of the frames of its bus.
+    /// Returns the converter from frames of its bus to joint curves.
     pub fn joint_curves(&self, bus: &CellBus) -> JointCurves {
         let names = joint_names(self.urdf.as_ref(), self.robot.joints());
         JointCurves::new(bus.assembler(), self.robot.transmission().clone(), names)
     }
 
-    /// Whether a reference is recorded, as far as the cell tells: didim's own tables may have one.
+    /// Returns true if a reference is recorded, as far as the cell shows. didim's own tables may
+    /// have one.
     pub fn has_reference(&self) -> bool {
         match (&self.bus, &self.columns) {
             (Some(bus), _) => bus.layout.has_reference(),
@@ -116,25 +119,26 @@ impl Cell {
         }
     }
 
-    /// Whether the commands on its bus state their law.
+    /// Returns true if the commands on its bus state their control law.
     pub fn has_commanded_law(&self) -> bool {
         self.bus.as_ref().is_some_and(|bus| bus.states_law())
     }
 
-    /// The same cell with other parameters to identify; they do not keep their nominal values.
+    /// Returns the cell with other parameters to identify. They are no longer fixed at their
+    /// nominal values.
     #[must_use]
     pub fn with_parameters(mut self, names: &[String]) -> Self {
         self.options.parameters = Some(names.to_vec());
-        if let Some(KeptParameters::Named(kept)) = &mut self.options.keep_nominal {
-            kept.retain(|name| !names.contains(name));
+        if let Some(KeptParameters::Named(fixed)) = &mut self.options.keep_nominal {
+            fixed.retain(|name| !names.contains(name));
         }
         self
     }
 
-    /// The same cell with these friction laws, one entry per joint.
+    /// Returns the cell with these friction laws, one entry per joint.
     ///
     /// # Errors
-    /// [`BaseParametersError`], where no base parameters can be told apart.
+    /// [`BaseParametersError`], if no base parameters can be distinguished.
     pub fn with_friction(
         mut self,
         friction: Vec<JointFriction>,
@@ -146,8 +150,8 @@ impl Cell {
         Ok(self)
     }
 
-    /// As [`Self::read`], of a cell that leaves nothing to the data: for a service and for studies, whose
-    /// results have to be of one model.
+    /// Does the same as [`Self::read`] for a cell that leaves no choice to the data. Services and
+    /// studies need it, because their results have to be of one model.
     ///
     /// # Errors
     /// See [`CellError`].
@@ -155,7 +159,7 @@ impl Cell {
         Self::read(path)?.decided(path)
     }
 
-    /// Itself, where it leaves nothing to the data; `path` is its file.
+    /// Returns the cell if it leaves no choice to the data; `path` is its file.
     ///
     /// # Errors
     /// [`CellError::Value`].
@@ -175,8 +179,8 @@ impl Cell {
             line: open::line_of(&self.configuration.cell, key),
             key: key.to_owned(),
             problem: format!(
-                "\"auto\" is for a recording, and what is compared over years or runs has to be of one \
-                 model; run `didim identify` on a recording, and {instead}"
+                "\"auto\" is for a recording, and what is compared over years or runs has to be of \
+                 one model; run `didim identify` on a recording, and {instead}"
             ),
         })
     }
@@ -189,7 +193,7 @@ impl Cell {
         Self::from_library(Library::Files, path)
     }
 
-    /// As [`Self::read`], from files or from what is shipped inside the program.
+    /// Does the same as [`Self::read`], from files or from the copies inside the program.
     ///
     /// # Errors
     /// See [`CellError`].
@@ -197,8 +201,8 @@ impl Cell {
         Self::read_all(library, path).map_err(|faults| *faults.first)
     }
 
-    /// SHA-256 over how the base parameters are made up: where two results have the same one, a name
-    /// stands for the same sum of parameters in both.
+    /// Returns the SHA-256 of the composition of the base parameters. If two results have the same
+    /// one, a name represents the same sum of parameters in both.
     pub fn regrouping_sha256(&self) -> String {
         let sums =
             self.base.names().iter().map(|name| {
@@ -208,13 +212,14 @@ impl Cell {
         let plain = friction.iter().all(|own| own.laws.is_empty() && own.sign == friction[0].sign);
         let laws =
             if plain { format!("{:?}", self.robot.sign_model(0)) } else { format!("{friction:?}") };
-        // What is known or kept is in no parameter.
-        let known = self.robot.known_torques();
-        let known = known.iter().any(Option::is_some).then(|| format!("{known:?}"));
-        let kept = self.options.keep_nominal.as_ref();
-        let kept = kept.map(|kept| format!("{kept:?} {:?}", self.robot.nominal()));
-        let beside: String = known.into_iter().chain(kept).collect();
-        sha256(&[&(laws + &beside), &sums.collect::<String>()])
+        // No parameter contains known torques and fixed values.
+        let known_torques = self.robot.known_torques();
+        let known_torques =
+            known_torques.iter().any(Option::is_some).then(|| format!("{known_torques:?}"));
+        let nominal = self.options.keep_nominal.as_ref();
+        let nominal = nominal.map(|fixed| format!("{fixed:?} {:?}", self.robot.nominal()));
+        let additional: String = known_torques.into_iter().chain(nominal).collect();
+        sha256(&[&(laws + &additional), &sums.collect::<String>()])
     }
 
     /// The nominal sample rate \[Hz\].

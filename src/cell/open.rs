@@ -1,19 +1,19 @@
-//! Values that a cell file leaves open: what `didim new` could not find.
+//! Values that a cell file leaves open, because `didim new` could not find them.
 
 use core::fmt;
 use std::collections::BTreeMap;
 
-/// Stands where a value has to be put.
+/// Placeholder for a missing value.
 pub const OPEN: &str = "?";
 
-/// A key that is open.
+/// A key with an open value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OpenKey {
-    /// The key with its section.
+    /// Key with its section.
     pub key: String,
     /// The line, from 1.
     pub line: usize,
-    /// What is asked for, by the comment above it.
+    /// Requested value, from the comment above the key.
     pub what: Option<String>,
 }
 
@@ -24,43 +24,47 @@ impl fmt::Display for OpenKey {
     }
 }
 
-/// All keys that are open, in the order of the file; none where it is no TOML, which is said elsewhere.
+/// Returns all open keys, in the order of the file. The list is empty if the file is not TOML,
+/// which is reported in another place.
 pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     let mut keys = Vec::new();
     if let Ok(table) = text.parse::<toml::Table>() {
         walk(&toml::Value::Table(table), "", &mut keys);
     }
     let places = places(text);
-    let mut open: Vec<OpenKey> = (keys.into_iter())
+    let mut open_keys_found: Vec<OpenKey> = (keys.into_iter())
         .map(|key| {
             let (line, what) =
                 nearest(&places, &key).map_or((1, None), |(_, line, what)| (*line, what.clone()));
             OpenKey { key, line, what }
         })
         .collect();
-    open.sort_by_key(|key| key.line);
-    open.dedup();
-    open
+    open_keys_found.sort_by_key(|key| key.line);
+    open_keys_found.dedup();
+    open_keys_found
 }
 
-/// The line of a key, or of the value or the section in which it would stand.
+/// Returns the line of a key, or of the value or section that would contain it.
 pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
     nearest(&places(text), key).map(|(_, line, _)| *line)
 }
 
-/// The key, or the section, whose line is the nearest above a line.
+/// Returns the key or section with the nearest line at or above the given line.
 pub(super) fn key_at(text: &str, line: usize) -> Option<String> {
     let places = places(text);
     let above = places.into_iter().filter(|(_, own, _)| *own <= line);
     above.max_by_key(|(_, own, _)| *own).map(|(key, ..)| key)
 }
 
-/// The place of a key, or of the value or the section in which it would stand; quotes in keys count for nothing.
+/// Returns the place of a key, or of the value or section that would contain it. Quotes in keys are
+/// ignored.
 fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     let key = key.replace('"', "");
-    let is_above = |stated: &str| key == stated || key.starts_with(&format!("{stated}."));
-    let above = places.iter().filter(|(stated, ..)| is_above(&stated.replace('"', "")));
-    above.max_by_key(|(stated, ..)| stated.len())
+    let is_above =
+        |configured: &str| key == configured || key.starts_with(&format!("{configured}."));
+    let above =
+        places.iter().filter(|(configured_value, ..)| is_above(&configured_value.replace('"', "")));
+    above.max_by_key(|(configured_value, ..)| configured_value.len())
 }
 
 fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
@@ -84,18 +88,18 @@ fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     }
 }
 
-/// A section or a key with a line of its own, that line, and the comment above it.
+/// A section or a key on a separate line, the line number, and the comment above it.
 type Place = (String, usize, Option<String>);
 
-/// Every section and every key with a line of its own.
+/// Lists every section and every key on a separate line.
 fn places(text: &str) -> Vec<Place> {
-    let mut found = Vec::new();
+    let mut places = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
-    // How often a section has come that may come several times.
+    // Number of occurrences so far of a section that may repeat.
     let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();
-        let what = comment.map(|said: &str| said.trim_start_matches("missing: ").to_owned());
+        let question = comment.map(|said: &str| said.trim_start_matches("missing: ").to_owned());
         if let Some(said) = line.strip_prefix('#') {
             comment = Some(said.trim());
             continue;
@@ -104,19 +108,19 @@ fn places(text: &str) -> Vec<Place> {
             let times = times.entry(name).or_default();
             *times += 1;
             section = format!("{name}.{times}");
-            found.push((section.clone(), number, what));
+            places.push((section.clone(), number, question));
         } else if let Some((name, _)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']'))
         {
             name.clone_into(&mut section);
-            found.push((section.clone(), number, what));
+            places.push((section.clone(), number, question));
         } else if let Some((key, _)) = line.split_once('=') {
             let key = key.trim();
             let key = if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
-            found.push((key, number, what));
+            places.push((key, number, question));
         }
         comment = None;
     }
-    found
+    places
 }
 
 #[cfg(test)]
@@ -125,8 +129,10 @@ mod tests {
 
     #[test]
     fn every_open_key_is_listed_with_its_line_and_what_is_asked() {
-        let text = "name = 'a \"?\" of a cell' # \"?\" is not open here\n[data]\n# missing: how many\nrate_hz = \"?\"\n\
-                    torque = { unit = '?', sign = 1 } # why\n[[bus.drives]]\n# a sign\n\nsigns = [\n1,\n\"?\"\n]\n";
+        let text = "name = 'a \"?\" of a cell' # \"?\" is not open here\n[data]\n# missing: how \
+            many\nrate_hz = \"?\"\n\
+            torque = { unit = '?', sign = 1 } # why\n[[bus.drives]]\n# a sign\n\nsigns = \
+            [\n1,\n\"?\"\n]\n";
         let listed: Vec<String> = open_keys(text).iter().map(ToString::to_string).collect();
         assert_eq!(
             listed,

@@ -1,12 +1,14 @@
-//! From the text of a cell to the cell: each part is looked at, whatever is wrong with the others.
+//! Conversion of a cell's text to the cell. Each part is checked, whatever is wrong with the
+//! others.
 
 use std::path::{Path, PathBuf};
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{IdentificationError, Options, PositionFilter, SignalTiming};
-use didim_core::robot::Robot;
-use didim_core::simulation::SetupError;
+use didim_dynamics::SignalTiming;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_dynamics::simulation::SetupError;
 use didim_formats::{BagSpec, Columns};
+use didim_identification::identification::{IdentificationError, Options, PositionFilter};
 
 use super::file::Cutoff;
 use super::{
@@ -16,7 +18,7 @@ use crate::archive::store::ConfigurationTexts;
 use crate::live::worker::WindowOptions;
 use crate::text::sha256;
 
-/// The faults so far of a cell file.
+/// The faults found so far in a cell file.
 struct Found<'a> {
     file: &'a Path,
     text: &'a str,
@@ -24,19 +26,19 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// A key whose value is invalid.
+    /// Adds the fault of a key with an invalid value.
     fn wrong(&mut self, key: &str, problem: String) {
         let line = open::line_of(self.text, key);
         let (file, key) = (self.file.to_path_buf(), key.to_owned());
         self.all.push(CellError::Value { file, line, key, problem });
     }
 
-    /// What is right; what is wrong is kept.
+    /// Returns the value, or adds the fault.
     fn keep<T>(&mut self, of: Result<T, CellError>) -> Option<T> {
         of.map_err(|fault| self.all.push(fault)).ok()
     }
 
-    /// The same of the value of a key.
+    /// Does the same for the value of a key.
     fn keep_value<T>(&mut self, key: &str, of: Result<T, impl ToString>) -> Option<T> {
         of.map_err(|problem| self.wrong(key, problem.to_string())).ok()
     }
@@ -50,7 +52,7 @@ struct Arm {
     base: BaseParameters,
 }
 
-/// Where signals come from, and when they are valid.
+/// Sources of the signals, and the times at which they are valid.
 struct Signals {
     bus: Option<(CellBus, Vec<(String, String)>)>,
     columns: Option<Columns>,
@@ -60,7 +62,8 @@ struct Signals {
 }
 
 impl Cell {
-    /// As [`Self::from_library`], with every fault that can be told beside the first.
+    /// Does the same as [`Self::from_library`], and returns every fault that can be reported
+    /// besides the first.
     ///
     /// # Errors
     /// [`Faults`].
@@ -72,36 +75,36 @@ impl Cell {
 fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
     let text = library.read(path)?;
     let file = parse(path, &text)?;
-    let mut found = Found { file: path, text: &text, all: Vec::new() };
+    let mut problems = Found { file: path, text: &text, all: Vec::new() };
     let robot_path = path.parent().unwrap_or(Path::new("")).join(&file.robot);
-    let arm = arm(library, &robot_path, &file, &mut found);
-    let signals = signals(library, &file, arm.as_ref(), &mut found);
+    let arm = arm(library, &robot_path, &file, &mut problems);
+    let signals = signals(library, &file, arm.as_ref(), &mut problems);
     let stream = arm.as_ref().zip(signals.as_ref());
     let stream = stream.map(|(arm, signals)| (arm.robot.joints(), signals.rate_hz));
     for (key, problem) in values::check(&file, stream) {
-        found.wrong(key, problem);
+        problems.wrong(key, problem);
     }
     let window = file.window.clone().unwrap_or_else(WindowOptions::by_command);
     let options = options(&file, signals.as_ref().map(|signals| signals.rate_hz));
-    check_options(&file, (&options, &window), (arm.as_ref(), signals.as_ref()), &mut found);
-    let mut all = found.all.into_iter();
-    match (all.next(), arm, signals) {
+    check_options(&file, (&options, &window), (arm.as_ref(), signals.as_ref()), &mut problems);
+    let mut errors = problems.all.into_iter();
+    match (errors.next(), arm, signals) {
         (None, Some(arm), Some(signals)) => {
             Ok(cell((file, text), robot_path, (arm, signals), (options, window)))
         }
         (first, ..) => {
-            // What is not there was found wrong.
+            // Every missing part has a fault in the list.
             let none = || CellError::NoBus { cell: path.display().to_string() };
-            Err(Faults { first: Box::new(first.unwrap_or_else(none)), others: all.collect() })
+            Err(Faults { first: Box::new(first.unwrap_or_else(none)), others: errors.collect() })
         }
     }
 }
 
 fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
-    let open = open::open_keys(text);
-    if !open.is_empty() {
+    let keys = open::open_keys(text);
+    if !keys.is_empty() {
         let wrong = mistyped::wrong_keys(text);
-        return Err(CellError::Open { file: path.to_path_buf(), open, wrong }.into());
+        return Err(CellError::Open { file: path.to_path_buf(), open: keys, wrong }.into());
     }
     toml::from_str(text).map_err(|source: toml::de::Error| {
         let file = path.to_path_buf();
@@ -138,10 +141,10 @@ fn arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) ->
     };
     let mut robot = source.robot.clone();
     if let Some(sign) = cell.identification.sign {
-        let own = robot.own_friction();
-        if own.iter().any(|one| one.sign != own[0].sign) {
-            let problem = "goes for all joints, and the robot file states laws that differ by joint; \
-                           remove the key, or state one law in the robot file";
+        let friction = robot.own_friction();
+        if friction.iter().any(|one| one.sign != friction[0].sign) {
+            let problem = "goes for all joints, and the robot file states laws that differ by \
+                joint; remove the key, or state one law in the robot file";
             found.wrong("identification.sign", problem.to_owned());
         }
         robot = robot.with_sign_model(sign);
@@ -202,13 +205,13 @@ fn signals(
     }
 }
 
-/// How the cell identifies; without a rate it is no cell.
+/// Collects the identification options; a cell without a rate is invalid.
 fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
     let section = &file.identification;
     let decimation_filter = section.decimation_filter;
     let cutoff_hz = match section.position_filter.cutoff_hz {
-        Cutoff::Hz(stated) => stated,
-        // Until the data have chosen: the band that is identified.
+        Cutoff::Hz(configured) => configured,
+        // The identified band, until the data have chosen.
         Cutoff::Auto => decimation_filter.cutoff_hz(rate_hz.unwrap_or(f64::NAN)),
     };
     Options {
@@ -247,7 +250,7 @@ fn check_options(
     if let Some(arm) = arm {
         let before = found.all.len();
         check_parameters(options.parameters.as_deref(), arm, found);
-        // Of wrong names nothing more can be told.
+        // Wrong names allow no further checks.
         if found.all.len() == before {
             let selected = options.selection(&arm.robot, &arm.base);
             found.keep_value("identification.keep_nominal", selected);
@@ -263,12 +266,12 @@ fn check_options(
             false => "identification.simulation",
         };
         let problem = format!(
-            "needs [controller], which describes the controller of the arm, or `law` of the layout, to \
-             simulate the closed loop (the method is {method})"
+            "needs [controller], which describes the controller of the arm, or `law` of the \
+             layout, to simulate the closed loop (the method is {method})"
         );
         found.wrong(key, problem);
     } else if let (Some(arm), Some(signals)) = (arm, signals) {
-        // Whatever the method: a layout and a controller that contradict each other are both in
+        // Checked for every method: if layout and controller contradict each other, both are in
         // doubt.
         let simulated =
             options.validate_simulation(&arm.robot, signals.rate_hz, signals.torque_timing);
@@ -290,14 +293,15 @@ fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>)
         if listed[..k].contains(name) {
             found.wrong(KEY, format!("`{name}` is listed more than once; list it once"));
         } else if !base.contains(name) {
-            let (robot, known) = (arm.robot.name(), base.join(" "));
-            let problem = format!("`{name}` is not a base parameter of {robot}; known: {known}");
+            let (robot, available) = (arm.robot.name(), base.join(" "));
+            let problem =
+                format!("`{name}` is not a base parameter of {robot}; known: {available}");
             found.wrong(KEY, problem);
         }
     }
 }
 
-/// The cell of parts in which nothing is wrong.
+/// Assembles the cell from valid parts.
 fn cell(
     (file, text): (CellFile, String),
     robot_file: PathBuf,
@@ -339,13 +343,13 @@ fn cell(
     }
 }
 
-/// The key of the cell file at fault.
+/// Returns the key of the cell file at fault.
 fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",
         IdentificationError::DidimSteps { .. } => "identification.simulation.didim_steps",
         IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",
-        IdentificationError::Bodies(_) => "identification.simulation.bodies",
+        IdentificationError::Consistency(_) => "identification.simulation.bodies",
         IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
             "identification.simulation.substeps"
         }

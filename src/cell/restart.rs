@@ -1,11 +1,11 @@
-//! What a running service cannot take over from a changed cell file.
+//! Changes of a cell file that a running service cannot adopt.
 
 use super::{Cell, CellBus, ServiceSection};
 
 impl Cell {
-    /// The first key in which `other` differs so that only a restart takes it over: the bus, what its
-    /// frames mean, and how the service runs. Nothing when windows, identification, controller and
-    /// robot are all that differs.
+    /// Returns the first key of `other` whose change needs a restart: the bus, the meaning of its
+    /// frames, and the operation of the service. `None` if only windows, identification, controller
+    /// and robot differ.
     pub fn needs_restart_for(&self, other: &Self) -> Option<&'static str> {
         let name = (self.name != other.name).then_some("name");
         let bus = match (&self.bus, &other.bus) {
@@ -18,7 +18,8 @@ impl Cell {
 }
 
 fn bus_differs(one: &CellBus, other: &CellBus) -> Option<&'static str> {
-    // The robot decides how many joints a sample has; a layout for others would be refused.
+    // The robot decides the number of joints of a sample; a layout for another number would be
+    // refused.
     let differs = [
         ("bus.source", one.sources != other.sources),
         ("bus.receive_buffer_bytes", one.receive_buffer_bytes != other.receive_buffer_bytes),
@@ -43,8 +44,8 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
         ("service.recordings", one.recordings != other.recordings),
     ];
     let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
-    // A key that is not listed needs a restart too, but for what counts as drift: that is judged anew
-    // with each result.
+    // A key that is not listed needs a restart too. The limits of drift are the exception: each
+    // result is judged by the current ones.
     let other = ServiceSection { drift: one.drift, ..other.clone() };
     named.or_else(|| (*one != other).then_some("service"))
 }
@@ -56,10 +57,10 @@ mod tests {
 
     #[test]
     fn what_counts_as_drift_needs_no_restart() {
-        let one = ServiceSection::default();
+        let section = ServiceSection::default();
         let drift = DriftOptions { relative: 0.2, ..DriftOptions::default() };
-        assert_eq!(service_differs(&one, &ServiceSection { drift, ..one.clone() }), None);
-        let other = ServiceSection { drift, keep_results: 7, ..one.clone() };
-        assert_eq!(service_differs(&one, &other), Some("service.keep_results"));
+        assert_eq!(service_differs(&section, &ServiceSection { drift, ..section.clone() }), None);
+        let other = ServiceSection { drift, keep_results: 7, ..section.clone() };
+        assert_eq!(service_differs(&section, &other), Some("service.keep_results"));
     }
 }

@@ -1,27 +1,28 @@
-//! The robot of a cell: a robot file (TOML), or a URDF with what that does not say of the drives.
+//! The robot of a cell: a robot file (TOML), or a URDF with the drive data that it does not
+//! contain.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use didim_core::robot::{Robot, RobotError};
+use didim_dynamics::robot::{Robot, RobotError};
 use didim_formats::{UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
 use super::file::UrdfSection;
 use super::suggestion::Instead;
 
-/// A robot and where it came from.
+/// A robot and its source.
 #[derive(Clone, Debug)]
 pub struct RobotSource {
     /// The robot.
     pub robot: Robot,
-    /// Its robot file: that of a URDF is made from it.
+    /// Its robot file; for a URDF, the file made from it.
     pub toml: String,
-    /// The arm in the URDF, where it is one.
+    /// The arm in the URDF, if the source is one.
     pub urdf: Option<UrdfArm>,
 }
 
-/// The names of an arm's joints: a URDF's, or their numbers.
+/// Returns the names of an arm's joints: those of a URDF, or their numbers.
 pub fn joint_names(urdf: Option<&UrdfArm>, joints: usize) -> Vec<String> {
     match urdf {
         Some(arm) => arm.joint_names().map(str::to_owned).collect(),
@@ -29,12 +30,12 @@ pub fn joint_names(urdf: Option<&UrdfArm>, joints: usize) -> Vec<String> {
     }
 }
 
-/// A key of a cell, and what is wrong with it.
+/// Key of a cell, and the problem.
 type Wrong = (String, String);
 
 impl RobotSource {
-    /// The robot in the text of a file; `section` has the ends of a URDF. Its drives are assumed ([`UrdfDrives::assumed`]):
-    /// enough to look at the arm.
+    /// Reads the robot from the text of a file; `section` has the ends of a URDF's arm. Its drives
+    /// are assumed ([`UrdfDrives::assumed`]), which is enough to inspect the arm.
     ///
     /// # Errors
     /// [`CellError::Robot`], [`CellError::Urdf`].
@@ -56,14 +57,14 @@ impl RobotSource {
             .map_err(|source| CellError::Urdf { file: file.to_path_buf(), source })?;
         let toml = arm.to_toml(&UrdfDrives::assumed(arm.joints()));
         let robot = Robot::from_toml(&toml).map_err(|source| {
-            // Its lines are those of the robot file that comes of it.
+            // The line numbers are those of the robot file made from the URDF.
             let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
             CellError::Robot { file: as_robot_file.into(), source }
         })?;
         Ok(Self { robot, toml, urdf: Some(arm) })
     }
 
-    /// The same with what a cell states of a URDF's drives; a robot file has its own.
+    /// Returns the robot with the drive data of a cell for a URDF. A robot file has its own.
     pub(super) fn with_drives(self, section: Option<&UrdfSection>) -> Result<Self, Wrong> {
         let wrong = |problem: String| Err(("urdf".to_owned(), problem));
         let (arm, section) = match (&self.urdf, section) {
@@ -84,26 +85,27 @@ impl RobotSource {
         }
     }
 
-    /// The names of the joints, where they have any.
+    /// Returns the names of the joints, if they have any.
     pub fn joint_names(&self) -> impl Iterator<Item = &str> {
         self.urdf.iter().flat_map(UrdfArm::joint_names)
     }
 
-    /// What has to be known of a URDF's arm.
+    /// Returns the notes on a URDF's arm.
     pub fn notes(&self) -> &[UrdfNote] {
         self.urdf.as_ref().map_or(&[], UrdfArm::notes)
     }
 }
 
-/// What is wrong, without the line of a file that nobody has.
+/// Returns the problem without the line number, which belongs to a file that the user does not
+/// have.
 fn said(error: &RobotError) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
     let text = rest.map_or(text.as_str(), |(_, rest)| rest).trim_end();
-    format!("{text}{}", Instead::of(text))
+    format!("{text}{}", Instead::parse(text))
 }
 
-/// Which of the stated values makes no robot, each tried by itself.
+/// Returns the configured value that gives no robot; tries each by itself.
 fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     let UrdfDrives { joints, .. } = drives.clone();
     let wrong = |key: String, joints| -> Option<Wrong> {
@@ -121,18 +123,18 @@ fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     })
 }
 
-/// Whether these are gear ratios of so many joints.
+/// Returns true if these are gear ratios for this number of joints.
 fn is_gear(ratios: &[f64], joints: usize) -> bool {
     ratios.len() == joints && ratios.iter().all(|ratio| ratio.is_finite() && *ratio != 0.0)
 }
 
-/// By its name, or by its first character where it has another.
+/// Detects a URDF by its name, or else by its first character.
 fn is_urdf(file: &Path, text: &str) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
         || text.trim_start().starts_with('<')
 }
 
-/// Keys of a joint in a robot file that no URDF has.
+/// Keys of a joint in a robot file that a URDF does not have.
 const OF_ITS_OWN: [&str; 7] = [
     "drive_inertia",
     "friction",
@@ -143,7 +145,7 @@ const OF_ITS_OWN: [&str; 7] = [
     "jerk_max_m_s3",
 ];
 
-/// The drives that a section states, all of them.
+/// Reads the drives of a section, which has to configure all of them.
 fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     let (Some(drive_inertia), Some(gear_ratios), Some(friction)) =
         (section.drive_inertia, &section.gear_ratios, &section.friction)
@@ -157,15 +159,16 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         return wrong("gear_ratios", problem);
     }
     if !is_gear(gear_ratios, joints) {
-        let problem = "has an entry that is 0 or no finite number; give the turns of the motor to one of the joint";
+        let problem = "has an entry that is 0 or no finite number; give the turns of the motor to \
+            one of the joint";
         return wrong("gear_ratios", problem.to_owned());
     }
-    let mut stated = section.joints.clone();
+    let mut tables = section.joints.clone();
     for (joint, friction) in &section.joint_friction {
-        let own = stated.entry(joint.clone()).or_default();
-        own.entry("friction").or_insert_with(|| friction.clone());
+        let table = tables.entry(joint.clone()).or_default();
+        table.entry("friction").or_insert_with(|| friction.clone());
     }
-    for (joint, own) in &stated {
+    for (joint, own) in &tables {
         if arm.joint_names().all(|name| name != joint) {
             let names = arm.joint_names().collect::<Vec<_>>().join(" ");
             let problem = format!("is no driven joint of the arm; these are: {names}");
@@ -173,7 +176,8 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         }
         if let Some(key) = own.keys().find(|key| !OF_ITS_OWN.contains(&key.as_str())) {
             let problem = format!(
-                "is not for a joint of a URDF, which has its geometry and its <limit>; here it may have {}",
+                "is not for a joint of a URDF, which has its geometry and its <limit>; here it may \
+                have {}",
                 OF_ITS_OWN.join(" ")
             );
             return wrong(&format!("joints.{joint}.{key}"), problem);
@@ -186,19 +190,22 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         drive_inertia,
         gear_ratios: gear_ratios.clone(),
         friction: friction.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
-        joints: stated.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
+        joints: tables.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
     })
 }
 
-/// The section to paste.
+/// Returns the section to paste.
 fn missing(arm: &UrdfArm) -> String {
     let ones = vec!["1.0"; arm.joints()].join(", ");
     let names: Vec<&str> = arm.joint_names().collect();
     format!(
-        "a URDF says nothing of the drives, of {}; state them, where these lines do not fit with other values:\n\n[urdf]\n\
+        "a URDF says nothing of the drives, of {}; state them, where these lines do not fit with \
+         other values:\n\n[urdf]\n\
          drive_inertia = true # false where torque is measured behind the gear\n\
-         gear_ratios = [{ones}] # turns of the motor to one of the joint; 1 where signals are of the joints' side\n\
-         friction = {{ viscous = true, coulomb = true, offset = true, sign = {{ model = \"tanh\", width_rad_s = 0.02 }} }}",
+         gear_ratios = [{ones}] # turns of the motor to one of the joint; 1 where signals are of \
+         the joints' side\n\
+         friction = {{ viscous = true, coulomb = true, offset = true, sign = {{ model = \"tanh\", \
+         width_rad_s = 0.02 }} }}",
         names.join(" ")
     )
 }

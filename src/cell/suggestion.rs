@@ -2,50 +2,52 @@
 
 use core::fmt;
 
-/// How alike two names are to be suggested for one another (1 is equal).
+/// Similarity above which a name is suggested for another one (1 is equal).
 const SIMILAR: f64 = 0.5;
 
-/// The known name that is most like the unknown one, as a remark behind the parser's message.
+/// The known name that is most similar to the unknown one, as a remark after the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Instead {
-    known: Option<String>,
-    /// The message ends with a line break of its own.
+    known_names: Option<String>,
+    /// True if the message ends with its own line break.
     in_a_line_of_its_own: bool,
 }
 
 impl Instead {
-    /// Reads the parser's message: the unknown name comes first, in backticks, as do the known ones
-    /// after it.
-    pub(super) fn of(message: &str) -> Self {
+    /// Parses the parser's message. The unknown name comes first, in backticks; the known ones
+    /// follow, also in backticks.
+    pub(super) fn parse(message: &str) -> Self {
         if !message.contains("unknown field `") && !message.contains("unknown variant `") {
-            return Self { known: None, in_a_line_of_its_own: false };
+            return Self { known_names: None, in_a_line_of_its_own: false };
         }
-        let at = message.find("unknown ").unwrap_or(0);
-        let mut names = message[at..].split('`').skip(1).step_by(2);
+        let start = message.find("unknown ").unwrap_or(0);
+        let mut names = message[start..].split('`').skip(1).step_by(2);
         let unknown = names.next().unwrap_or_default();
         let similar = names
-            .map(|known| (strsim::normalized_damerau_levenshtein(unknown, known), known))
+            .map(|known_names| {
+                (strsim::normalized_damerau_levenshtein(unknown, known_names), known_names)
+            })
             .filter(|(likeness, _)| *likeness >= SIMILAR)
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)));
         Self {
-            known: similar.map(|(_, known)| known.to_owned()),
+            known_names: similar.map(|(_, known_value)| known_value.to_owned()),
             in_a_line_of_its_own: message.ends_with('\n'),
         }
     }
 }
 
 impl Instead {
-    /// Of the message of a TOML error, which is shown with a line break behind it.
+    /// Parses the message of a TOML error, which is shown with a line break after it.
     pub(super) fn below(message: &str) -> Self {
-        Self { in_a_line_of_its_own: true, ..Self::of(message) }
+        Self { in_a_line_of_its_own: true, ..Self::parse(message) }
     }
 }
 
 impl fmt::Display for Instead {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(known) = &self.known else { return Ok(()) };
+        let Some(known_names) = &self.known_names else { return Ok(()) };
         let lead = if self.in_a_line_of_its_own { "" } else { "; " };
-        write!(f, "{lead}did you mean `{known}`?")
+        write!(f, "{lead}did you mean `{known_names}`?")
     }
 }
 
@@ -62,7 +64,7 @@ mod tests {
             ("unknown field `qqq`, expected one of `name`, `source`", ""),
             ("missing field `name`", ""),
         ] {
-            assert_eq!(Instead::of(message).to_string(), suggestion, "{message}");
+            assert_eq!(Instead::parse(message).to_string(), suggestion, "{message}");
         }
     }
 }

@@ -1,13 +1,13 @@
-//! Checks of values in a cell file that their types do not make.
+//! Checks of values in a cell file that their types do not cover.
 
 use super::{BusAddress, CellFile, ServiceSection};
 use crate::live::recording::RecordingOptions;
 use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
-/// The key of an invalid value, and what is wrong with it.
+/// Key of an invalid value, and the problem.
 type Wrong = (&'static str, String);
 
-/// Everything that is wrong; the stream is looked at where the joints and the sample rate \[Hz\] are known.
+/// Returns all problems. The stream is checked if the joints and the sample rate \[Hz\] are known.
 pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong> {
     let mut checked = Vec::new();
     if let Some(bus) = &file.bus {
@@ -45,7 +45,8 @@ fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Who may connect. To connect is to write (unix(7)), and the status answers whoever may.
+/// Checks who may connect. Connecting needs write permission (unix(7)), and the status answers
+/// everyone who connects.
 fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
     let command = service.command_mode();
     for (key, mode) in
@@ -77,7 +78,7 @@ fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// ISO 11898: arbitration at up to 1 Mbit/s, data at up to 8 Mbit/s.
+/// Checks the limits of ISO 11898: arbitration at up to 1 Mbit/s, data at up to 8 Mbit/s.
 fn check_bitrates(bitrate: Option<u32>, data: Option<u32>) -> Result<(), Wrong> {
     let nominal = bitrate.unwrap_or(1_000_000);
     if !(1_000..=1_000_000).contains(&nominal) {
@@ -97,7 +98,7 @@ fn check_bitrates(bitrate: Option<u32>, data: Option<u32>) -> Result<(), Wrong> 
     Ok(())
 }
 
-/// Name, buffer and runtime folder: those of the stream that the service would open.
+/// Checks name, buffer and runtime folder against the stream that the service would open.
 fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
     let service = &file.service;
     let root = service.runtime_directory.join(FOLDER);

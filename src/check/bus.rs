@@ -1,13 +1,13 @@
-//! Whether the buses of the cell are there, and whether their receive buffers will do.
+//! Check of the cell's buses and their receive buffers.
 
 use super::finding::Finding;
 use super::machine::Machine;
 use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant;
 
-/// What one queued frame takes of the receive buffer, as the kernel accounts it \[bytes\].
+/// Receive buffer space per queued frame, in the kernel's accounting \[bytes\].
 const QUEUED_FRAME_BYTES: f64 = 768.0;
-/// A bus thread of ordinary priority may be away for so long on a busy machine \[s\].
+/// Possible delay of a bus thread of ordinary priority on a busy machine \[s\].
 const SHORT_S: f64 = 0.1;
 /// The MTU of a CAN FD interface (CANFD_MTU) \[bytes\].
 const FD_MTU: u32 = 72;
@@ -44,14 +44,14 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
     }
 }
 
-/// The interface at a tap of EtherCAT.
+/// Checks the interface at an EtherCAT tap.
 fn tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
     let place = format!("ethercat:{name}");
     findings.extend(match machine.interface(name) {
         None => Some(Finding::error(
             SOURCE,
             format!("{place}: there is no such interface on this machine"),
-            "`ip link` lists those there are; for a cell of another machine: --elsewhere",
+            "`ip link` lists those there are; for a cell of another machine: --other-machine",
         )),
         Some(interface) if interface.is_can => Some(Finding::error(
             SOURCE,
@@ -69,12 +69,15 @@ fn tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
 
 fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
     let Some(interface) = machine.interface(name) else {
-        let there = machine.can_interfaces();
-        let there = if there.is_empty() { "none".to_owned() } else { there.join(" ") };
+        let interfaces = machine.can_interfaces();
+        let interfaces =
+            if interfaces.is_empty() { "none".to_owned() } else { interfaces.join(" ") };
         findings.push(Finding::error(
             SOURCE,
             format!("can:{name}: there is no such interface on this machine"),
-            format!("CAN interfaces here: {there}; for a cell of another machine: --elsewhere"),
+            format!(
+                "CAN interfaces here: {interfaces}; for a cell of another machine: --other-machine"
+            ),
         ));
         return;
     };
@@ -98,8 +101,8 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
         findings.push(Finding::error(
             SOURCE,
             format!(
-                "can:{name}: the layout has CAN FD frames, the interface carries frames of {} bytes \
-                 only",
+                "can:{name}: the layout has CAN FD frames, the interface carries frames of {} \
+                 bytes only",
                 interface.mtu
             ),
             format!("ip link set {name} down; ip link set {name} mtu {FD_MTU} fd on …; then up"),
@@ -107,7 +110,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
     }
 }
 
-/// Seconds of bus that the socket's buffer holds, and whether the kernel grants it.
+/// Checks how many seconds of bus data the socket's buffer holds, and if the kernel grants it.
 fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut Vec<Finding>) {
     #[expect(clippy::cast_precision_loss, reason = "at most 64 messages")]
     let frames_per_second = bus.layout.messages().len() as f64 * cell.sample_rate_hz();
@@ -117,16 +120,16 @@ fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut 
         frames / frames_per_second
     };
     let asked = u64::from(bus.receive_buffer_bytes);
-    // The kernel grants twice what a socket asks for, so that half of the buffer is asked for.
+    // The kernel grants twice the requested size, so half of the buffer is requested.
     let granted = machine.rmem_max().map_or(asked, |most| asked.min(most.saturating_mul(2)));
     let holds = significant(seconds(granted), 2);
     if granted < asked {
-        let what = format!(
+        let problem = format!(
             "{asked} bytes are requested, net.core.rmem_max allows {granted}: {holds} s of frames"
         );
         findings.push(Finding::warning(
             BUFFER,
-            what,
+            problem,
             format!("sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN", asked / 2),
         ));
     } else if seconds(granted) < SHORT_S {

@@ -1,4 +1,4 @@
-//! Whether the bus has room for the frames of the layout.
+//! Check of the bus capacity for the frames of the layout.
 
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{CompiledLayout, Role};
@@ -8,7 +8,8 @@ use super::wire;
 use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant;
 
-/// Above this part of its bit rate a bus carries little else: no room for repetitions and SDOs.
+/// Largest share of the bit rate for the layout. Above it, there is no capacity for repetitions and
+/// SDOs.
 const CROWDED: f64 = 0.7;
 
 const BITRATE: &str = "bus.bitrate_bps";
@@ -33,16 +34,16 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let load = load(&bus.layout, bitrate, data_bitrate) / buses as f64;
     let percent = significant(100.0 * load, 3);
     let rate = significant(cell.sample_rate_hz(), 4);
-    let at = match (has_fd, bus.data_bitrate_bps) {
+    let rates = match (has_fd, bus.data_bitrate_bps) {
         (true, Some(data)) => format!("{} and {} Mbit/s", bitrate * 1e-6, f64::from(data) * 1e-6),
         (true, None) => format!("{} Mbit/s without a faster data phase", bitrate * 1e-6),
         (false, _) => format!("{} Mbit/s", bitrate * 1e-6),
     };
     let split =
         if buses > 1 { format!(", evenly split over {buses} buses") } else { String::new() };
-    let what = format!(
-        "the layout's {} messages at {rate} Hz take {percent} % of {at}{split} with worst-case bit \
-         stuffing",
+    let problem = format!(
+        "the layout's {} messages at {rate} Hz take {percent} % of {rates}{split} with worst-case \
+         bit stuffing",
         bus.layout.messages().iter().filter(|message| message.role != Role::Reading).count()
     );
     let remedy = if has_fd && bus.data_bitrate_bps.is_none() {
@@ -53,14 +54,15 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
          buses"
     };
     if load > 1.0 {
-        findings.push(Finding::error(BITRATE, what, remedy));
+        findings.push(Finding::error(BITRATE, problem, remedy));
     } else if load > CROWDED {
-        findings.push(Finding::warning(BITRATE, what, remedy));
+        findings.push(Finding::warning(BITRATE, problem, remedy));
     }
 }
 
-/// The part of the time that the bus is busy with the messages of the layout, each once a cycle, at
-/// worst. What brings nothing but readings comes seldom, and does not count. Frames that the layout does not read come on top.
+/// Returns the share of time that the layout's messages occupy the bus, in the worst case. Each
+/// message is sent once a cycle. Messages with readings only are rare and do not count. Frames that
+/// the layout does not read come on top.
 fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
     let seconds: f64 = layout
         .messages()

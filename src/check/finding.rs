@@ -8,9 +8,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// The run would fail, or its results would be wrong.
+    /// Creates an error: the run would fail, or its results would be wrong.
     Error,
-    /// It runs, but not as well as it could, or not always.
+    /// The run works, but not as well as it could, or not always.
     Warning,
     /// Worth knowing.
     Note,
@@ -31,11 +31,11 @@ impl fmt::Display for Severity {
 pub struct Finding {
     /// Its severity.
     pub severity: Severity,
-    /// The key of the cell file that it is about.
+    /// Key of the cell file that it concerns.
     pub key: String,
     /// What is found.
     pub what: String,
-    /// What to do about it.
+    /// Remedy.
     pub remedy: String,
 }
 
@@ -45,7 +45,7 @@ impl Finding {
         Self::new(Severity::Error, key, what, remedy)
     }
 
-    /// It works, with restrictions.
+    /// Creates a warning: the run works, with restrictions.
     pub fn warning(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
         Self::new(Severity::Warning, key, what, remedy)
     }
@@ -55,7 +55,7 @@ impl Finding {
         Self::new(Severity::Note, key, what, remedy)
     }
 
-    /// Of a severity that was decided elsewhere.
+    /// Creates a finding of a severity that was decided in another place.
     pub fn new(
         severity: Severity,
         key: impl Into<String>,

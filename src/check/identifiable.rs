@@ -1,16 +1,17 @@
 //! Parameters that no motion within the joint limits can distinguish.
 
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::robot::JointKind;
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::JointKind;
 
 use super::finding::Finding;
 use crate::cell::Cell;
 
-/// A joint that moves less than this does not move \[rad or m\].
+/// Smallest position range of a joint that moves \[rad or m\].
 const STILL: f64 = 1e-3;
-/// Random motions: as many equations as parameters of eight joints, several times over.
+/// Number of random motions. They give several times as many equations as eight joints have
+/// parameters.
 const MOTIONS: usize = 60;
-/// A column is a combination of others when less than this part of it is its own.
+/// Smallest independent share of a column. Below it, the column is a combination of others.
 const OWN: f64 = 1e-8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
@@ -38,14 +39,16 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::error(
         "identification.parameters",
         format!(
-            "no motion within the joint limits distinguishes {} from the parameters before{because}",
+            "no motion within the joint limits distinguishes {} from the parameters \
+             before{because}",
             indistinct.join(" ")
         ),
-        "list only parameters that the motion distinguishes, or correct the limits in the robot file",
+        "list only parameters that the motion distinguishes, or correct the limits in the robot \
+        file",
     ));
 }
 
-/// The columns, by their index, that are zero or a combination of those before them over random
+/// Returns the indices of columns that are zero or a combination of earlier ones, over random
 /// motions within the limits.
 fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
     let model = model.clone().with_plain_friction();
@@ -59,7 +62,7 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
         let (mut q, mut dq, mut ddq) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         for (k, joint) in model.chain().iter().enumerate() {
             let limits = joint.limits;
-            // An endless joint needs no more than a turn.
+            // One turn is enough for an endless joint.
             let reach = match joint.kind {
                 JointKind::Revolute => core::f64::consts::PI,
                 JointKind::Prismatic => 10.0,
@@ -73,7 +76,7 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
             dq[k] = speed * (2.0 * random.unit() - 1.0);
             ddq[k] = if moves { 10.0 * (2.0 * random.unit() - 1.0) } else { 0.0 };
         }
-        // Where friction stands that lags at reversals is no matter of the state.
+        // The hysteresis of friction at reversals is independent of the state, so it is random.
         let share = |_| 2.0 * random.unit() - 1.0;
         workspace.set_hysteresis(Some(core::array::from_fn(share)));
         model.selected_regressor(&mut workspace, &selected, &q, &dq, &ddq, &mut rows);
@@ -86,33 +89,34 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
     dependent(stacked)
 }
 
-/// Gram and Schmidt, each column orthogonalised twice against those kept before it.
+/// Returns the dependent columns. Uses Gram-Schmidt: each column is orthogonalised twice against
+/// the independent ones before it.
 fn dependent(columns: Vec<Vec<f64>>) -> Vec<usize> {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    let mut kept: Vec<Vec<f64>> = Vec::new();
-    let mut found = Vec::new();
+    let mut independent: Vec<Vec<f64>> = Vec::new();
+    let mut dependents = Vec::new();
     for (k, mut column) in columns.into_iter().enumerate() {
         let length = dot(&column, &column).sqrt();
         for _ in 0..2 {
-            for other in &kept {
+            for other in &independent {
                 let along = dot(&column, other);
                 for (value, part) in column.iter_mut().zip(other) {
                     *value -= along * part;
                 }
             }
         }
-        let own = dot(&column, &column).sqrt();
-        if own <= OWN * length || length == 0.0 {
-            found.push(k);
+        let remainder = dot(&column, &column).sqrt();
+        if remainder <= OWN * length || length == 0.0 {
+            dependents.push(k);
         } else {
-            column.iter_mut().for_each(|value| *value /= own);
-            kept.push(column);
+            column.iter_mut().for_each(|value| *value /= remainder);
+            independent.push(column);
         }
     }
-    found
+    dependents
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// Random numbers by SplitMix64 (Steele, Lea and Flood 2014).
 struct Random(u64);
 
 impl Random {

@@ -1,16 +1,16 @@
-//! The machine that a cell is checked on, as far as files tell of it.
+//! The machine that a cell is checked on, as far as files describe it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the kernel tells of the machine. Tests put folders of their own in their place.
+/// Folders in which the kernel describes the machine. Tests replace them by their own folders.
 #[derive(Clone, Debug)]
 pub struct Machine {
     /// `/proc`
     pub proc: PathBuf,
     /// `/sys`
     pub sys: PathBuf,
-    /// Where shared memory is: `/dev/shm`
+    /// Folder of shared memory: `/dev/shm`
     pub shared_memory: PathBuf,
 }
 
@@ -20,19 +20,19 @@ impl Default for Machine {
     }
 }
 
-/// A network interface as sysfs tells of it.
+/// A network interface as described by sysfs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Interface {
-    /// Whether it is one of CAN (ARPHRD_CAN).
+    /// True if it is a CAN interface (ARPHRD_CAN).
     pub(super) is_can: bool,
-    /// Whether it is up (IFF_UP).
+    /// True if it is up (IFF_UP).
     pub(super) is_up: bool,
     /// The largest frame \[bytes\]: 16 classic, 72 CAN FD.
     pub(super) mtu: u32,
 }
 
 impl Machine {
-    /// An interface; nothing when there is none of this name.
+    /// Returns an interface. `None` if no interface has this name.
     pub(super) fn interface(&self, name: &str) -> Option<Interface> {
         const ARPHRD_CAN: u32 = 280;
         const IFF_UP: u32 = 1;
@@ -47,7 +47,7 @@ impl Machine {
         })
     }
 
-    /// The names of the CAN interfaces, sorted.
+    /// Returns the names of the CAN interfaces, sorted.
     pub(super) fn can_interfaces(&self) -> Vec<String> {
         let Ok(entries) = fs::read_dir(self.sys.join("class/net")) else { return Vec::new() };
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -57,12 +57,12 @@ impl Machine {
         names
     }
 
-    /// The largest receive buffer that a process without privileges may ask for \[bytes\].
+    /// Returns the largest receive buffer that a process without privileges may request \[bytes\].
     pub(super) fn rmem_max(&self) -> Option<u64> {
         number(&self.proc.join("sys/net/core/rmem_max"))
     }
 
-    /// Memory that can be had without swapping \[bytes\].
+    /// Returns the memory available without swapping \[bytes\].
     pub(super) fn memory_available(&self) -> Option<u64> {
         let text = fs::read_to_string(self.proc.join("meminfo")).ok()?;
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -71,10 +71,10 @@ impl Machine {
     }
 }
 
-/// Space left for an ordinary user where a file lies \[bytes\].
+/// Returns the space available to an ordinary user on the file system of a path \[bytes\].
 pub(super) fn space_left(path: &Path) -> Option<u64> {
-    let of = rustix::fs::statvfs(path).ok()?;
-    of.f_bavail.checked_mul(of.f_frsize)
+    let space = rustix::fs::statvfs(path).ok()?;
+    space.f_bavail.checked_mul(space.f_frsize)
 }
 
 fn read(file: &Path) -> Option<String> {

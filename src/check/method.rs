@@ -1,6 +1,7 @@
-//! What the method needs and the bus does not carry; filters and windows that do not fit each other.
+//! Requirements of the method that the bus does not meet; filters and windows that do not fit each
+//! other.
 
-use didim_core::JointSample;
+use didim_dynamics::JointSample;
 
 use super::finding::Finding;
 use crate::cell::Cell;
@@ -8,23 +9,25 @@ use crate::live::worker::Trigger;
 use crate::service::pipeline::MOST_WINDOWS;
 use crate::text::significant;
 
-/// Above this part of the sample rate, the position filter lets the noise pass that central
-/// differences raise most: twice differentiated, white noise is strongest at half the sample rate.
+/// Largest share of the sample rate for the position filter's cut-off. Above it, the filter passes
+/// the noise that central differences amplify most. Twice-differentiated white noise is strongest
+/// at half the sample rate.
 const NOISY: f64 = 0.35;
-/// The position filter should be flat where the equation is used: four poles, forward and backward, are
-/// down by 1 % at 0.56 of their cut-off frequency.
+/// Smallest ratio of the position filter's cut-off to the identified band. The filter should be
+/// flat in this band. Four poles, forward and backward, are down by 1 % at 0.56 of their cut-off
+/// frequency.
 const FLAT: f64 = 1.8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     reference(cell, findings);
     filters(cell, findings);
-    // Windows are those of a service.
+    // Only a service has windows.
     if cell.bus().is_ok() {
         rows(cell, findings);
     }
 }
 
-/// Methods that simulate the closed loop follow a reference.
+/// Checks the reference, which methods that simulate the closed loop follow.
 fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
     if cell.has_reference() || !cell.method.simulates() {
         return;
@@ -78,8 +81,8 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether the shortest window leaves as many rows after decimation as the verdict asks for, and what
-/// the longest takes.
+/// Checks that the shortest window leaves enough rows for the verdict after decimation. Also checks
+/// the requirements of the longest one.
 fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
     let (decimation, limits) = (&cell.options.decimation_filter, &cell.options.limits);
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
@@ -115,16 +118,16 @@ fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// The key that decides how little of a window may count, and its value \[s\].
+/// Returns the key that sets the shortest counted part of a window, and its value \[s\].
 fn shortest(cell: &Cell) -> (&'static str, f64) {
     match cell.window.trigger {
         Trigger::Motion { .. } | Trigger::Command {} => ("window.min_s", cell.window.min_s),
-        // Every window is of this length, which is no less than `min_s`.
+        // Every window has this length, which is at least `min_s`.
         Trigger::Interval { length_s } => ("window.trigger.length_s", length_s),
     }
 }
 
-/// What the windows of the service take at most \[bytes\].
+/// Returns the largest memory that the windows of the service take \[bytes\].
 pub(super) fn window_bytes(cell: &Cell) -> u64 {
     #[expect(
         clippy::cast_possible_truncation,

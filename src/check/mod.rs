@@ -1,8 +1,8 @@
-//! What will not work, found before the service is started.
+//! Checks for problems before the service starts.
 //!
-//! [`Cell::read`] refuses what cannot be meant; here stands what can be meant and will not do: a bus
-//! without room for its frames, gains that nobody vouches for, parameters that no motion tells, a
-//! machine without the interface. One file per kind of finding.
+//! [`Cell::read`] refuses what cannot be meant. These checks find valid settings that will not
+//! work: a bus without capacity for its frames, gains of unknown origin, parameters that no motion
+//! identifies, a machine without the interface. There is one file per kind of finding.
 
 mod bus;
 mod bus_load;
@@ -20,10 +20,10 @@ mod wire;
 pub use finding::{Finding, Severity};
 pub use machine::Machine;
 
+use crate::analysis::screening::{LIST_LAWS, STATE_LIMITS, open_limits, unlisted_laws};
 use crate::cell::Cell;
-use crate::offline::{LIST_LAWS, STATE_LIMITS, open_limits, unlisted_laws};
 
-/// What is wrong with a cell wherever it runs, the worst first.
+/// Returns the problems of a cell on any machine, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     let mut findings = Vec::new();
     for note in &cell.robot_notes {
@@ -47,10 +47,10 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     sorted(findings)
 }
 
-/// What is wrong with a cell on this machine and for this user, the worst first.
+/// Returns the problems of a cell on this machine and for this user, the worst first.
 pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
     let mut findings = Vec::new();
-    // Without a bus there is nothing to serve.
+    // Without a bus there is no service.
     if let Ok(bus) = cell.bus() {
         bus::check(cell, bus, machine, &mut findings);
         paths::check(cell, machine, &mut findings);

@@ -1,4 +1,4 @@
-//! Whether the folders of the service can be written and memory and disk have room.
+//! Check that the folders of the service are writable and that memory and disk have enough space.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -13,9 +13,9 @@ use crate::cell::Cell;
 use crate::files::check_folder;
 use crate::service::paths::Paths;
 
-/// What one result takes with its report \[bytes\]: 172 kB with six joints and 28 parameters.
+/// Size of one result with its report \[bytes\]: 172 kB with six joints and 28 parameters.
 const RESULT_BYTES: u64 = 200 << 10;
-/// The longest path of a socket \[bytes\]: sun_path without its terminator.
+/// Longest path of a socket \[bytes\]: sun_path without its terminator.
 const SOCKET_PATH: usize = 107;
 
 const STATE: &str = "service.state_directory";
@@ -31,39 +31,39 @@ pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>)
     memory(cell, machine, findings);
 }
 
-/// The folder, or the nearest one above it that is there.
+/// Returns the folder, or its nearest existing parent.
 pub(super) fn existing(folder: &Path) -> PathBuf {
     folder.ancestors().find(|at| at.exists()).unwrap_or(Path::new("/")).to_owned()
 }
 
 fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
-    let there = existing(folder);
-    if !there.is_dir() {
+    let nearest_folder = existing(folder);
+    if !nearest_folder.is_dir() {
         findings.push(Finding::error(
             key,
-            format!("{} is not a folder", there.display()),
+            format!("{} is not a folder", nearest_folder.display()),
             "name a folder",
         ));
-    } else if access(&there, Access::WRITE_OK | Access::EXEC_OK).is_err() {
-        let what = if there == folder {
+    } else if access(&nearest_folder, Access::WRITE_OK | Access::EXEC_OK).is_err() {
+        let problem = if nearest_folder == folder {
             format!("{} cannot be written by this user", folder.display())
         } else {
             format!(
                 "{} is not there, and this user cannot make it in {}",
                 folder.display(),
-                there.display()
+                nearest_folder.display()
             )
         };
         findings.push(Finding::warning(
             key,
-            what,
+            problem,
             "the systemd unit makes it for the service's user; otherwise make it, or name another \
              one",
         ));
     }
 }
 
-/// The user of the service. Root checks on behalf of the user who owns the results.
+/// Returns the user of the service. Root checks on behalf of the user who owns the results.
 fn service_user(cell: &Cell) -> u32 {
     let user = geteuid();
     let state = std::fs::metadata(&cell.service.state_directory);
@@ -73,7 +73,8 @@ fn service_user(cell: &Cell) -> u32 {
     }
 }
 
-/// An existing folder has to belong to the service's user, and only that user may write to it.
+/// Checks that an existing folder belongs to the service's user, and that only that user may write
+/// to it.
 pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
     if !folder.is_dir() {
         return;
@@ -102,18 +103,18 @@ fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
 }
 
 fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
-    let there = existing(&cell.service.state_directory);
-    let Some(left) = space_left(&there) else { return };
+    let nearest_folder = existing(&cell.service.state_directory);
+    let Some(free) = space_left(&nearest_folder) else { return };
     let needed = RESULT_BYTES.saturating_mul(cell.service.keep_results as u64);
-    if left < needed {
+    if free < needed {
         findings.push(Finding::warning(
             "service.keep_results",
             format!(
                 "{} results with their reports take about {} MB, and {} has {} MB left",
                 cell.service.keep_results,
                 megabytes(needed),
-                there.display(),
-                megabytes(left)
+                nearest_folder.display(),
+                megabytes(free)
             ),
             "keep fewer results, or name a larger disk",
         ));
@@ -122,17 +123,17 @@ fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
 
 fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     let paths = Paths::of_service(cell);
-    // What does not fit the stream was refused when the cell was read.
+    // Values that do not fit the stream were refused when the cell was read.
     let Ok(stream) = paths.stream(cell) else { return };
     let shared = stream.shared_memory_bytes();
-    if let Some(left) = space_left(&machine.shared_memory).filter(|left| *left < shared) {
+    if let Some(free) = space_left(&machine.shared_memory).filter(|rest| *rest < shared) {
         findings.push(Finding::error(
             "service.buffer_s",
             format!(
                 "the buffer takes {} MB of shared memory, and {} has {} MB left",
                 megabytes(shared),
                 machine.shared_memory.display(),
-                megabytes(left)
+                megabytes(free)
             ),
             "shorten the buffer, or enlarge /dev/shm",
         ));

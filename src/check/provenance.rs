@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use crate::cell::CellBus;
 
-/// Words of somebody who does not know.
+/// Words that indicate a guess.
 const GUESSES: &[&str] = &[
     "unknown",
     "todo",
@@ -58,8 +58,9 @@ fn is_guess(provenance: &str) -> bool {
     if !text.chars().any(char::is_alphanumeric) {
         return true;
     }
-    let apart = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | ':' | '.' | '(' | ')' | '!');
-    let guesses = text.split(apart).any(|word| GUESSES.contains(&word));
+    let is_separator =
+        |c: char| c.is_whitespace() || matches!(c, ',' | ';' | ':' | '.' | '(' | ')' | '!');
+    let guesses = text.split(is_separator).any(|word| GUESSES.contains(&word));
     guesses || text.contains("not known") || text.contains("don't know")
 }
 
@@ -68,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn guesses_are_told_from_sources() {
+    fn guesses_are_reported_from_sources() {
         for text in ["unknown", "TODO: ask", "a guess", "?", "-", "n/a", "not known yet"] {
             assert!(is_guess(text), "{text}");
         }

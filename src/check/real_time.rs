@@ -1,4 +1,4 @@
-//! Whether the bus thread may have the priority and the processor that the cell asks for.
+//! Check that the bus thread may have the configured priority and processor.
 
 use rustix::process::{Resource, geteuid, getrlimit};
 
@@ -13,7 +13,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.extend(priority_above(priority, limit));
     }
     if asked.lock_memory && !geteuid().is_root() {
-        // Anything below would have a later allocation fail: `run` locks all or nothing.
+        // With any limit, a later allocation would fail: `run` locks all or nothing.
         if let Some(bytes) = getrlimit(Resource::Memlock).maximum {
             findings.push(Finding::warning(
                 "service.real_time.lock_memory",
@@ -24,7 +24,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         }
     }
     if let Some(cpu) = asked.cpu {
-        // As `run` would: in a thread of its own, so that this one stays where it is.
+        // Same as in `run`. A separate thread keeps this one on its processor.
         let options =
             crate::live::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
         let granted = std::thread::spawn(move || options.apply().cpu).join();
@@ -38,7 +38,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// A priority above the limit; no limit permits all.
+/// Reports a priority above the limit. No limit permits all.
 fn priority_above(priority: u8, limit: Option<u64>) -> Option<Finding> {
     let limit = limit.filter(|limit| *limit < u64::from(priority))?;
     Some(Finding::warning(
@@ -56,7 +56,7 @@ mod tests {
     fn a_priority_is_held_against_the_limit() {
         assert_eq!(priority_above(30, None), None);
         assert_eq!(priority_above(30, Some(30)), None);
-        let found = priority_above(30, Some(29)).unwrap();
-        assert!(found.what.contains("30 is requested") && found.what.contains("at most 29"));
+        let finding = priority_above(30, Some(29)).unwrap();
+        assert!(finding.what.contains("30 is requested") && finding.what.contains("at most 29"));
     }
 }

@@ -1,4 +1,4 @@
-//! Whether the ring of raw frames holds a whole window, and the disk holds the ring.
+//! Check that the ring of raw frames holds a complete window, and that the disk holds the ring.
 
 use super::finding::Finding;
 use super::machine::space_left;
@@ -7,17 +7,17 @@ use crate::cell::{Cell, CellBus};
 use crate::live::recording::recording_folders;
 use crate::text::significant;
 
-/// What a frame takes in a recording beside its payload \[bytes\]: 131 with 64 bytes of payload, 75
+/// Size of a frame in a recording without its payload \[bytes\]: 131 with 64 bytes of payload, 75
 /// with 8.
 const FRAME_BYTES: f64 = 67.0;
-/// How long after a window its recording is written at the latest \[s\]: what an identification may
-/// take before the result is there.
+/// Longest delay between a window and the writing of its recording \[s\]. It covers the time of an
+/// identification.
 const LATER_S: f64 = 30.0;
 
 const RING: &str = "service.recordings.ring_mb";
 const DIRECTORY: &str = "service.recordings.directory";
 
-/// What is wrong wherever the cell runs.
+/// Finds problems that are independent of the machine.
 pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
@@ -38,32 +38,33 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What is wrong on this machine.
+/// Finds problems on this machine.
 pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     let folder = options.folder(&cell.service.state_directory);
     for part in [folder.clone()].iter().chain(&recording_folders(&folder)) {
         owned(DIRECTORY, part, cell, findings);
     }
-    let there = existing(&folder);
-    let Some(left) = space_left(&there) else { return };
+    let nearest_folder = existing(&folder);
+    let Some(free) = space_left(&nearest_folder) else { return };
     let needed = (options.ring_mb + options.keep_mb).saturating_mul(1_000_000);
-    // What an earlier run recorded gives way.
-    if left.saturating_add(used(&folder)) < needed {
+    // The recordings of an earlier run are replaced.
+    if free.saturating_add(used(&folder)) < needed {
         findings.push(Finding::warning(
             RING,
             format!(
                 "the ring and the kept recordings take up to {} MB, and {} has {} MB left",
                 megabytes(needed),
-                there.display(),
-                megabytes(left)
+                nearest_folder.display(),
+                megabytes(free)
             ),
             "reduce the ring, or put `service.recordings.directory` on a larger disk",
         ));
     }
 }
 
-/// Frames of the layout only; others on the bus are recorded as well where no filter keeps them out.
+/// Returns the data rate of the layout's frames. Other frames on the bus are recorded as well if no
+/// filter excludes them.
 fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
     let frames = bus.layout.messages().iter();
     let bytes: f64 =
@@ -71,7 +72,7 @@ fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
     bytes * cell.sample_rate_hz()
 }
 
-/// Bytes in the folder's two folders; what cannot be read does not count.
+/// Returns the bytes in the folder's two folders. Unreadable files do not count.
 fn used(folder: &std::path::Path) -> u64 {
     let folders = recording_folders(folder).map(std::fs::read_dir);
     let entries = folders.into_iter().flatten().flatten().flatten();

@@ -1,37 +1,37 @@
-//! How long a frame is on the wire at worst, ISO 11898-1.
+//! Worst-case duration of a frame on the wire, ISO 11898-1.
 //!
-//! Stuff bits are counted for the worst payload that there is: a stuff bit after the first five equal
-//! bits and after every four from there, because the stuff bit itself begins the next run.
+//! Stuff bits are counted for the worst possible payload: one after the first five equal bits and
+//! one after every further four. The stuff bit itself begins the next run.
 
 use didim_drivers::frame::FrameId;
 
 /// Bits after the check sequence of a classic frame: its delimiter, the acknowledgement with its
-/// delimiter, the end of the frame, and the pause before the next.
+/// delimiter, the end of the frame, and the interframe space.
 const CLASSIC_TAIL: u32 = 1 + 2 + 7 + 3;
 
-/// The same of a CAN FD frame without the delimiter of the check sequence.
+/// The same for a CAN FD frame, without the delimiter of the check sequence.
 const FD_TAIL: u32 = 2 + 7 + 3;
 
-/// The bits of one frame, by the rate at which they are sent.
+/// Bits of one frame, by bit rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Bits {
-    /// At the bit rate of the arbitration.
+    /// Bits at the bit rate of the arbitration.
     pub(super) nominal: u32,
-    /// At that of the data phase; none in a classic frame.
+    /// Bits at the bit rate of the data phase; none in a classic frame.
     pub(super) data: u32,
 }
 
 impl Bits {
-    /// How long they take \[s\].
+    /// Returns their duration \[s\].
     pub(super) fn seconds(self, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
         f64::from(self.nominal) / bitrate_bps + f64::from(self.data) / data_bitrate_bps
     }
 }
 
-/// A classic frame with so many bytes of data.
+/// Counts the bits of a classic frame with this number of data bytes.
 pub(super) fn classic(id: FrameId, bytes: u8) -> Bits {
-    // Start, identifier, RTR, IDE, r0, length, check sequence; an extended one has SRR, 18 more bits
-    // and r1 as well.
+    // Start, identifier, RTR, IDE, r0, length, check sequence. An extended frame also has SRR, 18
+    // more bits and r1.
     let fixed = match id {
         FrameId::Standard(_) => 1 + 11 + 1 + 1 + 1 + 4 + 15,
         FrameId::Extended(_) => 1 + 11 + 1 + 1 + 18 + 1 + 2 + 4 + 15,
@@ -40,17 +40,18 @@ pub(super) fn classic(id: FrameId, bytes: u8) -> Bits {
     Bits { nominal: stuffed + (stuffed - 1) / 4 + CLASSIC_TAIL, data: 0 }
 }
 
-/// A CAN FD frame with so many bytes of data, whose data phase has a bit rate of its own.
+/// Counts the bits of a CAN FD frame with this number of data bytes and a separate bit rate of the
+/// data phase.
 ///
-/// The rate changes inside BRS and inside the delimiter of the check sequence; both count as sent at
-/// the lower rate.
+/// The rate changes inside BRS and inside the delimiter of the check sequence. Both count as sent
+/// at the lower rate.
 pub(super) fn fd(id: FrameId, bytes: u8) -> Bits {
-    // Start, identifier, RRS, IDE, FDF, res, BRS; an extended one has SRR and 18 more bits as well.
+    // Start, identifier, RRS, IDE, FDF, res, BRS. An extended frame also has SRR and 18 more bits.
     let arbitration: u32 = match id {
         FrameId::Standard(_) => 1 + 11 + 1 + 1 + 1 + 1 + 1,
         FrameId::Extended(_) => 1 + 11 + 1 + 1 + 18 + 1 + 1 + 1 + 1,
     };
-    // ESI, length, data. After the last of them stands a fixed stuff bit in any case.
+    // ESI, length, data. A fixed stuff bit always follows.
     let data = 1 + 4 + 8 * u32::from(bytes);
     let stuff = (arbitration + data - 2) / 4;
     let early = (arbitration - 1) / 4;
@@ -70,7 +71,7 @@ mod tests {
     const STANDARD: FrameId = FrameId::Standard(0x181);
     const EXTENDED: FrameId = FrameId::Extended(0x181);
 
-    /// The worst cases of the literature (Davis, Burns, Bril and Lukkien, *Controller Area Network
+    /// Worst cases of the literature (Davis, Burns, Bril and Lukkien, *Controller Area Network
     /// schedulability analysis*, 2007): (55 + 10 n) and (80 + 10 n) bit times.
     #[test]
     fn classic_frames_are_as_long_as_the_literature_says() {
@@ -80,7 +81,7 @@ mod tests {
         }
     }
 
-    /// Counted by stuffing the worst sequence bit by bit: runs of equal bits that the stuff bit
+    /// Counts by stuffing the worst sequence bit by bit: runs of equal bits that the stuff bit
     /// continues.
     #[test]
     fn stuffing_bit_by_bit_gives_the_same_count() {

@@ -1,4 +1,4 @@
-//! Folders of a service, which only its own user may write to.
+//! Folders of a service that only its own user may write to.
 
 use std::fs::{self, DirBuilder};
 use std::io;
@@ -13,18 +13,21 @@ const WRITABLE_BY_GROUP: u32 = 0o020;
 /// Anybody may write.
 const WRITABLE_BY_OTHERS: u32 = 0o002;
 
-/// Why a folder cannot be the service's.
+/// Error when a folder cannot belong to the service.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be made or looked at: check its parent's permissions, or name another one.
-    #[error("{}: {cause}; check the permissions of its parent folder, or name another one", folder.display())]
+    /// It cannot be created or inspected. Check its parent's permissions, or name another one.
+    #[error(
+        "{}: {cause}; check the permissions of its parent folder, or name another one",
+        folder.display()
+    )]
     Io {
         /// The folder.
         folder: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         cause: io::Error,
     },
-    /// Something else has the name.
+    /// The path exists and is not a folder.
     #[error("{} is not a folder; name another one", folder.display())]
     NotAFolder {
         /// The path.
@@ -32,9 +35,9 @@ pub enum FolderError {
     },
     /// Its owner may change the files in it.
     #[error(
-        "{} belongs to user {owner}, and the service runs as user {user}: the owner could change \
-         the files in it; run `chown {user} {}`, run the service as the owner, or name another \
-         folder",
+        "{} belongs to user {owner}, and the service runs as user {user}. The owner could change \
+        the files in it. Run `chown {user} {}`, run the service as the owner, or name another \
+        folder",
         folder.display(), folder.display()
     )]
     OtherOwner {
@@ -45,7 +48,7 @@ pub enum FolderError {
         /// The user of the service.
         user: u32,
     },
-    /// Anybody may change what is in it.
+    /// Anybody may change its content.
     #[error(
         "every user can write to {}; run `chmod o-w {}`, or name another folder",
         folder.display(), folder.display()
@@ -54,7 +57,7 @@ pub enum FolderError {
         /// The folder.
         folder: PathBuf,
     },
-    /// Members of a group that is not the user's own may change what is in it.
+    /// Members of a group that is not the user's own may change its content.
     #[error(
         "{} can be written by group {group}, and the service's is {own}; take that away with \
          `chmod g-w {}`, or name another folder",
@@ -65,19 +68,19 @@ pub enum FolderError {
         folder: PathBuf,
         /// Whose it is.
         group: u32,
-        /// Whose the service is.
+        /// Group of the service.
         own: u32,
     },
 }
 
-/// Makes a folder of the own user if need be, and refuses one that others may change.
+/// Creates a folder of the own user if needed, and refuses one that others may change.
 ///
 /// # Errors
 /// [`FolderError`].
 pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     let made = DirBuilder::new().recursive(true).mode(0o755).create(folder);
     match made {
-        // What there is instead is told by what follows.
+        // If the path exists, the check below reports what it is.
         Err(cause) if cause.kind() != io::ErrorKind::AlreadyExists => {
             Err(FolderError::Io { folder: folder.to_owned(), cause })
         }
@@ -85,7 +88,7 @@ pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     }
 }
 
-/// Refuses a folder that others than a user may change.
+/// Refuses a folder that anyone except the given user may change.
 ///
 /// # Errors
 /// [`FolderError`].
@@ -106,11 +109,11 @@ pub fn check_folder(folder: &Path, user: u32) -> Result<(), FolderError> {
     }
 }
 
-/// A user's own group: of this process, or as the system knows it.
+/// Returns a user's own group: that of this process, or the one known to the system.
 fn group_of(user: u32) -> u32 {
     let other = (user != geteuid().as_raw()).then(|| User::from_uid(Uid::from_raw(user)));
-    let known = other.and_then(|found| found.ok().flatten());
-    known.map_or(getegid().as_raw(), |known| known.gid.as_raw())
+    let owner = other.and_then(|found| found.ok().flatten());
+    owner.map_or(getegid().as_raw(), |available| available.gid.as_raw())
 }
 
 #[cfg(test)]
@@ -127,7 +130,7 @@ mod tests {
         fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
         let refused = own_folder(&folder).unwrap_err();
         assert!(matches!(refused, FolderError::Writable { .. }), "{refused}");
-        // Its own group may, as where everybody has one; root may give it to another.
+        // Its own group may write, for systems where every user has one. Root may change the group.
         fs::set_permissions(&folder, fs::Permissions::from_mode(0o775)).unwrap();
         own_folder(&folder).unwrap();
         if geteuid().is_root() {
@@ -138,7 +141,7 @@ mod tests {
         let file = above.path().join("file");
         fs::write(&file, "").unwrap();
         assert!(matches!(own_folder(&file), Err(FolderError::NotAFolder { .. })));
-        // Root may give a folder away; anybody else has none but the system's.
+        // Root may give a folder away. Other users can only test a system folder.
         let of_another = if geteuid().is_root() {
             std::os::unix::fs::chown(above.path().join("a"), Some(65_534), None).unwrap();
             above.path().join("a")

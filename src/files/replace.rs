@@ -1,4 +1,4 @@
-//! Replaces a file by another, completely or not at all.
+//! Replacement of a file by another, completely or not at all.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -8,19 +8,19 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// End of the name of a file that is being written: `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
+/// Suffix of a file that is being written: `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
 const END: &str = ".tmp";
 
 /// Files that this process is writing.
 static UNFINISHED: Unfinished = Unfinished(Mutex::new(BTreeSet::new()));
 
-/// Writes a file beside its place, syncs it, renames it to its place and syncs the folder: after a
-/// power cut the name has the old content or the new one (rename(2), fsync(2)). It is as readable as
-/// any other file that the user makes.
+/// Writes a file next to its place, syncs it, renames it and syncs the folder. After a power cut,
+/// the name has the old content or the new one (rename(2), fsync(2)). The file is as readable as
+/// any other file that the user creates.
 ///
 /// # Errors
-/// That of `write` or of the file system; the file of before is untouched, unless the very last step
-/// failed, the folder's sync.
+/// That of `write` or of the file system. The old file is untouched, unless the last step failed,
+/// the sync of the folder.
 pub fn replace<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
@@ -28,24 +28,24 @@ pub fn replace<T>(
     UNFINISHED.replace(path, write)
 }
 
-/// Removes what this process is writing, before it ends in the midst of it.
+/// Removes the unfinished files of this process, before it ends during a write.
 pub fn discard_unfinished() {
     UNFINISHED.discard();
 }
 
-/// Removes from a folder what processes that were killed had begun to write there, of files with the
-/// names that `is_ours` knows. Nobody else may be writing them.
+/// Removes the unfinished files of killed processes from a folder, for names that `is_ours`
+/// accepts. No other process may be writing them.
 ///
 /// # Errors
-/// The file system's.
+/// Those of the file system.
 pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
-        let of = name.to_str().and_then(|name| {
+        let replaced = name.to_str().and_then(|name| {
             name.strip_prefix('.')?.strip_suffix(END)?.rsplit_once('.').map(|(of, _)| of)
         });
-        if of.is_some_and(&is_ours) {
+        if replaced.is_some_and(&is_ours) {
             fs::remove_file(entry.path())?;
         }
     }
@@ -70,7 +70,7 @@ impl Unfinished {
         prefix.push(".");
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(END).permissions(Permissions::from_mode(0o666));
-        // The error's own text has the name of the temporary file, which helps nobody.
+        // The error's own text contains the name of the temporary file, which helps nobody.
         let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
         let listed = self.list(file.path());
         let mut buffered = BufWriter::new(file.as_file());
@@ -100,7 +100,7 @@ impl Unfinished {
     }
 }
 
-/// In the list as long as it lives.
+/// Entry in the list for its lifetime.
 struct Listed<'a> {
     list: &'a Unfinished,
     path: PathBuf,
@@ -131,12 +131,12 @@ mod tests {
         replace(&path, |out| out.write_all(b"old")).unwrap();
         let failed: io::Result<()> = replace(&path, |out| {
             out.write_all(b"ne")?;
-            assert_eq!(names(folder.path()).len(), 2, "beside its place");
+            assert_eq!(names(folder.path()).len(), 2, "next to its place");
             Err(io::ErrorKind::StorageFull.into())
         });
         assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(fs::read(&path).unwrap(), b"old");
-        assert_eq!(names(folder.path()), ["a.json"], "nothing is left beside");
+        assert_eq!(names(folder.path()), ["a.json"], "nothing is left next to it");
         replace(&path, |out| out.write_all(b"new")).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
     }
@@ -145,7 +145,7 @@ mod tests {
     fn what_is_being_written_can_be_discarded() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
-        // A list of its own: other tests of this process are writing, too.
+        // A separate list: other tests of this process also write.
         let unfinished = Unfinished(Mutex::new(BTreeSet::new()));
         let written = unfinished.replace(&path, |out| {
             out.write_all(b"half")?;
@@ -159,8 +159,8 @@ mod tests {
     #[test]
     fn only_the_own_leftovers_go() {
         let folder = tempfile::tempdir().unwrap();
-        let all = [".a.json.Xy3aBc.tmp", ".b.json.Xy3aBc.tmp", ".a.json.tmp", "a.json"];
-        for name in all {
+        let written = [".a.json.Xy3aBc.tmp", ".b.json.Xy3aBc.tmp", ".a.json.tmp", "a.json"];
+        for name in written {
             fs::write(folder.path().join(name), "").unwrap();
         }
         remove_leftovers(folder.path(), |name| name == "a.json").unwrap();

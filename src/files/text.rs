@@ -1,4 +1,4 @@
-//! Configuration as it is read: text, in a regular file, of bounded size.
+//! Configuration files: text, in a regular file, of bounded size.
 
 use std::fs::File;
 use std::io::{self, Read as _};
@@ -6,38 +6,41 @@ use std::path::Path;
 
 use rustix::fs::{Mode, OFlags};
 
-/// The largest file of configuration that is read \[bytes\]. A DBC file of a whole vehicle has some
+/// Size limit of a configuration file \[bytes\]. A DBC file of a complete vehicle has some
 /// megabytes.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 
-/// Why a file of configuration cannot be read.
+/// Error when a configuration file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum TextError {
-    /// The file system refused: check path and permissions.
+    /// The file system refused. Check path and permissions.
     #[error("{0}")]
     Io(#[from] io::Error),
     /// A folder, a device, a pipe or a socket.
     #[error("it is not a regular file; name a file, or copy its content to one")]
     NotAFile,
-    /// No configuration has this size.
-    #[error("it has more than {} MB, too many for a configuration; is it the right file?", MAX_TEXT_BYTES >> 20)]
+    /// The file is too large for a configuration.
+    #[error(
+        "it has more than {} MB, too many for a configuration; is it the right file?",
+        MAX_TEXT_BYTES >> 20
+    )]
     TooLarge,
     /// Not UTF-8.
     #[error("line {line} is not UTF-8; save the file as UTF-8")]
     NotText {
-        /// The first line that cannot be read, counted from 1.
+        /// First unreadable line, counted from 1.
         line: usize,
     },
 }
 
 impl TextError {
-    /// Whether there is no such file.
+    /// Returns true if the file does not exist.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Io(cause) if cause.kind() == io::ErrorKind::NotFound)
     }
 }
 
-/// The text of a file of configuration.
+/// Reads the text of a configuration file.
 ///
 /// # Errors
 /// [`TextError`].
@@ -48,12 +51,12 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
     })
 }
 
-/// The bytes of a file of configuration, of whatever encoding.
+/// Reads the bytes of a configuration file of any encoding.
 ///
 /// # Errors
 /// [`TextError`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, TextError> {
-    // Nothing waits for the other end of a pipe, and nothing is read of a device.
+    // The open does not wait for the other end of a pipe, and nothing is read from a device.
     let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
     let file = File::from(rustix::fs::open(path, flags, Mode::empty()).map_err(io::Error::from)?);
     if !file.metadata()?.is_file() {

@@ -1,44 +1,45 @@
-//! How long something took, as a histogram: one thread records, others read meanwhile.
+//! Durations as a histogram: one thread records while others read.
 //!
 //! Recording adds to one counter of a fixed array: no allocation, no lock, no system call. The
-//! buckets are those of an HDR histogram: as wide as a nanosecond up to 64 ns, then 32 to each power
-//! of two, so that a bucket is at most 1/32 of its values wide.
+//! buckets are those of an HDR histogram: one nanosecond wide up to 64 ns, then 32 for each power
+//! of two. A bucket is therefore at most 1/32 of its values wide.
 
 use core::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-/// Buckets of each power of two, as a power of two.
+/// Number of buckets of each power of two, as a power of two.
 const PARTS_BITS: u32 = 5;
 const PARTS: usize = 1 << PARTS_BITS;
 const LONGEST_BITS: u32 = 36;
-/// End of the last bucket, 69 s: longer times are counted there too \[ns\].
+/// End of the last bucket, 69 s. Longer times are counted there too \[ns\].
 pub const LONGEST_NS: u64 = (1 << LONGEST_BITS) - 1;
 const BUCKETS: usize = PARTS * (LONGEST_BITS - PARTS_BITS + 1) as usize;
 
-/// Counts times, in 8 KiB.
+/// Counters of times, in 8 KiB.
 pub struct Latencies {
     counts: [AtomicU64; BUCKETS],
     max_ns: AtomicU64,
 }
 
-/// What was counted since the start.
+/// Summary of the times counted since the start.
 ///
-/// A quantile is the smallest time that so many of the times do not exceed, rounded up to the end of
-/// its bucket, but not above the longest: too long by less than 1/32, never too short. Only of times
-/// beyond [`LONGEST_NS`] it is too short: it is that limit. The longest is exact there as well.
+/// A quantile is the smallest time that this share of the times does not exceed. It is rounded up
+/// to the end of its bucket, but not above the longest time. It is too long by less than 1/32,
+/// never too short. Only times beyond [`LONGEST_NS`] give a quantile that is too short: that limit.
+/// The longest time is exact there as well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LatencySummary {
     /// Times counted.
     pub count: u64,
     /// The median \[ns\].
     pub p50_ns: u64,
-    /// Of 99 % \[ns\].
+    /// 99 % quantile \[ns\].
     pub p99_ns: u64,
-    /// Of 99.9 % \[ns\].
+    /// 99.9 % quantile \[ns\].
     pub p999_ns: u64,
-    /// The longest, exactly \[ns\].
+    /// Longest time, exact \[ns\].
     pub max_ns: u64,
 }
 
@@ -57,7 +58,8 @@ impl fmt::Debug for Latencies {
 impl Latencies {
     /// Counts one time \[ns\].
     pub fn record(&self, ns: u64) {
-        // The longest before the count: who sees a time counted sees no longest below it.
+        // The longest time is updated before the count. A reader who sees a time counted never sees
+        // a shorter longest time.
         if ns > self.max_ns.load(Ordering::Relaxed) {
             self.max_ns.fetch_max(ns, Ordering::Relaxed);
         }
@@ -66,7 +68,7 @@ impl Latencies {
         }
     }
 
-    /// What was counted; nothing when nothing was.
+    /// Returns the summary. `None` if nothing was counted.
     pub fn summary(&self) -> Option<LatencySummary> {
         let counts = self.counts.each_ref().map(|count| count.load(Ordering::Acquire));
         let max_ns = self.max_ns.load(Ordering::Relaxed);
@@ -90,16 +92,16 @@ impl Latencies {
     }
 }
 
-/// Where a time is counted.
+/// Returns the bucket of a time.
 fn bucket(ns: u64) -> usize {
     let ns = ns.min(LONGEST_NS);
-    // Bits that do not count: the highest one and the five below it do.
+    // Number of ignored bits: only the highest set bit and the five below it count.
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(PARTS_BITS + 1);
     let part = (ns >> shift) as usize;
     PARTS * shift as usize + part
 }
 
-/// The longest time that is counted in a bucket \[ns\].
+/// Returns the longest time that is counted in a bucket \[ns\].
 fn longest(bucket: usize) -> u64 {
     let shift = (bucket / PARTS).saturating_sub(1);
     let part = bucket - PARTS * shift;
@@ -111,7 +113,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The smallest of the sorted times that so many of them do not exceed.
+    /// Returns the smallest of the sorted times that this share of them does not exceed.
     fn exact(sorted: &[u64], permille: usize) -> u64 {
         sorted[(sorted.len() * permille).div_ceil(1000) - 1]
     }
@@ -142,7 +144,7 @@ mod tests {
     }
 
     proptest! {
-        /// Times of every magnitude, against their sorted list.
+        /// Times of every magnitude, compared with their sorted list.
         #[test]
         fn quantiles_are_those_of_the_sorted_times(
             times in prop::collection::vec((0u32..36, any::<u64>()), 1..3000)
@@ -155,8 +157,8 @@ mod tests {
             let summary = latencies.summary().unwrap();
             prop_assert_eq!(summary.count, times.len() as u64);
             prop_assert_eq!(summary.max_ns, *times.last().unwrap());
-            let found = [summary.p50_ns, summary.p99_ns, summary.p999_ns];
-            for (found, permille) in found.into_iter().zip([500, 990, 999]) {
+            let quantiles = [summary.p50_ns, summary.p99_ns, summary.p999_ns];
+            for (found, permille) in quantiles.into_iter().zip([500, 990, 999]) {
                 let exact = exact(&times, permille);
                 prop_assert!(exact <= found && found <= exact + exact / 32, "{} {}", exact, found);
             }

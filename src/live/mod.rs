@@ -1,4 +1,4 @@
-//! What runs while the arm moves: the bus thread, shared memory, the worker, and the recorder.
+//! Parts that run while the arm moves: the bus thread, shared memory, the worker, and the recorder.
 
 pub mod acquire;
 pub mod latency;

@@ -1,16 +1,17 @@
-//! `[data.bag]` of a ROS 2 bag: which joint states, in which unit.
+//! `[data.bag]` of a ROS 2 bag: the joint states and their units.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use didim_dynamics::robot::Robot;
 use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::{Look, rounded, torque_valid};
+use super::plausible::{Survey, rounded, torque_valid};
 use super::value::{Guess, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, quoted};
 
 const SECTION: &str = "data.bag";
-/// Stamps of joint states are no others.
+/// Range of plausible stamp rates of joint states \[Hz\].
 const STAMPED_HZ: core::ops::Range<f64> = 1.0..20_000.0;
 
 pub(super) fn propose(
@@ -23,20 +24,22 @@ pub(super) fn propose(
     let has_all = |topic: &BagTopic, joints: &[String]| {
         joints.iter().all(|joint| topic.joints.contains(joint))
     };
-    let mut own = !joints.is_empty() && contents.topics.iter().any(|topic| has_all(topic, &joints));
+    let mut is_published =
+        !joints.is_empty() && contents.topics.iter().any(|topic| has_all(topic, &joints));
     if let Some(named) = draft.answered_texts("data.bag.joints") {
         joints = named;
-        own = false;
+        is_published = false;
     }
-    if !own {
-        let found: Vec<&str> =
+    if !is_published {
+        let joint_names: Vec<&str> =
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
-        let what = format!("names in the messages, in the arm's order, of {}", found.join(" "));
-        draft.put(SECTION, "joints", Guess::open(&what));
+        let question =
+            format!("names in the messages, in the arm's order, of {}", joint_names.join(" "));
+        draft.put(SECTION, "joints", Guess::open(&question));
     }
     let fits = |topic: &&BagTopic| joints.len() == robot.joints() && has_all(topic, &joints);
     let mut fitting: Vec<&BagTopic> = contents.topics.iter().filter(fits).collect();
-    // Of a topic the publisher that says most.
+    // For each topic, the publisher with the most messages counts.
     fitting.sort_by_key(|topic| core::cmp::Reverse(topic.messages));
     let mut names: Vec<&str> = Vec::new();
     fitting.retain(|topic| {
@@ -54,10 +57,49 @@ pub(super) fn propose(
             several.iter().find(|topic| Some(&topic.name) == answered.as_ref()).copied()
         }
     };
-    let (time, rate_hz) = match topic {
-        Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => {
-            (Guess::found(quoted("header"), "the stamps in the messages advance"), Some(*rate_hz))
+    let (time, rate_hz) = time_guess(topic);
+    let rate = match rate_hz {
+        Some(rate_hz) => {
+            Guess::from_file(format!("{:?}", rounded(rate_hz)), "the mean distance of the messages")
         }
+        None => Guess::open("messages a second"),
+    };
+    draft.put("data", "rate_hz", rate);
+    draft.put(SECTION, "time", time);
+    draft.put("data", "torque_valid", torque_valid(false));
+
+    let survey = survey_of_topic(file, robot, joints, topic)?;
+    let side = match &survey {
+        Some(survey_input) if survey_input.may_be_of_joints() => {
+            Guess::from_file(quoted("joint"), "joint states, within the joints' limits")
+        }
+        Some(_) => {
+            Guess::open(&format!("{WHICH_SIDE}; some positions are beyond the joints' limits"))
+        }
+        None => Guess::open(WHICH_SIDE),
+    };
+    draft.put("data", "side", side);
+    let survey_input = survey.filter(|_| draft.is("data.side", "joint"));
+    let [unit, sign] = effort_guesses(survey_input.as_ref(), topic);
+    draft.put(SECTION, "effort.unit", unit);
+    if draft.has_current("data.bag.effort.unit") {
+        draft.put(
+            SECTION,
+            "effort.per_ampere",
+            Guess::open("torque of one ampere, of the joints' side, for all or a list [N·m/A]"),
+        );
+    }
+    draft.put(SECTION, "effort.sign", sign);
+    Ok(())
+}
+
+/// Whose time counts, and the rate by it \[messages/s\].
+fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
+    match topic {
+        Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
+            Guess::from_file(quoted("header"), "the stamps in the messages advance"),
+            Some(*rate_hz),
+        ),
         Some(BagTopic { log_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
             Guess::assumed(
                 quoted("log"),
@@ -73,18 +115,17 @@ pub(super) fn propose(
             None,
         ),
         None => (Guess::open("\"header\", \"log\" or \"rows\": whose time counts"), None),
-    };
-    let rate = match rate_hz {
-        Some(rate_hz) => {
-            Guess::found(format!("{:?}", rounded(rate_hz)), "the mean distance of the messages")
-        }
-        None => Guess::open("messages a second"),
-    };
-    draft.put("data", "rate_hz", rate);
-    draft.put(SECTION, "time", time);
-    draft.put("data", "torque_valid", torque_valid(false));
+    }
+}
 
-    let look = match topic {
+/// Reads the states of a topic whose messages have an effort of every joint.
+fn survey_of_topic<'r>(
+    file: &Path,
+    robot: &'r Robot,
+    joints: Vec<String>,
+    topic: Option<&BagTopic>,
+) -> Result<Option<Survey<'r>>, ProposalError> {
+    let survey = match topic {
         Some(topic) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {
             let spec = BagSpec {
                 joints,
@@ -94,8 +135,8 @@ pub(super) fn propose(
                 torque_scales: vec![1.0; robot.joints()],
                 time: BagTime::Rows,
             };
-            let whole = read_bag(file, &spec)?.into_whole();
-            whole.map(|all| Look {
+            let measurement = read_bag(file, &spec)?.into_whole();
+            measurement.map(|all| Survey {
                 robot,
                 position: all.signals.position_rad,
                 torque: all.signals.torque_nm,
@@ -103,35 +144,20 @@ pub(super) fn propose(
         }
         _ => None,
     };
-    let side = match &look {
-        Some(look) if look.may_be_of_joints() => {
-            Guess::found(quoted("joint"), "joint states, within the joints' limits")
-        }
-        Some(_) => {
-            Guess::open(&format!("{WHICH_SIDE}; some positions are beyond the joints' limits"))
-        }
-        None => Guess::open(WHICH_SIDE),
-    };
-    draft.put("data", "side", side);
-    let look = look.filter(|_| draft.is("data.side", "joint"));
-    let [unit, sign] = match &look {
-        Some(look) => look.torque(None),
+    Ok(survey)
+}
+
+/// Unit and sign of the efforts.
+fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Guess; 2] {
+    match survey {
+        Some(survey) => survey.torque(None),
         None if topic.is_some_and(|topic| !topic.without_effort.is_empty()) => [
             Guess::open(
-                "messages without an effort of some joint: nothing can be identified from them; record the drives' efforts",
+                "messages without an effort of some joint: nothing can be identified from them; \
+                record the drives' efforts",
             ),
             Guess::open("1 or -1"),
         ],
         None => [Guess::open(WHICH_TORQUE), Guess::open(WHICH_SIGN)],
-    };
-    draft.put(SECTION, "effort.unit", unit);
-    if draft.has_current("data.bag.effort.unit") {
-        draft.put(
-            SECTION,
-            "effort.per_ampere",
-            Guess::open("torque of one ampere, of the joints' side, for all or a list [N·m/A]"),
-        );
     }
-    draft.put(SECTION, "effort.sign", sign);
-    Ok(())
 }

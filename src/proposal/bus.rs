@@ -1,4 +1,5 @@
-//! What a cell of any bus has: where it listens, its rate, the gains of its drives, its windows.
+//! Common parts of a cell with any bus: its interface, its rate, the gains of its drives, its
+//! windows.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,13 +14,14 @@ use super::plausible::{RATES_HZ, rounded};
 use super::value::{Guess, quoted};
 use crate::live::recording::open_log;
 
-/// Stamps of a log that tell its rate.
+/// Number of stamps of a log that determine its rate.
 const STAMPS: usize = 20_000;
 const BATCH: usize = 4096;
-/// What is asked where nobody knows whether a torque is measured.
-pub(super) const WHICH_VALIDITY: &str = "\"instant\" where it is measured; { held = { hold_us = …, delay_us = … } } where it is a command, as a rule for the cycle of the controller";
+/// Question for a torque that may or may not be measured.
+pub(super) const WHICH_VALIDITY: &str = "\"instant\" where it is measured; { held = { hold_us = …, \
+    delay_us = … } } where it is a command, as a rule for the cycle of the controller";
 
-/// The interface and the windows.
+/// Proposes the interface and the windows.
 pub(super) fn surroundings(draft: &mut Draft<'_>) {
     let why = "the first interface of a machine; didim only listens";
     draft.put("bus", "source", Guess::assumed(quoted("can:can0"), why));
@@ -37,7 +39,7 @@ pub(super) fn surroundings(draft: &mut Draft<'_>) {
     draft.put("window", "max_s", Guess::assumed("60.0".to_owned(), "bounds the memory"));
 }
 
-/// Gains of each drive: what the units of the signals, in lower case, leave open.
+/// Proposes the gains of each drive. The lower-case units of the signals settle a part of them.
 pub(super) fn drives(
     draft: &mut Draft<'_>,
     axes: usize,
@@ -47,8 +49,8 @@ pub(super) fn drives(
         let section = format!("bus.drives.{axis}");
         let named = "the unit in the DBC file";
         let scale = match unit(draft, "position", axis).as_deref() {
-            Some("rad") => Guess::found(quoted("rad"), named),
-            Some("deg" | "°") => Guess::found(quoted("deg"), named),
+            Some("rad") => Guess::from_file(quoted("rad"), named),
+            Some("deg" | "°") => Guess::from_file(quoted("deg"), named),
             _ => Guess::open(
                 "{ counts_per_revolution = … } of the motor, { rad_per_count = … } or \"rad\"",
             ),
@@ -72,10 +74,11 @@ pub(super) fn drives(
             Guess::open("where scale, sign and zero come from"),
         );
         let scale = match unit(draft, "torque", axis).as_deref() {
-            Some("nm" | "n·m" | "n.m") => Guess::found(quoted("nm"), named),
+            Some("nm" | "n·m" | "n.m") => Guess::from_file(quoted("nm"), named),
             Some("a") => Guess::open("{ nm_per_a = … }: what an ampere is worth at the joint"),
             _ => Guess::open(
-                "{ per_mille_of_rated_torque = { rated_torque_nm = … } }, { nm_per_count = … } or \"nm\"",
+                "{ per_mille_of_rated_torque = { rated_torque_nm = … } }, { nm_per_count = … } or \
+                \"nm\"",
             ),
         };
         draft.put(&section, "torque.scale", scale);
@@ -88,15 +91,17 @@ pub(super) fn drives(
     }
 }
 
-/// The rate that a log told.
+/// Proposes the rate from a log.
 pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
     match rate_hz {
-        Some(rate_hz) => Guess::found(format!("{rate_hz:?}"), "the mean distance of the stamps"),
+        Some(rate_hz) => {
+            Guess::from_file(format!("{rate_hz:?}"), "the mean distance of the stamps")
+        }
         None => Guess::open("samples a second; a log tells it (--log)"),
     }
 }
 
-/// By the frames of a log that mark a sample.
+/// Returns the rate of the frames in a log that mark a sample.
 pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
     let wrong = |source| ProposalError::Log { source: Box::new(source) };
     let mut source = open_log(log, None).map_err(wrong)?;

@@ -1,10 +1,10 @@
-//! `[bus]` of a DBC file: which signals, of which drives.
+//! `[bus]` of a DBC file: the signals and their drives.
 
 use std::path::{Path, PathBuf};
 
-use didim_core::MAX_JOINTS;
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{Database, NamedSignal};
+use didim_dynamics::MAX_JOINTS;
 use didim_formats::AXIS;
 
 use super::bus::{WHICH_VALIDITY, drives, rate, rate_hz, surroundings};
@@ -14,7 +14,7 @@ use super::names::{Group, Meaning, groups, meaning, words};
 use super::table::{chosen, is_measured, torques};
 use super::value::{Guess, list, quoted};
 
-/// The SYNC of CANopen by its identifier.
+/// Identifier of the CANopen SYNC.
 const SYNC: FrameId = FrameId::Standard(0x80);
 
 pub(super) fn propose(
@@ -27,21 +27,25 @@ pub(super) fn propose(
     let database = Database::parse(text).map_err(wrong)?;
     let axes = evidence.robot.robot.joints();
     let signals: Vec<NamedSignal<'_>> = database.signals().collect();
-    // A gripper may be one more of the same drives: messages whose last number is beyond the axes are of no axis.
-    let of_axes = |signal: &&NamedSignal<'_>| {
-        let number = signal.message.rsplit(|c: char| !c.is_ascii_digit()).next();
-        let number = number.and_then(|digits| digits.parse::<usize>().ok());
-        !number.is_some_and(|number| (axes + 1..=MAX_JOINTS).contains(&number))
-    };
+    // A gripper may be an additional drive of the same kind. Messages whose last number is beyond
+    // the axes belong to no axis.
     let named = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
-    let names: Vec<String> = signals.iter().filter(of_axes).map(named).collect();
+    let names: Vec<String> = signals
+        .iter()
+        .filter(|signal: &&NamedSignal<'_>| {
+            let number = signal.message.rsplit(|c: char| !c.is_ascii_digit()).next();
+            let number = number.and_then(|digits| digits.parse::<usize>().ok());
+            !number.is_some_and(|number| (axes + 1..=MAX_JOINTS).contains(&number))
+        })
+        .map(named)
+        .collect();
     let groups = groups(&names, axes, &[]);
     let bus = Bus { axes, signals, groups, messages: database.messages().collect() };
     surroundings(draft);
     let layout = "bus.layout";
     let path = quoted(&relative(file, out).display().to_string());
-    draft.put(layout, "dbc", Guess::found(path, "as named"));
-    draft.put(layout, "axes", Guess::found(axes.to_string(), "joints of the robot"));
+    draft.put(layout, "dbc", Guess::from_file(path, "as named"));
+    draft.put(layout, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
     let (by_sync, by_arrival) = bus.instant(draft, evidence.log.as_deref())?;
     bus.layout(draft, by_sync, by_arrival);
     bus.readings(draft);
@@ -52,14 +56,15 @@ pub(super) fn propose(
 struct Bus<'a> {
     axes: usize,
     signals: Vec<NamedSignal<'a>>,
-    /// Those that are there once for each axis.
+    /// Groups with one signal for each axis.
     groups: Vec<Group>,
     messages: Vec<(&'a str, FrameId)>,
 }
 
 impl Bus<'_> {
-    /// What marks a sample, and the rate where a log tells it. Whether it is a SYNC; whether every signal is valid when
-    /// its own frame comes, as on a bus that has none.
+    /// Proposes the message that marks a sample, and the rate if a log shows it. Returns two flags:
+    /// the message is a SYNC, and every signal is valid when its own frame arrives, as on a bus
+    /// without SYNC.
     fn instant(
         &self,
         draft: &mut Draft<'_>,
@@ -74,7 +79,7 @@ impl Bus<'_> {
             .collect();
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
         let reference = self.reference().map(|group| vec![group.name().replace(AXIS, "1")]);
-        // The command begins the cycle of drives that answer to it.
+        // The command begins the cycle of drives that answer it.
         let once = reference.or(self.position().ok());
         let once = once.and_then(|names| self.find(names.first()?));
         let sync = self.messages.iter().find(is_sync);
@@ -83,19 +88,21 @@ impl Bus<'_> {
                 draft.put(
                     "bus.layout",
                     "sync",
-                    Guess::found(quoted(name), "the message of this name or of identifier 80h"),
+                    Guess::from_file(quoted(name), "the message of this name or of identifier 80h"),
                 );
                 Some(*id)
             }
             (None, Some(id)) => Some(*id),
             (None, None) if once.is_some() => once.map(|signal| {
-                let why = "no SYNC is in the file: a message that comes once a cycle, here the first with a target or a position";
+                let why = "no SYNC is in the file: a message that comes once a cycle, here the \
+                    first with a target or a position";
                 draft.put("bus.layout", "sync", Guess::assumed(quoted(signal.message), why));
                 signal.id
             }),
             (None, None) => {
-                let what = "the message that marks the instant of a sample: the signals are in several messages";
-                draft.put("bus.layout", "sync", Guess::open(what));
+                let question = "the message that marks the instant of a sample: the signals are in \
+                    several messages";
+                draft.put("bus.layout", "sync", Guess::open(question));
                 None
             }
         };
@@ -107,7 +114,7 @@ impl Bus<'_> {
         Ok((sync.is_some(), sync.is_none() && packed.is_none()))
     }
 
-    /// The position of each axis.
+    /// Returns the position signal of each axis.
     fn position(&self) -> Result<Vec<String>, String> {
         let each = |pattern: &str| -> Vec<String> {
             (1..=self.axes).map(|axis| pattern.replace(AXIS, &axis.to_string())).collect()
@@ -125,44 +132,47 @@ impl Bus<'_> {
             Ok(group) => format!("`{}` counts otherwise", group.name()),
             Err(which) => which.clone(),
         };
-        // Of several axes in a message, with the number of the axis in the signal's name alone.
-        let own = |axis: usize| {
-            let axis = axis.to_string();
-            let mut of_axis = self.signals.iter().filter(|signal| {
-                let (name, number) = signal
-                    .name
-                    .split_at(signal.name.trim_end_matches(|c: char| c.is_ascii_digit()).len());
-                number == axis
-                    && meaning(&format!("{}.{name}", signal.message)) == Some(Meaning::Position)
-            });
-            let name = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
-            of_axis.next().map(name).filter(|_| of_axis.next().is_none())
-        };
-        let names: Option<Vec<String>> = (1..=self.axes).map(own).collect();
+        // Fallback: several axes in one message, with the number of the axis in the signal's name
+        // only.
+        let names: Option<Vec<String>> = (1..=self.axes)
+            .map(|axis: usize| {
+                let axis = axis.to_string();
+                let mut of_axis = self.signals.iter().filter(|signal| {
+                    let (name, number) = signal
+                        .name
+                        .split_at(signal.name.trim_end_matches(|c: char| c.is_ascii_digit()).len());
+                    number == axis
+                        && meaning(&format!("{}.{name}", signal.message)) == Some(Meaning::Position)
+                });
+                let name = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
+                of_axis.next().map(name).filter(|_| of_axis.next().is_none())
+            })
+            .collect();
         names.filter(|names| names.iter().all(unit)).ok_or(without)
     }
 
-    /// The reference of each axis, unless its unit is another one than that of the position, with which it shares its gain.
+    /// Returns the reference of each axis. `None` if its unit differs from that of the position,
+    /// because both share one gain.
     fn reference(&self) -> Option<Group> {
         let group = chosen(&self.groups, Meaning::Reference).ok()?;
         let unit = |name: &str| self.find(name).map(|signal| signal.unit);
         let position = self.position().ok().and_then(|names| unit(names.first()?));
-        let own = unit(&group.name().replace(AXIS, "1"));
-        (position.is_none() || own == position).then_some(group)
+        let axis_unit = unit(&group.name().replace(AXIS, "1"));
+        (position.is_none() || axis_unit == position).then_some(group)
     }
 
-    /// What drives tell besides, where one group of signals is named so.
+    /// Proposes the additional readings of drives, if exactly one group of signals has such a name.
     fn readings(&self, draft: &mut Draft<'_>) {
-        // The key, the word of it, words that tell which of several is meant, and units.
-        let all: [(&str, &str, &[&str], &[&str]); 3] = [
+        // Key, its word, words that select one of several groups, and units.
+        let kinds: [(&str, &str, &[&str], &[&str]); 3] = [
             ("temperature", "temperature", &["motor", "rotor"], &["degC", "°C", "C"]),
             ("supply_voltage", "voltage", &["supply", "bus", "dc", "link"], &["V", "mV"]),
             ("mode", "mode", &["display"], &[""]),
         ];
-        for (key, word, which, units) in all {
+        for (key, word, which, units) in kinds {
             let is = |name: &str, any: &[&str]| {
-                let own = words(name.rsplit_once('.').map_or(name, |(_, own)| own));
-                own.iter().any(|own| any.contains(&own.as_str()))
+                let last_word = words(name.rsplit_once('.').map_or(name, |(_, own)| own));
+                last_word.iter().any(|own| any.contains(&own.as_str()))
             };
             let fits = |name: &str| {
                 let first = self.find(&name.replace(AXIS, "1"));
@@ -173,13 +183,13 @@ impl Bus<'_> {
             let names: Vec<&str> =
                 self.groups.iter().map(Group::name).filter(|name| fits(name)).collect();
             let meant: Vec<&str> = names.iter().copied().filter(|name| is(name, which)).collect();
-            // A mode that is not said to be the drive's own may be the one that is asked for.
-            let one = match (names.as_slice(), meant.as_slice()) {
+            // A mode without a word for the drive's own mode may be the requested one.
+            let single_name = match (names.as_slice(), meant.as_slice()) {
                 (_, [one]) => one,
                 ([one], []) if key != "mode" => one,
                 _ => continue,
             };
-            let guess = Guess::assumed(quoted(one), "by its name");
+            let guess = Guess::assumed(quoted(single_name), "by its name");
             draft.put("bus.layout", &format!("{key}.signal"), guess);
         }
     }
@@ -187,7 +197,7 @@ impl Bus<'_> {
     fn layout(&self, draft: &mut Draft<'_>, by_sync: bool, by_arrival: bool) {
         let layout = "bus.layout";
         let groups = &self.groups;
-        let found = |wanted| chosen(groups, wanted);
+        let group_of = |wanted| chosen(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
                 Ok(Group::Numbered(pattern)) if pattern.contains(AXIS) => {
@@ -206,7 +216,7 @@ impl Bus<'_> {
         let arrival = || {
             Guess::assumed(quoted("arrival"), "no SYNC is in the file: when its own frame comes")
         };
-        match (self.position(), found(Meaning::Position)) {
+        match (self.position(), group_of(Meaning::Position)) {
             (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS, "1") => {
                 signal(draft, "position", Ok(group));
             }
@@ -242,23 +252,23 @@ impl Bus<'_> {
             draft.put(layout, "reference.valid", valid);
         }
         let plain = |word: &str| {
-            let mut found =
+            let mut signals =
                 self.signals.iter().filter(|signal| signal.name.eq_ignore_ascii_case(word));
-            found.next().filter(|_| found.next().is_none())
+            signals.next().filter(|_| signals.next().is_none())
         };
         if let Some(counter) = plain("counter").filter(|_| !by_sync) {
             let name = format!("{}.{}", counter.message, counter.name);
-            draft.put(layout, "counter", Guess::found(quoted(&name), "by its name"));
+            draft.put(layout, "counter", Guess::from_file(quoted(&name), "by its name"));
         }
         let status = groups
             .iter()
             .find(|group| words(group.name()).ends_with(&["status".to_owned(), "word".to_owned()]));
         if let Some(group) = status {
-            draft.put(layout, "status_word", Guess::found(quoted(group.name()), "by its name"));
+            draft.put(layout, "status_word", Guess::from_file(quoted(group.name()), "by its name"));
         }
     }
 
-    /// The unit of the signal that was found for a quantity of an axis.
+    /// Returns the unit of the signal that was found for a quantity of an axis.
     fn unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
         let name = match draft.value(&format!("bus.layout.{what}.signal"))? {
             toml::Value::Array(names) => names.get(axis - 1)?.as_str()?.to_owned(),
@@ -272,7 +282,7 @@ impl Bus<'_> {
         self.signals.iter().find(|own| own.message == message && own.name == signal)
     }
 
-    /// The signals of all axes that have one of these meanings.
+    /// Returns the signals of all axes that have one of these meanings.
     fn signals_of(&self, meanings: &[Meaning]) -> Vec<String> {
         let has = |group: &&Group| meaning(group.name()).is_some_and(|of| meanings.contains(&of));
         let wanted = self.groups.iter().filter(has);

@@ -1,4 +1,4 @@
-//! The entries of a cell file that is being written, and its text.
+//! The entries of a proposed cell file, and its text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use super::evidence::ProposalError;
 use super::value::{Guess, Standing, parsed, quoted, texts};
 use crate::cell::{CURRENTS, OPEN};
 
-/// Values by key, as TOML; a bare word is a text.
+/// Values by key, as TOML; a bare word is text.
 pub type Answers = BTreeMap<String, String>;
 
 /// A key with its value.
@@ -17,28 +17,28 @@ pub struct Entry {
     name: String,
     /// As TOML.
     pub value: String,
-    /// Where it comes from.
+    /// Source of the value.
     pub standing: Standing,
-    /// Why, or what is asked.
+    /// Reason, or question.
     pub why: String,
 }
 
 impl Entry {
-    /// The key with its section.
+    /// Returns the key with its section.
     pub fn key(&self) -> String {
         let Self { section, name, .. } = self;
         if section.is_empty() { name.clone() } else { format!("{section}.{name}") }
     }
 }
 
-/// A cell file, and how each of its values came.
+/// A cell file, with the source of each value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
-    /// In the order of the file.
+    /// Entries in the order of the file.
     pub entries: Vec<Entry>,
 }
 
-/// Of the file, in their order, those of the drives by their axis.
+/// Sections in the order of the file; those of the drives are sorted by axis.
 const SECTIONS: [&str; 10] = [
     "",
     "urdf",
@@ -51,10 +51,10 @@ const SECTIONS: [&str; 10] = [
     "window",
     "identification",
 ];
-/// Those that are there once for each axis.
+/// Sections that occur once for each axis.
 const EACH: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
 
-/// A section of an axis, in two: its list and the number.
+/// Splits a section of an axis into its list and the number.
 fn of_axis(section: &str) -> Option<(&str, &str)> {
     section.rsplit_once('.').filter(|(list, _)| EACH.contains(list))
 }
@@ -62,17 +62,17 @@ fn of_axis(section: &str) -> Option<(&str, &str)> {
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
     asked: BTreeSet<String>,
-    /// What the files say by themselves, so that it is no key.
-    known: Vec<(&'static str, String)>,
+    /// Values that the files state themselves, so they need no key.
+    answered: Vec<(&'static str, String)>,
     entries: Vec<Entry>,
 }
 
 impl<'a> Draft<'a> {
     pub(super) fn new(answers: &'a Answers) -> Self {
-        Self { answers, asked: BTreeSet::new(), known: Vec::new(), entries: Vec::new() }
+        Self { answers, asked: BTreeSet::new(), answered: Vec::new(), entries: Vec::new() }
     }
 
-    /// Takes the answer, or else the guess.
+    /// Adds the answer, or else the guess.
     pub(super) fn put(&mut self, section: &str, name: &str, guess: Guess) {
         let Guess { value, standing, why } = guess;
         let (section, name) = (section.to_owned(), name.to_owned());
@@ -80,23 +80,23 @@ impl<'a> Draft<'a> {
         self.asked.insert(entry.key());
         let answer = self.answers.get(&entry.key());
         if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != OPEN) {
-            let (value, standing) = (as_toml(answer), Standing::Stated);
+            let (value, standing) = (as_toml(answer), Standing::Configured);
             entry = Entry { value, standing, why: String::new(), ..entry };
         }
         self.entries.push(entry);
     }
 
-    /// Takes what needs no entry.
+    /// Adds a value that needs no entry.
     pub(super) fn know(&mut self, key: &'static str, value: String) {
-        self.known.push((key, value));
+        self.answered.push((key, value));
     }
 
-    /// Whether a key has this text.
+    /// Returns true if a key has this text.
     pub(super) fn is(&self, key: &str, text: &str) -> bool {
         self.text(key).as_deref() == Some(text)
     }
 
-    /// Whether a key has this text, for an axis at least.
+    /// Returns true if a key has this text for at least one axis.
     pub(super) fn has(&self, key: &str, text: &str) -> bool {
         match self.value(key) {
             Some(toml::Value::Array(values)) => values.iter().any(|own| own.as_str() == Some(text)),
@@ -104,12 +104,12 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Whether it is the unit of a current, for all axes or one of them.
+    /// Returns true if a key has the unit of a current, for all axes or one of them.
     pub(super) fn has_current(&self, key: &str) -> bool {
         CURRENTS.iter().any(|(unit, _)| self.has(key, unit))
     }
 
-    /// The text of a key that is not open.
+    /// Returns the text of a key that is not open.
     pub(super) fn text(&self, key: &str) -> Option<String> {
         match self.value(key)? {
             toml::Value::String(text) if text != OPEN => Some(text),
@@ -117,7 +117,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The number of a key that is not open.
+    /// Returns the number of a key that is not open.
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         match self.value(key)? {
             toml::Value::Float(number) => Some(number),
@@ -126,24 +126,24 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The value of a key.
+    /// Returns the value of a key.
     pub(super) fn value(&self, key: &str) -> Option<toml::Value> {
         let entry = self.entries.iter().find(|entry| entry.key() == key);
-        let known = self.known.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
-        parsed(entry.map(|entry| &entry.value).or(known)?)
+        let answer = self.answered.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        parsed(entry.map(|entry| &entry.value).or(answer)?)
     }
 
-    /// The answer to what is not asked yet.
+    /// Returns the answer to a question that has not been asked yet.
     pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
         parsed(&as_toml(self.answers.get(key)?))
     }
 
-    /// The text that answers what is not asked yet.
+    /// Returns the text that answers a question that has not been asked yet.
     pub(super) fn answered_text(&self, key: &str) -> Option<String> {
         self.answer(key)?.as_str().map(str::to_owned)
     }
 
-    /// The list of texts that answers what is not asked yet.
+    /// Returns the list of texts that answers a question that has not been asked yet.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
         self.answer(key)?.as_array().map(|values| texts(values))
     }
@@ -151,11 +151,11 @@ impl<'a> Draft<'a> {
     pub(super) fn finish(self) -> Result<Proposal, ProposalError> {
         let to_nothing = self.answers.keys().find(|key| !self.asked.contains(*key));
         if let Some(key) = to_nothing {
-            let known = self.asked.into_iter().collect::<Vec<_>>().join(" ");
-            return Err(ProposalError::NotAsked { key: key.clone(), known });
+            let keys = self.asked.into_iter().collect::<Vec<_>>().join(" ");
+            return Err(ProposalError::NotAsked { key: key.clone(), available: keys });
         }
         let mut entries = self.entries;
-        // The file's order: what the cell is, its data or bus, how they are identified.
+        // Order of the file: the cell itself, its data or bus, and their identification.
         let place = |section: &str| {
             let (section, axis) = of_axis(section)
                 .map_or((section, 0), |(list, axis)| (list, axis.parse().unwrap_or(0)));
@@ -166,7 +166,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// As TOML, a bare word as a text.
+/// Converts an answer to TOML; a bare word becomes text.
 fn as_toml(answer: &str) -> String {
     if parsed(answer).is_some() { answer.to_owned() } else { quoted(answer) }
 }
@@ -180,8 +180,10 @@ impl Proposal {
     /// The cell file.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "# Above each value stands where it comes from: stated by you, found in the files, assumed because it is\n\
-             # usual (have a look), or missing. Put what is missing in place of {}; `didim check` lists what is left.\n\n",
+            "# Above each value stands where it comes from: stated by you, found in the files, \
+             assumed because it is\n\
+             # usual (have a look), or missing. Put what is missing in place of {}; `didim check` \
+             lists what is left.\n\n",
             quoted(OPEN)
         );
         let mut section = "";
@@ -194,7 +196,7 @@ impl Proposal {
                     None => writeln!(text, "\n[{section}]"),
                 };
             }
-            // A name within may have more than one line, a comment has not.
+            // A name in the reason may have several lines, but a comment has only one.
             let why = entry.why.replace(char::is_control, " ");
             let why = if why.is_empty() { why } else { format!(": {why}") };
             let _ = writeln!(text, "# {}{why}", entry.standing.as_str());

@@ -13,9 +13,9 @@ use crate::cell::{CellError, Library, RobotSource, UrdfSection};
 pub struct Sources {
     /// A robot file or a URDF.
     pub robot: Option<PathBuf>,
-    /// The link of a URDF on which the arm stands.
+    /// Base link of the arm in a URDF.
     pub base: Option<String>,
-    /// The link of a URDF at which it ends.
+    /// Last link of the arm in a URDF.
     pub tip: Option<String>,
     /// A table (CSV or Parquet).
     pub table: Option<PathBuf>,
@@ -23,16 +23,16 @@ pub struct Sources {
     pub bag: Option<PathBuf>,
     /// A DBC file.
     pub dbc: Option<PathBuf>,
-    /// Device files (EDS, DCF): one of each drive, or an EDS of all.
+    /// Device files (EDS, DCF): one for each drive, or one EDS for all.
     pub eds: Vec<PathBuf>,
     /// A log or a recording of its bus.
     pub log: Option<PathBuf>,
 }
 
-/// Why there is no proposal.
+/// Error when there is no proposal.
 #[derive(Debug, thiserror::Error)]
 pub enum ProposalError {
-    /// The robot, or another file, cannot be read or is none.
+    /// The robot file or another file cannot be read or is invalid.
     #[error(transparent)]
     File(Box<CellError>),
     /// The table cannot be read.
@@ -42,69 +42,79 @@ pub enum ProposalError {
     #[error(transparent)]
     Bag(#[from] BagError),
     /// Too few columns: another separator, no header, or no table.
-    #[error("{}: {axes} joints need as many columns of positions and of torques, with their names in the first line; found {columns:?}", file.display())]
+    #[error("{}: {axes} joints need as many columns of positions and of torques, with their names \
+        in the first line; found {columns:?}", file.display())]
     NoTable {
         /// The file.
         file: PathBuf,
         /// Those there are.
         columns: String,
-        /// Joints of the robot.
+        /// Number of joints of the robot.
         axes: usize,
     },
     /// Times go back.
-    #[error("{}: time goes back in row {row} of `{column}`; sort the rows, or record them again", file.display())]
+    #[error(
+        "{}: time goes back in row {row} of `{column}`; sort the rows, or record them again",
+        file.display()
+    )]
     Backwards {
         /// The file.
         file: PathBuf,
-        /// The column of the time.
+        /// Column of the time.
         column: String,
-        /// Which row, from 1.
+        /// Number of the row, from 1.
         row: usize,
     },
-    /// The DBC file is none.
+    /// The file is not a DBC file.
     #[error("{}: {source}", file.display())]
     Dbc {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Problem in the file.
         source: Box<LayoutError>,
     },
-    /// A device file is none.
+    /// A device file is invalid.
     #[error(transparent)]
     Eds(Box<EdsError>),
-    /// Neither one device file for each drive nor one for all.
+    /// The device files are neither one for each drive nor one for all.
     #[error(
-        "{files} device files for {axes} joints; name one for each with --eds, in their order, or one EDS for all of them"
+        "{files} device files for {axes} joints; name one for each with --eds, in their order, or \
+        one EDS for all of them"
     )]
     Devices {
-        /// Files that were named.
+        /// Number of files given.
         files: usize,
-        /// Joints of the robot.
+        /// Number of joints of the robot.
         axes: usize,
     },
     /// The log cannot be read.
     #[error(transparent)]
     Log {
-        /// What is wrong with it.
+        /// Problem with the log.
         source: Box<SourceError>,
     },
-    /// Nobody says what arm it is.
-    #[error("which arm is it? Name its URDF or robot file with --robot{}", .bag.as_ref().map(|bag| format!("; {} has no robot_description", bag.display())).unwrap_or_default())]
+    /// No source describes the arm.
+    #[error(
+        "which arm is it? Name its URDF or robot file with --robot{}",
+        .bag.as_ref()
+            .map(|bag| format!("; {} has no robot_description", bag.display()))
+            .unwrap_or_default()
+    )]
     NoRobot {
-        /// The bag that has no description of it.
+        /// The bag without a description of the arm.
         bag: Option<PathBuf>,
     },
-    /// An answer to no question.
-    #[error("`{key}` is no key of this cell; those that can be set: {known}")]
+    /// An answer belongs to no question.
+    #[error("`{key}` is no key of this cell; those that can be set: {available}")]
     NotAsked {
         /// Its key.
         key: String,
         /// Those there are.
-        known: String,
+        available: String,
     },
 }
 
-/// What the files have.
+/// Content of the files.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     pub(super) robot: RobotSource,
@@ -116,12 +126,12 @@ pub struct Evidence {
     pub(super) dbc: Option<(PathBuf, String)>,
     pub(super) eds: Vec<(PathBuf, DeviceContents)>,
     pub(super) log: Option<PathBuf>,
-    /// The URDF that a bag published, where no other robot was named.
+    /// URDF published in a bag, if no other robot was named.
     pub description: Option<String>,
 }
 
 impl Evidence {
-    /// Reads the arm, the header of a table, a bag through.
+    /// Reads the arm, the header of a table and a complete bag.
     ///
     /// # Errors
     /// [`ProposalError`].
@@ -147,18 +157,20 @@ impl Evidence {
             .map_err(|error| ProposalError::File(Box::new(error)))?;
         let table = table.map(|file| list_table(&file).map(|names| (file, names))).transpose()?;
         let dbc = dbc.map(|file| read(&file).map(|text| (file, text))).transpose()?;
-        let device = |file: PathBuf| {
-            let text = Library::Files.read_device_file(&file);
-            let text = text.map_err(|error| ProposalError::File(Box::new(error)))?;
-            let contents = DeviceContents::read(&text, &file, is_dcf(&file));
-            let contents = contents.map_err(|error| ProposalError::Eds(Box::new(error)))?;
-            Ok((file, contents))
-        };
-        let eds = eds.into_iter().map(device).collect::<Result<_, ProposalError>>()?;
+        let eds = eds
+            .into_iter()
+            .map(|file: PathBuf| {
+                let text = Library::Files.read_device_file(&file);
+                let text = text.map_err(|error| ProposalError::File(Box::new(error)))?;
+                let contents = DeviceContents::read(&text, &file, is_dcf(&file));
+                let contents = contents.map_err(|error| ProposalError::Eds(Box::new(error)))?;
+                Ok((file, contents))
+            })
+            .collect::<Result<_, ProposalError>>()?;
         Ok(Self { robot, robot_file, base, tip, table, bag, dbc, eds, log, description })
     }
 
-    /// The robot as the cell file names it, and whether it is written beside that.
+    /// Returns the robot's path in the cell file, and true if the robot file is written next to it.
     pub(super) fn robot_path(&self, out: &Path) -> (PathBuf, bool) {
         match &self.robot_file {
             Some(file) => (relative(file, out), false),
@@ -169,18 +181,18 @@ impl Evidence {
         }
     }
 
-    /// Where a bag's description is put.
+    /// Returns the path for a bag's description.
     pub fn description_path(out: &Path) -> PathBuf {
         out.with_extension("urdf")
     }
 }
 
-/// Whether a device file is a DCF, by the ending of its name.
+/// Returns true if a device file is a DCF, by its file extension.
 pub(super) fn is_dcf(file: &Path) -> bool {
     file.extension().is_some_and(|own| own.eq_ignore_ascii_case("dcf"))
 }
 
-/// A path as the cell file names it: relative to its folder where it lies below, else absolute.
+/// Returns a path for the cell file: relative to its folder if it lies below, else absolute.
 pub(super) fn relative(path: &Path, out: &Path) -> PathBuf {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));

@@ -1,7 +1,8 @@
-//! A cell file from what an engineer has: an arm, and a table, a bag, a DBC file or device files of it.
+//! Proposal of a cell file from the files of an engineer: an arm, and a table, a bag, a DBC file or
+//! device files.
 //!
-//! What the files tell is found, what is usual is assumed and said so, and what nobody can know from them is left open:
-//! nothing physical is guessed.
+//! Values in the files are found. Usual values are assumed and marked as assumed. Values that the
+//! files cannot show stay open: nothing physical is guessed.
 
 mod bag;
 mod bus;
@@ -24,15 +25,17 @@ pub use value::Standing;
 use draft::Draft;
 use value::{Guess, list, quoted};
 
-/// At most so many rows of a second are wanted behind the decimation filter: what an arm does below some 10 Hz.
+/// Maximum rows per second after the decimation filter. They cover the motion of an arm below about
+/// 10 Hz.
 const ROWS_HZ: f64 = 25.0;
-/// At least so many samples make a row.
+/// Minimum number of samples per row.
 const SAMPLES_PER_ROW: f64 = 10.0;
 
-/// The cell file for these files and answers; the keys of answers are those of the cell file, with their sections.
+/// Creates the cell file for these files and answers. The keys of answers are those of the cell
+/// file, with their sections.
 ///
 /// # Errors
-/// [`ProposalError`], where a file cannot be read or an answer is to no question.
+/// [`ProposalError`], if a file cannot be read or an answer belongs to no question.
 pub fn propose(
     evidence: &Evidence,
     out: &Path,
@@ -43,7 +46,7 @@ pub fn propose(
     draft.put("", "name", Guess::assumed(quoted(&stem), "the name of this file"));
     let (robot, from) = evidence.robot_path(out);
     let why = if from { "the bag's robot_description" } else { "as named" };
-    draft.put("", "robot", Guess::found(quoted(&robot.display().to_string()), why));
+    draft.put("", "robot", Guess::from_file(quoted(&robot.display().to_string()), why));
     match (&evidence.table, &evidence.bag) {
         (Some(file), _) => table::propose(&mut draft, evidence, file)?,
         (None, Some(file)) => bag::propose(&mut draft, evidence, file)?,
@@ -60,29 +63,34 @@ pub fn propose(
     draft.finish()
 }
 
-/// What a URDF does not say of the drives.
+/// Proposes the drive data that a URDF does not contain.
 fn drives(draft: &mut Draft<'_>, evidence: &Evidence) {
     let Some(arm) = &evidence.robot.urdf else { return };
     let joints = arm.joints();
     for (key, link) in [("base", &evidence.base), ("tip", &evidence.tip)] {
         if let Some(link) = link {
-            draft.put("urdf", key, Guess::found(quoted(link), "as named"));
+            draft.put("urdf", key, Guess::from_file(quoted(link), "as named"));
         }
     }
     draft.put(
         "urdf",
         "drive_inertia",
-        Guess::open("false where torque is measured behind the gear, by sensors; true where it comes of the motor's current"),
+        Guess::open(
+            "false where torque is measured behind the gear, by sensors; true where it \
+            comes of the motor's current",
+        ),
     );
     let ratios = if draft.is("data.side", "joint") {
         Guess::assumed(list(&vec!["1.0"; joints]), "the signals are of the joints' side")
     } else {
         Guess::open(
-            "turns of each motor to one of its joint, as [100.0, 100.0]; 1 where signals are of the joints' side",
+            "turns of each motor to one of its joint, as [100.0, 100.0]; 1 where signals are of \
+            the joints' side",
         )
     };
     draft.put("urdf", "gear_ratios", ratios);
-    let laws = "{ viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", width_rad_s = 0.02 } }";
+    let laws = "{ viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", \
+        width_rad_s = 0.02 } }";
     let why = "the usual law; `friction = \"auto\"` in [identification] has the recording choose";
     draft.put("urdf", "friction", Guess::assumed(laws.to_owned(), why));
 }
@@ -91,7 +99,8 @@ fn identification(draft: &mut Draft<'_>) {
     let rate_hz = draft.number("data.rate_hz").or(draft.number("bus.layout.rate_hz"));
     let section = "identification";
     draft.put(section, "method", Guess::assumed(quoted("idim-ls"), "needs no controller"));
-    let why = "the recording chooses the cut-off; state the one that is printed before comparing over time";
+    let why = "the recording chooses the cut-off; state the one that is printed before comparing \
+        over time";
     draft.put(section, "position_filter.cutoff_hz", Guess::assumed(quoted("auto"), why));
     let factor = rate_hz.map(|rate_hz| (rate_hz / ROWS_HZ).round().max(SAMPLES_PER_ROW));
     let guess = match factor {

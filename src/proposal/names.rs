@@ -1,14 +1,14 @@
-//! What columns hold, by their names.
+//! Content of columns, from their names.
 
 use didim_formats::{AXIS, INDEX};
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     Position,
     Torque,
     Current,
-    /// A torque or a current that is asked for.
+    /// A commanded torque or current.
     Command,
     Reference,
     Time,
@@ -33,7 +33,7 @@ const ASKED_FOR: &[&str] = &[
     "demand",
     "soll",
 ];
-/// What makes a column another quantity.
+/// Words that mark a column as another quantity.
 const OTHER: &[&str] = &[
     "velocity",
     "vel",
@@ -69,7 +69,7 @@ const OTHER: &[&str] = &[
     "offset",
 ];
 
-/// The words of a name in lower case, without its numbers.
+/// Returns the words of a name in lower case, without its numbers.
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
@@ -91,16 +91,17 @@ fn has(words: &[String], any: &[&str]) -> bool {
     words.iter().any(|word| any.contains(&word.as_str()))
 }
 
-/// A signal of a bus has the name of its message before it, which says whether it is asked for and not what it is.
+/// Returns the content of a column. A bus signal has the name of its message in front. That name
+/// shows whether the signal is a command, but not its quantity.
 pub(super) fn meaning(name: &str) -> Option<Meaning> {
-    let whole = words(name);
-    let own = name.rsplit_once('.').map(|(_, own)| words(own));
-    let words = own.filter(|own| !own.is_empty()).unwrap_or_else(|| whole.clone());
-    // rad/s is a speed.
+    let all_words = words(name);
+    let last_words = name.rsplit_once('.').map(|(_, own)| words(own));
+    let words = last_words.filter(|own| !own.is_empty()).unwrap_or_else(|| all_words.clone());
+    // The unit rad/s indicates a speed.
     if has(&words, OTHER) || name.contains("/s") {
         return None;
     }
-    let asked_for = has(&whole, ASKED_FOR);
+    let asked_for = has(&all_words, ASKED_FOR);
     if has(&words, TORQUE) {
         Some(if asked_for { Meaning::Command } else { Meaning::Torque })
     } else if has(&words, CURRENT) {
@@ -112,21 +113,23 @@ pub(super) fn meaning(name: &str) -> Option<Meaning> {
     }
 }
 
-/// Words of whole seconds, and of nanoseconds beyond them.
+/// Words for whole seconds, and for the nanoseconds beyond them.
 const PARTS: [&[&str]; 2] =
     [&["sec", "secs", "seconds"], &["nanosec", "nsec", "nanosecs", "nsecs", "nanoseconds"]];
 
-/// Pairs of columns that are the two parts of a stamp: of one name but for its last word.
+/// Finds pairs of columns that are the two parts of a stamp. Their names differ only in the last
+/// word.
 pub(super) fn stamps(columns: &[String]) -> Vec<[&String; 2]> {
     let stem = |name: &'_ String, part: usize| -> Option<String> {
-        let at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
-        let (stem, last) = name.split_at_checked(at)?;
+        let digits_at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
+        let (stem, last) = name.split_at_checked(digits_at)?;
         PARTS[part].contains(&last.to_lowercase().as_str()).then(|| stem.to_owned())
     };
     let mut pairs = Vec::new();
     for sec in columns {
-        let own = stem(sec, 0);
-        let nanosec = columns.iter().find(|other| own.is_some() && stem(other, 1) == own);
+        let stem_of_name = stem(sec, 0);
+        let nanosec =
+            columns.iter().find(|other| stem_of_name.is_some() && stem(other, 1) == stem_of_name);
         pairs.extend(nanosec.map(|nanosec| [sec, nanosec]));
     }
     pairs
@@ -135,9 +138,9 @@ pub(super) fn stamps(columns: &[String]) -> Vec<[&String; 2]> {
 /// Columns of one quantity, one for each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Group {
-    /// Their name, with the place of the number.
+    /// Their name, with a placeholder for the number.
     Numbered(String),
-    /// By the joints' names.
+    /// Columns named after the joints.
     Named(Vec<String>),
 }
 
@@ -157,7 +160,8 @@ impl Group {
     }
 }
 
-/// Columns that differ by a number: their name with its place, counted from 0 or 1, and how many there are in a row.
+/// Finds columns that differ by a number. Returns their name with a placeholder, counted from 0 or
+/// 1, and the number of consecutive columns.
 fn patterns(columns: &[String]) -> Vec<(String, usize)> {
     let is = |name: String| columns.contains(&name);
     let mut patterns = Vec::new();
@@ -176,7 +180,7 @@ fn patterns(columns: &[String]) -> Vec<(String, usize)> {
     patterns
 }
 
-/// All columns that are there once for each axis.
+/// Returns all groups of columns with one column for each axis.
 pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
     let is = |name: &String| columns.contains(name);
     let mut groups: Vec<Group> = (patterns(columns).into_iter())
@@ -188,7 +192,7 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
         let Some((begin, end)) = column.split_once(first.as_str()) else { continue };
         let names: Vec<String> =
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
-        // Joints that are numbered are found by their numbers.
+        // Numbered joints are found by their numbers.
         let numbered = groups.iter().any(|other| match other {
             Group::Numbered(pattern) => [(AXIS, 1), (INDEX, 0)]
                 .iter()
@@ -202,47 +206,48 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
     groups
 }
 
-/// Where the numbers of a name are.
+/// Returns the positions of the numbers in a name.
 fn numbers(name: &str) -> Vec<core::ops::Range<usize>> {
-    let mut found: Vec<core::ops::Range<usize>> = Vec::new();
+    let mut runs: Vec<core::ops::Range<usize>> = Vec::new();
     for (at, c) in name.char_indices().filter(|(_, c)| c.is_ascii_digit()) {
-        match found.last_mut() {
+        match runs.last_mut() {
             Some(last) if last.end == at => last.end = at + c.len_utf8(),
-            _ => found.push(at..at + c.len_utf8()),
+            _ => runs.push(at..at + c.len_utf8()),
         }
     }
-    found
+    runs
 }
 
-/// The unit that a name states: in brackets, or its last word. In brackets, one that is not known is one all the same.
-pub(super) fn unit<'a>(name: &str, known: &[(&str, &'a str)]) -> Option<Result<&'a str, String>> {
+/// Returns the unit in a name: in brackets, or as its last word. An unknown word in brackets also
+/// counts as a unit.
+pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&'a str, String>> {
     let bracketed = name.split_once(['[', '(']).and_then(|(_, rest)| {
         let (unit, _) = rest.split_once([']', ')'])?;
         let unit = unit.trim();
         (!unit.is_empty() && !unit.chars().any(|c| c.is_ascii_digit())).then_some(unit)
     });
-    let of = |stated: &str| {
-        let stated = stated.to_lowercase().replace(['.', '·', '*', ' '], "");
-        known.iter().find(|(word, _)| *word == stated).map(|(_, unit)| *unit)
+    let unit_of = |configured: &str| {
+        let lowercase = configured.to_lowercase().replace(['.', '·', '*', ' '], "");
+        units.iter().find(|(word, _)| *word == lowercase).map(|(_, unit)| *unit)
     };
-    if let Some(stated) = bracketed {
-        return Some(of(stated).ok_or_else(|| stated.to_owned()));
+    if let Some(configured_value) = bracketed {
+        return Some(unit_of(configured_value).ok_or_else(|| configured_value.to_owned()));
     }
-    let own = name.replace(AXIS, "").replace(INDEX, "");
+    let plain_name = name.replace(AXIS, "").replace(INDEX, "");
     let mut words =
-        own.split(|c: char| !c.is_alphabetic() && c != '°').filter(|word| !word.is_empty());
+        plain_name.split(|c: char| !c.is_alphabetic() && c != '°').filter(|word| !word.is_empty());
     let last = words.next_back()?;
     let is_other = OTHER_UNITS.contains(&last.to_lowercase().as_str());
-    of(last).map(Ok).or_else(|| is_other.then(|| Err(last.to_owned())))
+    unit_of(last).map(Ok).or_else(|| is_other.then(|| Err(last.to_owned())))
 }
 
-/// Last words that are units, and none that is read.
+/// Last words that are unsupported units.
 const OTHER_UNITS: &[&str] = &[
     "ma", "knm", "ncm", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad",
     "rpm",
 ];
 
-/// How often there are columns of a quantity that are not there once for each axis.
+/// Lists the columns of a quantity whose number differs from the number of axes, with that number.
 pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> {
     let patterns = patterns(columns).into_iter();
     let otherwise = patterns

@@ -1,4 +1,4 @@
-//! `[bus]` of device files (EDS, DCF): which objects, of which nodes.
+//! `[bus]` of device files (EDS, DCF): the objects and their nodes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub(super) fn propose(
         return Err(ProposalError::Devices { files: files.len(), axes });
     }
     surroundings(draft);
-    draft.put(LAYOUT, "axes", Guess::found(axes.to_string(), "joints of the robot"));
+    draft.put(LAYOUT, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
     let sync = files.iter().find_map(|(_, contents)| contents.sync);
     let rate_hz = match (sync, evidence.log.as_deref()) {
         (Some(id), Some(log)) => rate_hz(log, id)?,
@@ -40,9 +40,10 @@ pub(super) fn propose(
     for (axis, (file, contents)) in (1..=axes).zip(files.iter().cycle()) {
         let number = match contents.node_id {
             Some(node_id) => match of_axis.insert(node_id, axis) {
-                None => Guess::found(node_id.to_string(), "the DCF was made for this node"),
+                None => Guess::from_file(node_id.to_string(), "the DCF was made for this node"),
                 Some(other) => Guess::open(&format!(
-                    "the number of axis {axis}'s drive on the bus; its DCF was made for node {node_id}, as that of axis {other}"
+                    "the number of axis {axis}'s drive on the bus; its DCF was made for node \
+                    {node_id}, as that of axis {other}"
                 )),
             },
             None => Guess::open(&format!("the number of axis {axis}'s drive on the bus, 1 to 127")),
@@ -50,7 +51,7 @@ pub(super) fn propose(
         node(draft, axis, file, number, out);
     }
     objects(draft, files);
-    // A device file has no units that would tell a gain.
+    // A device file has no units that could give a gain.
     drives(draft, axes, |_, _, _| None);
     Ok(())
 }
@@ -60,14 +61,14 @@ fn node(draft: &mut Draft<'_>, axis: usize, file: &Path, number: Guess, out: &Pa
     draft.put(&section, "node_id", number);
     let path = quoted(&relative(file, out).display().to_string());
     let key = if is_dcf(file) { "dcf" } else { "eds" };
-    draft.put(&section, key, Guess::found(path, "as named"));
+    draft.put(&section, key, Guess::from_file(path, "as named"));
 }
 
 fn objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
     let usable = |object, is_sent| usable(files, object, is_sent);
     let named = |draft: &mut Draft<'_>, what: &str, object, found: Result<(), String>| {
         let guess = match found {
-            Ok(()) => Guess::found(quoted(object), "by CiA 402; it goes by every SYNC"),
+            Ok(()) => Guess::from_file(quoted(object), "by CiA 402; it goes by every SYNC"),
             Err(why) => Guess::open(&format!(
                 "the object of the {what} in a PDO that goes by every SYNC, as {object:?}; {why}"
             )),
@@ -91,7 +92,7 @@ fn objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
     };
     named(draft, "torque", object, found);
     let rated = "both torques of CiA 402 are in thousandths of the rated one (6076h)";
-    draft.put(LAYOUT, "torque.unit", Guess::found(quoted("per mille"), rated));
+    draft.put(LAYOUT, "torque.unit", Guess::from_file(quoted("per mille"), rated));
     draft.put(LAYOUT, "torque.valid", valid);
     if usable(TARGET_POSITION, false).is_ok() {
         named(draft, "reference", TARGET_POSITION, Ok(()));
@@ -101,21 +102,23 @@ fn objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
     }
     if usable(STATUS_WORD, true).is_ok() {
         let why = "the status word of CiA 402";
-        draft.put(LAYOUT, "status_word", Guess::found(quoted(STATUS_WORD), why));
+        draft.put(LAYOUT, "status_word", Guess::from_file(quoted(STATUS_WORD), why));
     }
 }
 
-/// Whether every file has an object in a PDO that goes by every SYNC, or what speaks against it first.
+/// Checks that every file has an object in a PDO sent with every SYNC. Returns the first objection
+/// otherwise.
 fn usable(files: &[(PathBuf, DeviceContents)], object: &str, is_sent: bool) -> Result<(), String> {
-    for (file, DeviceContents { carried, .. }) in files {
-        let own = || carried.iter().filter(|own| own.is_sent == is_sent);
-        let mut found = own().filter(|own| own.name == object).map(|own| &own.unusable);
-        let Some(first) = found.next() else {
-            let others: Vec<&str> = own().map(|own| own.name.as_str()).collect();
+    for (file, DeviceContents { mapped, .. }) in files {
+        let carried_objects = || mapped.iter().filter(|own| own.is_sent == is_sent);
+        let mut matching =
+            carried_objects().filter(|own| own.name == object).map(|own| &own.unusable);
+        let Some(first) = matching.next() else {
+            let others: Vec<&str> = carried_objects().map(|own| own.name.as_str()).collect();
             let others = if others.is_empty() { "nothing".to_owned() } else { others.join(" ") };
             return Err(format!("the PDOs of {} carry {others}", file.display()));
         };
-        if let Some(why) = first.as_ref().filter(|_| found.all(Option::is_some)) {
+        if let Some(why) = first.as_ref().filter(|_| matching.all(Option::is_some)) {
             return Err(why.clone());
         }
     }

@@ -1,4 +1,4 @@
-//! `[data]` of a table: which columns, in which unit.
+//! `[data]` of a table: the columns and their units.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_row
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
-use super::plausible::{Look, torque_valid};
+use super::plausible::{Survey, torque_valid};
 use super::time::Time;
 use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, list, quoted};
 use crate::cell::{CURRENTS, OPEN};
 
 const SECTION: &str = "data";
-/// Words at the end of a name that say its unit.
+/// Words at the end of a name that state its unit.
 const TURNS: &[(&str, &str)] = &[
     ("rad", "rad"),
     ("deg", "deg"),
@@ -31,7 +31,7 @@ const TORQUES: &[(&str, &str)] = &[
     ("ampere", "A"),
     ("n", "N"),
 ];
-/// Names that say what was measured, where there are several of a kind.
+/// Words that mark the measured columns, if there are several of a kind.
 const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
 
 pub(super) fn propose(
@@ -47,7 +47,7 @@ pub(super) fn propose(
 struct Table<'a> {
     file: &'a PathBuf,
     names: &'a TableNames,
-    robot: &'a didim_core::robot::Robot,
+    robot: &'a didim_dynamics::robot::Robot,
     joints: Vec<String>,
 }
 
@@ -56,7 +56,7 @@ impl Table<'_> {
         let time = Time::find(draft, self.file, self.names)?;
         let rate_hz = match &time {
             Some(Time { rate_hz: Some(rate_hz), is_stated, .. }) => {
-                let guess = if *is_stated { Guess::found } else { Guess::assumed };
+                let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
                 guess(format!("{rate_hz:?}"), "the mean distance of the times")
             }
             Some(_) => Guess::open("samples a second; the unit of the time tells it"),
@@ -74,16 +74,17 @@ impl Table<'_> {
         }
     }
 
-    /// Positions and torques as they stand.
+    /// Reads positions and torques in their own units.
     fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
-        let of = |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
+        let columns_of =
+            |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
         let columns = Columns {
             side: Side::Joint,
             axes,
             time: None,
-            position: of(position),
-            torque: of(torque),
+            position: columns_of(position),
+            torque: columns_of(torque),
             reference: None,
         };
         Ok(read_rows(self.file, Some(&columns))?.signals)
@@ -110,27 +111,24 @@ impl Table<'_> {
         let (position, torque) = (position.map_err(hint), torque.map_err(hint));
         let (position, torque) =
             (self.answered(draft, "position", position), self.answered(draft, "torque", torque));
-        let look = match (&position, &torque) {
+        let survey = match (&position, &torque) {
             (Ok(position), Ok(torque)) => {
                 let [position, torque, _] = self.columns(position, torque)?;
-                Some(Look { robot: self.robot, position, torque })
+                Some(Survey { robot: self.robot, position, torque })
             }
             _ => None,
         };
         let named = position.as_ref().ok().and_then(|group| unit(group.name(), TURNS));
-        let position_unit = match (draft.answer("data.position.unit"), &named, &look) {
-            (Some(answered), ..) => Guess::found(answered.to_string(), ""),
-            (None, Some(Ok(named)), _) => Guess::found(quoted(named), "the columns' names"),
-            (None, Some(Err(unknown)), _) => {
-                Guess::open(&format!("{WHICH_POSITION}; the columns' names say {unknown}"))
-            }
-            (None, None, Some(look)) => look.position_unit(),
-            (None, None, None) => Guess::open(WHICH_POSITION),
-        };
-        let in_si = look.as_ref().and_then(|look| look.in_si(&position_unit.value));
-        draft.put(SECTION, "side", self.side(&[&position, &torque], look.as_ref(), in_si.as_ref()));
+        let position_unit = position_guess(draft, survey.as_ref(), named.as_ref());
+        let in_si =
+            survey.as_ref().and_then(|survey_input| survey_input.in_si(&position_unit.value));
+        draft.put(
+            SECTION,
+            "side",
+            self.side(&[&position, &torque], survey.as_ref(), in_si.as_ref()),
+        );
         let of_joints = draft.is("data.side", "joint");
-        // Of motors the robot knows no limits, and gravity's torque is another.
+        // The robot has no limits of its motors, and gravity has another torque on the motor side.
         let in_si = in_si.filter(|_| of_joints);
         put_columns(draft, "position", &position);
         let certain = of_joints || matches!(named, Some(Ok(_)));
@@ -140,38 +138,17 @@ impl Table<'_> {
         let is_current =
             torque.as_ref().is_ok_and(|group| meaning(group.name()) == Some(Meaning::Current));
         let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUES));
-        let of_current = |own: &str| CURRENTS.iter().any(|(unit, _)| *unit == own);
-        let newton_metres = match &named {
-            Some(Ok(unit)) if !of_current(unit) => {
-                Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 }))
-            }
-            _ => None,
-        };
-        let [mut unit, sign] = match &in_si {
-            Some(look) => look.torque(newton_metres),
-            None => [
-                newton_metres.map_or_else(
-                    || Guess::open(WHICH_TORQUE),
-                    |(unit, _)| Guess::found(quoted(unit), "the columns' names"),
-                ),
-                Guess::open(WHICH_SIGN),
-            ],
-        };
-        match named {
-            Some(Err(unknown)) => {
-                unit = Guess::open(&format!("{WHICH_TORQUE}; the columns' names say {unknown}"));
-            }
-            Some(Ok(own)) if of_current(own) => {
-                unit = Guess::found(quoted(own), "the columns' names");
-            }
-            None if is_current => {
-                unit = Guess::assumed(quoted("A"), "the columns are named as currents");
-            }
-            _ => {}
-        }
+        let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
         draft.put(SECTION, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
-            draft.put(SECTION, "torque.per_ampere", Guess::open("torque of one ampere, on the same side as the positions, for all or a list [N·m/A]"));
+            draft.put(
+                SECTION,
+                "torque.per_ampere",
+                Guess::open(
+                    "torque of one ampere, on the same \
+                side as the positions, for all or a list [N·m/A]",
+                ),
+            );
         }
         draft.put(SECTION, "torque.sign", sign);
         if let Ok(reference) = chosen(&groups, Meaning::Reference) {
@@ -187,7 +164,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The columns that were answered, or those found.
+    /// Returns the columns of the answer, or those found.
     fn answered(
         &self,
         draft: &Draft<'_>,
@@ -208,20 +185,22 @@ impl Table<'_> {
     fn side(
         &self,
         groups: &[&Result<Group, String>],
-        look: Option<&Look<'_>>,
-        in_si: Option<&Look<'_>>,
+        survey: Option<&Survey<'_>>,
+        in_si: Option<&Survey<'_>>,
     ) -> Guess {
-        // Both: angles of joints beside currents of motors are common. "joint" says nothing, it numbers axes, of motors too.
+        // Both groups have to name motors: joint angles together with motor currents are common.
+        // The word "joint" shows nothing, because it also numbers the axes of motors.
         let of_motors = groups.iter().all(|group| {
             let words = group.as_ref().map(|group| words(group.name()));
             words.is_ok_and(|words| words.iter().any(|own| own == "motor"))
         });
         match () {
-            () if of_motors => Guess::found(quoted("motor"), "the columns' names"),
-            () if in_si.is_some_and(Look::is_of_joints) => {
-                Guess::found(quoted("joint"), "gravity of the nominal masses explains the torques")
-            }
-            () => match look.map(Look::may_be_of_joints) {
+            () if of_motors => Guess::from_file(quoted("motor"), "the columns' names"),
+            () if in_si.is_some_and(Survey::is_of_joints) => Guess::from_file(
+                quoted("joint"),
+                "gravity of the nominal masses explains the torques",
+            ),
+            () => match survey.map(Survey::may_be_of_joints) {
                 Some(false) => Guess::open(&format!(
                     "{WHICH_SIDE}; some positions are beyond the joints' limits"
                 )),
@@ -234,7 +213,63 @@ impl Table<'_> {
     }
 }
 
-/// The one group of a meaning; that of what was measured where there are several. Else those that there are.
+/// Unit of the positions, by the answer, the columns' names or the values.
+fn position_guess(
+    draft: &mut Draft<'_>,
+    survey: Option<&Survey<'_>>,
+    named: Option<&Result<&str, String>>,
+) -> Guess {
+    match (draft.answer("data.position.unit"), named, survey) {
+        (Some(answered), ..) => Guess::from_file(answered.to_string(), ""),
+        (None, Some(Ok(named)), _) => Guess::from_file(quoted(named), "the columns' names"),
+        (None, Some(Err(unknown)), _) => {
+            Guess::open(&format!("{WHICH_POSITION}; the columns' names say {unknown}"))
+        }
+        (None, None, Some(survey_input)) => survey_input.position_unit(),
+        (None, None, None) => Guess::open(WHICH_POSITION),
+    }
+}
+
+/// Unit and sign of the torques, by the columns' names and the values.
+fn torque_guesses(
+    in_si: Option<&Survey<'_>>,
+    named: Option<Result<&str, String>>,
+    is_current: bool,
+) -> (Guess, Guess) {
+    let of_current = |own: &str| CURRENTS.iter().any(|(unit, _)| *unit == own);
+    let newton_metres = match &named {
+        Some(Ok(unit)) if !of_current(unit) => {
+            Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 }))
+        }
+        _ => None,
+    };
+    let [mut unit, sign] = match in_si {
+        Some(survey_input) => survey_input.torque(newton_metres),
+        None => [
+            newton_metres.map_or_else(
+                || Guess::open(WHICH_TORQUE),
+                |(unit, _)| Guess::from_file(quoted(unit), "the columns' names"),
+            ),
+            Guess::open(WHICH_SIGN),
+        ],
+    };
+    match named {
+        Some(Err(unknown)) => {
+            unit = Guess::open(&format!("{WHICH_TORQUE}; the columns' names say {unknown}"));
+        }
+        Some(Ok(own)) if of_current(own) => {
+            unit = Guess::from_file(quoted(own), "the columns' names");
+        }
+        None if is_current => {
+            unit = Guess::assumed(quoted("A"), "the columns are named as currents");
+        }
+        _ => {}
+    }
+    (unit, sign)
+}
+
+/// Returns the only group of a meaning, or the measured one if there are several. The error lists
+/// the available groups.
 pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
     let fitting: Vec<&Group> =
         groups.iter().filter(|group| meaning(group.name()) == Some(wanted)).collect();
@@ -244,28 +279,29 @@ pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String>
         (_, Some(one), None) => Ok((*one).clone()),
         ([], ..) if groups.is_empty() => Err("nothing is there once for each axis".to_owned()),
         ([], ..) => {
-            let all: Vec<String> =
+            let names: Vec<String> =
                 groups.iter().map(|group| format!("`{}`", group.name())).collect();
-            Err(format!("once for each axis there are {}", all.join(" ")))
+            Err(format!("once for each axis there are {}", names.join(" ")))
         }
         (several, ..) => {
-            let all: Vec<String> =
+            let names: Vec<String> =
                 several.iter().map(|group| format!("`{}`", group.name())).collect();
-            Err(format!("one of {}", all.join(" ")))
+            Err(format!("one of {}", names.join(" ")))
         }
     }
 }
 
-/// The torques or the currents; what is asked for, where nothing is measured. Whether it is that.
+/// Returns the torques or the currents, or the commands if nothing is measured. The flag is true
+/// for commands.
 pub(super) fn torques(groups: &[Group]) -> (Result<Group, String>, bool) {
     let is = |wanted: &Meaning| groups.iter().any(|group| meaning(group.name()) == Some(*wanted));
     let wanted = [Meaning::Torque, Meaning::Current, Meaning::Command].into_iter().find(is);
-    let found = chosen(groups, wanted.unwrap_or(Meaning::Torque));
-    let is_command = wanted == Some(Meaning::Command) && found.is_ok();
-    (found, is_command)
+    let chosen_group = chosen(groups, wanted.unwrap_or(Meaning::Torque));
+    let is_command = wanted == Some(Meaning::Command) && chosen_group.is_ok();
+    (chosen_group, is_command)
 }
 
-/// Whether a name says that it was measured.
+/// Returns true if a name marks a measured quantity.
 pub(super) fn is_measured(name: &str) -> bool {
     words(name).iter().any(|word| MEASURED.contains(&word.as_str()))
 }
@@ -273,10 +309,10 @@ pub(super) fn is_measured(name: &str) -> bool {
 fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {
     let why = "by their names";
     let (key, guess) = match group {
-        Ok(Group::Numbered(pattern)) => ("column", Guess::found(quoted(pattern), why)),
+        Ok(Group::Numbered(pattern)) => ("column", Guess::from_file(quoted(pattern), why)),
         Ok(Group::Named(names)) => {
             let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
-            ("columns", Guess::found(list(&names), why))
+            ("columns", Guess::from_file(list(&names), why))
         }
         Err(which) => (
             "column",

@@ -1,4 +1,4 @@
-//! `time` of `[data]`: which columns of a table have it, in which unit, and the rate that it tells.
+//! `time` of `[data]`: the columns of a table with the time, their unit, and the resulting rate.
 
 use std::path::Path;
 
@@ -18,9 +18,9 @@ const SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns"
 /// The time of a table.
 pub(super) struct Time {
     which: Which,
-    /// By its unit \[Hz\].
+    /// Rate from its unit \[Hz\].
     pub(super) rate_hz: Option<f64>,
-    /// Whether somebody, the name or the values state the unit.
+    /// True if the unit is stated by somebody, the name or the values.
     pub(super) is_stated: bool,
 }
 
@@ -31,12 +31,13 @@ enum Which {
     },
     /// Whole seconds, and the nanoseconds beyond them.
     Stamp([String; 2]),
-    /// One of these, by their names.
+    /// Candidates, by their names.
     OneOf(Vec<String>),
 }
 
 impl Time {
-    /// The time of a table, where one is found, named or asked for.
+    /// Finds the time of a table, by detection or from an answer. Several candidates become a
+    /// question.
     pub(super) fn find(
         draft: &Draft<'_>,
         file: &Path,
@@ -51,7 +52,7 @@ impl Time {
             (None, None, None) => {}
         }
         let pairs = stamps(&names.columns);
-        // The stamps of messages are those of their signals; the times of a log are not.
+        // The stamps of messages belong to their signals; the times of a log do not.
         if let [[sec, nanosec]] = pairs.as_slice()
             && let Some(time) = of_stamp(file, [(*sec).clone(), (*nanosec).clone()])?
         {
@@ -75,29 +76,30 @@ impl Time {
     /// Puts its keys.
     pub(super) fn put(&self, draft: &mut Draft<'_>, section: &str) {
         let Self { which, rate_hz, is_stated } = self;
-        let stated = if *is_stated { Guess::found } else { Guess::assumed };
+        let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
         let rows = |rate_hz: f64| format!("the rows are then {rate_hz:.6} a second");
         match which {
             Which::Stamp(columns) => {
                 for (key, name) in ["time.sec", "time.nanosec"].into_iter().zip(columns) {
                     let why = "by its name, one of the two parts of a stamp";
-                    draft.put(section, key, Guess::found(quoted(name), why));
+                    draft.put(section, key, Guess::from_file(quoted(name), why));
                 }
             }
             Which::Column { name, unit } => {
-                draft.put(section, "time.column", Guess::found(quoted(name), "by its name"));
+                draft.put(section, "time.column", Guess::from_file(quoted(name), "by its name"));
                 let unit = match unit.zip(*rate_hz) {
-                    Some((unit, rate_hz)) => stated(quoted(unit), &rows(rate_hz)),
+                    Some((unit, rate_hz)) => guess(quoted(unit), &rows(rate_hz)),
                     None => Guess::open(WHICH_UNIT),
                 };
                 draft.put(section, "time.unit", unit);
             }
             Which::OneOf(columns) => {
                 let columns = columns.join(" ");
-                let what = format!(
-                    "the column of the time, one of {columns}; two as `sec` and `nanosec`, without `unit`"
+                let question = format!(
+                    "the column of the time, one of {columns}; two as `sec` and `nanosec`, without \
+                    `unit`"
                 );
-                draft.put(section, "time.column", Guess::open(&what));
+                draft.put(section, "time.column", Guess::open(&question));
                 draft.put(section, "time.unit", Guess::open(WHICH_UNIT));
             }
         }
@@ -106,7 +108,8 @@ impl Time {
 
 const WHICH_UNIT: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
 
-/// Times after the first, which do not go back, and how many there are a second; nothing where that is no time.
+/// Reads the times since the first one, which must not go back, and their rate. `None` if the
+/// column has no time.
 fn advancing(
     file: &Path,
     name: &str,
@@ -118,7 +121,7 @@ fn advancing(
             TableError::NotANumber { .. }
             | TableError::Date { .. }
             | TableError::NotADate { .. }
-            | TableError::NotAPart { .. }
+            | TableError::NotFractional { .. }
             | TableError::NoNumbers { .. }
             | TableError::NoValues { .. },
         ) => return Ok(None),
@@ -134,8 +137,8 @@ fn advancing(
 
 fn of_stamp(file: &Path, [sec, nanosec]: [String; 2]) -> Result<Option<Time>, ProposalError> {
     let columns = TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() };
-    let found = advancing(file, &sec, columns)?;
-    Ok(found.map(|(_, rate_hz)| {
+    let stamp = advancing(file, &sec, columns)?;
+    Ok(stamp.map(|(_, rate_hz)| {
         let which = Which::Stamp([sec, nanosec]);
         Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
     }))
@@ -159,21 +162,22 @@ fn of_column(
             Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
         }));
     };
-    // By the unit of its type the times are seconds already.
-    let of = |unit: f64| rate_hz * second / unit;
+    // The column's type has a unit, so the times are already in seconds.
+    let rate_of = |unit: f64| rate_hz * second / unit;
     let by_type = SECONDS.into_iter().find(|(_, second)| by_type == Some(*second));
     let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
-    let stated = draft.answered_text("data.time.unit").map(Ok).or(by_type);
-    let stated = stated.or_else(|| Some(unit(name, UNITS)?.map(str::to_owned)));
-    let is_stated = matches!(stated, Some(Ok(_)));
+    let unit_found = draft.answered_text("data.time.unit").map(Ok).or(by_type);
+    let unit_found = unit_found.or_else(|| Some(unit(name, UNITS)?.map(str::to_owned)));
+    let is_stated = matches!(unit_found, Some(Ok(_)));
     let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
-    let fits = match stated {
-        Some(Ok(stated)) => SECONDS.into_iter().find(|(unit, _)| *unit == stated),
+    let fits = match unit_found {
+        Some(Ok(configured)) => SECONDS.into_iter().find(|(unit, _)| *unit == configured),
         Some(Err(_)) => None,
-        // A slow log in seconds, or a fast one in milliseconds; a number of the row is no time.
-        None if counts || (1.0..RATES_HZ.start).contains(&of(1.0)) => None,
-        None => SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&of(*second))),
+        // A slow log in seconds or a fast one in milliseconds is ambiguous. A row number is no
+        // time.
+        None if counts || (1.0..RATES_HZ.start).contains(&rate_of(1.0)) => None,
+        None => SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&rate_of(*second))),
     };
-    let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(of(second)))).unzip();
+    let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(rate_of(second)))).unzip();
     Ok(Some(Time { which: Which::Column { name: column, unit }, rate_hz, is_stated }))
 }

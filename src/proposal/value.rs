@@ -1,25 +1,25 @@
-//! A value that is proposed: as TOML, with where it comes from.
+//! A proposed value: as TOML, with its source.
 
 use crate::cell::OPEN;
 
-/// Where a value comes from.
+/// Source of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Standing {
     /// It was answered.
-    Stated,
-    /// The files tell it.
+    Configured,
+    /// The files contain it.
     Found,
-    /// It is usual, or likely by the files.
+    /// It is usual, or likely from the files.
     Assumed,
-    /// Nobody knows it from the files.
+    /// The files cannot show it.
     Missing,
 }
 
 impl Standing {
-    /// The word for it.
+    /// Returns the word for it.
     pub fn as_str(self) -> &'static str {
         match self {
-            Self::Stated => "stated",
+            Self::Configured => "stated",
             Self::Found => "found",
             Self::Assumed => "assumed",
             Self::Missing => "missing",
@@ -36,7 +36,7 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    pub(super) fn found(value: String, why: &str) -> Self {
+    pub(super) fn from_file(value: String, why: &str) -> Self {
         Self { value, standing: Standing::Found, why: why.to_owned() }
     }
 
@@ -44,38 +44,40 @@ impl Guess {
         Self { value, standing: Standing::Assumed, why: why.to_owned() }
     }
 
-    /// What nobody knows from the files; `what` says what is asked for.
+    /// Creates an open value that the files cannot show; `what` is the question.
     pub(super) fn open(what: &str) -> Self {
         let why = what.to_owned();
         Self { value: quoted(OPEN), standing: Standing::Missing, why }
     }
 }
 
-/// What is asked wherever a value is open.
+/// Questions for open values.
 pub(super) const WHICH_POSITION: &str =
     "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
-pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" or \"mA\" with per_ampere for currents; a list where they differ";
-pub(super) const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
+pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \
+    \"A\" or \"mA\" with per_ampere for currents; a list where they differ";
+pub(super) const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, \
+    -1 where they do not; a list where they differ";
 pub(super) const WHICH_SIDE: &str =
     "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";
 
-/// The texts of a list.
+/// Returns the texts of a list.
 pub(super) fn texts(values: &[toml::Value]) -> Vec<String> {
     values.iter().filter_map(|value| value.as_str().map(str::to_owned)).collect()
 }
 
-/// A value of TOML.
+/// Parses a TOML value.
 pub(super) fn parsed(value: &str) -> Option<toml::Value> {
     let table: toml::Table = toml::from_str(&format!("value = {value}")).ok()?;
     table.get("value").filter(|_| table.len() == 1).cloned()
 }
 
-/// A text of TOML.
+/// Formats a TOML string.
 pub(super) fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// A list of what is TOML already.
+/// Formats a list of TOML values.
 pub(super) fn list(values: &[impl AsRef<str>]) -> String {
     let values: Vec<&str> = values.iter().map(AsRef::as_ref).collect();
     format!("[{}]", values.join(", "))

@@ -1,14 +1,16 @@
 //! A consistent model in words.
 
-use didim_core::feasibility::{Class, Outcome};
+use didim_identification::feasibility::{Class, Outcome};
 
 use crate::text::significant;
 
-/// What consistent parameters cost, what decides them, and what a person has to know of them.
+/// Summarises the cost of consistent parameters, the sources of their values, and notes for the
+/// user.
 pub fn consistent_summary(outcome: &Outcome) -> String {
     let Outcome { judgement, cost, least_cost, threshold, prior, .. } = outcome;
     let mut text = format!(
-        "{judgement}: the nearest ones cost {} (true ones stay below {}, 99 %), those written, near the prior, {}\n\
+        "{judgement}: the nearest ones cost {} (true ones stay below {}, 99 %), those written, \
+         near the prior, {}\n\
          where the data do not decide, {prior} do: ",
         significant(*least_cost, 3),
         significant(*threshold, 3),

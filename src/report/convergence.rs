@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use didim_core::identification::ConvergenceStep;
+use didim_identification::identification::ConvergenceStep;
 
-use super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP};
+use super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP};
 use crate::text::{aligned, significant};
 
-/// Characters of the longest bar.
+/// Length of the longest bar, in characters.
 const BAR: f64 = 24.0;
 
-/// One line per step; the bars show the change of the parameters on a logarithmic scale.
+/// Formats one line per step; the bars show the change of the parameters on a logarithmic scale.
 pub fn table(steps: &[ConvergenceStep]) -> String {
     let changes = steps.iter().map(|step| step.parameter_change);
     let Some((low, high)) = decades(changes) else { return String::new() };
@@ -38,7 +38,7 @@ pub fn table(steps: &[ConvergenceStep]) -> String {
     with_bars
 }
 
-/// A bar of so many eighths of a character (Unicode block elements).
+/// Draws a bar with a length in eighths of a character (Unicode block elements).
 fn bar(eighths: f64) -> String {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a line")]
     let eighths = eighths.max(1.0) as usize;
@@ -46,7 +46,7 @@ fn bar(eighths: f64) -> String {
     "█".repeat(eighths / 8) + part
 }
 
-/// Powers of ten around all positive values; none without values.
+/// Returns the powers of ten around all positive values; `None` without values.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logs = values.filter(|v| *v > 0.0 && v.is_finite()).map(f64::log10);
     let (low, high) =
@@ -56,27 +56,30 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// Draws relative error and largest step over the simulations, both on one logarithmic scale.
-pub(super) fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
+pub fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
     let errors: Vec<f64> = steps.iter().map(|step| step.relative_error).collect();
     let changes: Vec<f64> = steps.iter().map(|step| step.parameter_change).collect();
     let Some((low, high)) = decades(errors.iter().chain(&changes).copied()) else { return };
-    let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let (wide, tall) = (PANEL_WIDTH - PLOT_LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
     let last = steps.last().map_or(1, |step| step.simulation).max(2);
-    let x = |simulation: u32| LEFT + f64::from(simulation - 1) / f64::from(last - 1) * wide;
+    let x = |simulation: u32| PLOT_LEFT + f64::from(simulation - 1) / f64::from(last - 1) * wide;
     let y = |value: f64| TOP + (high - value.log10()) / (high - low) * tall;
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">convergence: relative error ●, largest step [σ] ○</text>"#
+        "<text class=\"title\" x=\"{PLOT_LEFT}\" y=\"20\">convergence: relative error ●, largest \
+         step [σ] ○</text>"
     );
     let mut decade = low;
     while decade <= high {
-        let at = y(10_f64.powf(decade));
+        let line_y = y(10_f64.powf(decade));
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">1e{decade}</text>"#,
-            LEFT + wide,
-            LEFT - 5.0,
-            at + 3.5
+            "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{line_y:.1}\" \
+             y2=\"{line_y:.1}\"/><text class=\"tick\" x=\"{}\" y=\"{:.1}\" \
+             text-anchor=\"end\">1e{decade}</text>",
+            PLOT_LEFT + wide,
+            PLOT_LEFT - 5.0,
+            line_y + 3.5
         );
         decade += ((high - low) / 4.0).ceil().max(1.0);
     }

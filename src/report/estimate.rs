@@ -2,16 +2,17 @@
 
 use core::fmt::Write as _;
 
-use didim_core::identification::{Estimate, ParameterEstimate};
+use didim_identification::identification::{Estimate, ParameterEstimate};
 
 use super::uses::UseLine;
 use super::{convergence, uses};
 use crate::text::{aligned, significant, to_uncertainty};
 
-/// The value a parameter really has, when it is known: a simulated arm's truth.
+/// True value of a parameter, if known: from a simulated arm.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// The parameters, one line each: value, unit, statistical and combined uncertainty, and both relative to it.
+/// Formats one line per parameter: value, unit, statistical and combined uncertainty, and both
+/// relative to it.
 pub fn parameter_table(estimate: &Estimate) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
@@ -32,39 +33,41 @@ pub fn parameter_table(estimate: &Estimate) -> String {
     let header =
         ["parameter", "value", "unit", "± statistical", "± combined", "relative", "combined"];
     let mut text = aligned(&header, &rows);
-    if !estimate.kept.is_empty() {
-        let _ = writeln!(text, "kept at their nominal values: {}", kept(estimate));
+    if !estimate.nominal.is_empty() {
+        let _ = writeln!(text, "kept at their nominal values: {}", fixed_parameters(estimate));
     }
     text
 }
 
-/// The parameters that were not identified and kept their nominal values.
-pub(super) fn kept(estimate: &Estimate) -> String {
-    let kept =
-        estimate.kept.iter().map(|p| format!("{} {} {}", p.name, significant(p.value, 4), p.unit));
-    kept.collect::<Vec<_>>().join(", ")
+/// Lists the parameters that were not identified and are fixed at their nominal values.
+pub(super) fn fixed_parameters(estimate: &Estimate) -> String {
+    let parameters = estimate
+        .nominal
+        .iter()
+        .map(|p| format!("{} {} {}", p.name, significant(p.value, 4), p.unit));
+    parameters.collect::<Vec<_>>().join(", ")
 }
 
-/// The parameters against the truth: truth, estimate, unit, relative standard deviation and the deviation
-/// in standard deviations.
+/// Formats the parameters against the truth: truth, estimate, unit, relative standard deviation and
+/// the deviation in standard deviations.
 pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
         .iter()
         .map(|p| {
-            let (known, deviation) = match truth(&p.name) {
+            let (true_value, deviation) = match truth(&p.name) {
                 Some(t) => {
                     (significant(t, 4), format!("{:+.1}", (p.value - t) / p.standard_deviation))
                 }
                 None => ("–".to_owned(), "–".to_owned()),
             };
-            vec![p.name.clone(), known, value(p), p.unit.to_owned(), relative(p), deviation]
+            vec![p.name.clone(), true_value, value(p), p.unit.to_owned(), relative(p), deviation]
         })
         .collect();
     aligned(&["parameter", "truth", "estimate", "unit", "relative σ", "deviation [σ]"], &rows)
 }
 
-/// Errors per joint, conditioning, convergence and the verdict with its reasons.
+/// Formats errors per joint, conditioning, convergence and the verdict with its reasons.
 pub fn summary(estimate: &Estimate) -> String {
     let delays = estimate.torque_delay_per_joint.iter().map(|delay| match delay {
         Some(delay) => format!(
@@ -123,7 +126,7 @@ pub fn summary(estimate: &Estimate) -> String {
     text
 }
 
-/// The uses, and below each what its figure is.
+/// Formats the uses, each with its figure below.
 fn uses_table(estimate: &Estimate) -> String {
     let lines: Vec<UseLine> = uses::lines(estimate).collect();
     let row = |line: &UseLine| {
@@ -139,13 +142,14 @@ fn uses_table(estimate: &Estimate) -> String {
     text
 }
 
-/// As many digits as the uncertainty justifies: down to a tenth of the standard deviation.
-pub(super) fn value(p: &ParameterEstimate) -> String {
+/// Formats a value with the digits that its uncertainty justifies: down to a tenth of the standard
+/// deviation.
+pub fn value(p: &ParameterEstimate) -> String {
     short_value(p, 7)
 }
 
-/// The same, with so many digits at most.
-pub(super) fn short_value(p: &ParameterEstimate, most: usize) -> String {
+/// Does the same with a maximum number of digits.
+pub fn short_value(p: &ParameterEstimate, most: usize) -> String {
     to_uncertainty(p.value, p.standard_deviation, most)
 }
 

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use didim_core::identification::ConvergenceStep;
-use didim_core::robot::JointKind;
+use didim_dynamics::robot::JointKind;
+use didim_identification::identification::ConvergenceStep;
 
-use super::panel::{BOTTOM, CURVES, LEFT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::panel::{BOTTOM, CURVES, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
 use super::{TorquePanel, convergence, value_range};
 use crate::text::escape;
 
@@ -13,15 +13,16 @@ const COLUMNS: usize = 2;
 const HEADER: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
-/// curves differ in lightness and width too, so that they are told apart without colour.
-const COLOURS: &str = "\
-svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#17456e;--residual:#3d7a4f;--sigmas:#e3efe6}\
-@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#a9d3f5;--residual:#7fc796;--sigmas:#223429}}";
+/// curves also differ in lightness and width, so they can be distinguished without colour.
+const COLOURS: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;\
+    --predicted:#17456e;--residual:#3d7a4f;--sigmas:#e3efe6}\
+    @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;\
+    --faint:#333c46;--measured:#6d8299;--predicted:#a9d3f5;--residual:#7fc796;--sigmas:#223429}}";
 
-/// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
-/// steps of an iteration, if there are any.
+/// Draws one panel per joint with measured torque, prediction and residual over time. Adds a panel
+/// of the iteration steps, if there are any.
 ///
-/// `heading` stands above; it is escaped here.
+/// `heading` is the title; it is escaped here.
 pub fn torque_figure(
     heading: &str,
     panels: &[TorquePanel<'_>],
@@ -36,7 +37,10 @@ pub fn torque_figure(
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title><style>{COLOURS}{CURVES}</style><rect class="paper" width="{width}" height="{height}"/><text class="heading" x="16" y="26">{0}</text>"#,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
+         aria-label=\"{0}\"><title>{0}</title><style>{COLOURS}{CURVES}</style><rect \
+         class=\"paper\" width=\"{width}\" height=\"{height}\"/><text class=\"heading\" x=\"16\" \
+         y=\"26\">{0}</text>",
         escape(heading)
     );
     for (x, class, label) in [
@@ -46,7 +50,8 @@ pub fn torque_figure(
     ] {
         let _ = write!(
             svg,
-            r#"<line class="key {class}" x1="{x}" x2="{}" y1="43" y2="43"/><text x="{}" y="47">{label}</text>"#,
+            "<line class=\"key {class}\" x1=\"{x}\" x2=\"{}\" y1=\"43\" y2=\"43\"/><text x=\"{}\" \
+             y=\"47\">{label}</text>",
             x + 20.0,
             x + 26.0
         );
@@ -68,16 +73,16 @@ pub fn torque_figure(
     svg
 }
 
-/// Height of the torque's axis, of the residual's, and of the gap between them.
+/// Height of the torque axis, of the residual axis, and of the gap between them.
 const TORQUE: f64 = 138.0;
 const RESIDUAL: f64 = 66.0;
 const BETWEEN: f64 = 14.0;
-/// Height of a panel with both.
+/// Height of a panel with both axes.
 pub(super) const TORQUE_PANEL_HEIGHT: f64 = TOP + TORQUE + BETWEEN + RESIDUAL + BOTTOM;
-/// Standard deviations of the residual that its band has to either side.
+/// Half width of the residual band, in standard deviations.
 const SIGMAS: f64 = 2.0;
 
-/// An axis of values beside an axis of time.
+/// A value axis next to a time axis.
 struct Axis {
     top: f64,
     tall: f64,
@@ -92,32 +97,34 @@ impl Axis {
 
     fn draw(&self, svg: &mut String, wanted: u32) {
         for tick in ticks(self.low, self.high, wanted) {
-            let at = self.y(tick);
+            let line_y = self.y(tick);
             let _ = write!(
                 svg,
-                r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{tick}</text>"#,
+                "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{line_y:.1}\" \
+                 y2=\"{line_y:.1}\"/><text class=\"tick\" x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{tick}</text>",
                 PANEL_WIDTH - RIGHT,
-                LEFT - 5.0,
-                at + 3.5
+                PLOT_LEFT - 5.0,
+                line_y + 3.5
             );
         }
     }
 }
 
-/// Draws the torque of one joint, and below it what the model leaves of it on an axis of its own, into
-/// a frame of [`PANEL_WIDTH`] × [`TORQUE_PANEL_HEIGHT`].
+/// Draws the torque of one joint, and below it the residual on a separate axis, into a frame of
+/// [`PANEL_WIDTH`] × [`TORQUE_PANEL_HEIGHT`].
 pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let error = 100.0 * panel.relative_error;
     let error = if error.is_finite() { format!("{error:.2} %") } else { "–".to_owned() };
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {error}</text>"#,
+        r#"<text class="title" x="{PLOT_LEFT}" y="20">joint {} · relative error {error}</text>"#,
         panel.joint
     );
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
-    let wide = PANEL_WIDTH - LEFT - RIGHT;
-    let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
+    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
     let base = TORQUE_PANEL_HEIGHT - BOTTOM;
     draw_time(svg, (start, end), x);
     draw_unit(svg, panel.unit, 20.0);
@@ -130,16 +137,16 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     draw_curve(svg, "predicted", curve(panel.predicted_nm, &torque).into_iter());
     draw_residual(svg, panel, curve);
     for time in panel.downweighted.iter().filter_map(|&row| panel.time_s.get(row)) {
-        let at = x(*time);
+        let line_x = x(*time);
         let _ = write!(
             svg,
-            r#"<line class="downweighted" x1="{at:.1}" x2="{at:.1}" y1="{base}" y2="{}"/>"#,
+            r#"<line class="downweighted" x1="{line_x:.1}" x2="{line_x:.1}" y1="{base}" y2="{}"/>"#,
             base + 5.0
         );
     }
 }
 
-/// The labels of the axis of time below a panel of two axes.
+/// Draws the labels of the time axis below a panel of two axes.
 fn draw_time(svg: &mut String, (start, end): (f64, f64), x: impl Fn(f64) -> f64) {
     for tick in ticks(start, end, 6) {
         let _ = write!(
@@ -151,12 +158,12 @@ fn draw_time(svg: &mut String, (start, end): (f64, f64), x: impl Fn(f64) -> f64)
     }
 }
 
-/// The unit of an axis, above its labels.
+/// Draws the unit of an axis above its labels.
 fn draw_unit(svg: &mut String, unit: &str, y: f64) {
     let _ = write!(
         svg,
         r#"<text class="tick" x="{}" y="{y}" text-anchor="end">{unit}</text>"#,
-        LEFT - 5.0
+        PLOT_LEFT - 5.0
     );
 }
 
@@ -165,7 +172,7 @@ fn draw_unit(svg: &mut String, unit: &str, y: f64) {
 pub(super) struct MotionPanel<'a> {
     /// The joint's number, from 1.
     pub(super) joint: usize,
-    /// How it moves, which says in what units.
+    /// Kind of the joint, which decides the units.
     pub(super) kind: JointKind,
     /// Time of each point \[s\].
     pub(super) time_s: &'a [f64],
@@ -180,13 +187,13 @@ pub(super) struct MotionPanel<'a> {
 pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">joint {} · position, velocity [{}]</text>"#,
+        r#"<text class="title" x="{PLOT_LEFT}" y="20">joint {} · position, velocity [{}]</text>"#,
         panel.joint,
         panel.kind.velocity_unit()
     );
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
-    let wide = PANEL_WIDTH - LEFT - RIGHT;
-    let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
+    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
     draw_time(svg, (start, end), x);
     draw_unit(svg, panel.kind.position_unit(), 20.0);
     let below = TOP + TORQUE + BETWEEN;
@@ -214,22 +221,22 @@ fn draw_residual(
     });
     let sigma = f64::sqrt(squares / f64::max(count, 1.0));
     let reach = 1.05 * largest.max(SIGMAS * sigma);
-    // A model without any error has no axis for it.
+    // A model without any error has no range for the axis.
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let axis = Axis { top: TOP + TORQUE + BETWEEN, tall: RESIDUAL, low: -reach, high: reach };
     let (top, bottom) = (axis.y(SIGMAS * sigma), axis.y(-SIGMAS * sigma));
-    let wide = PANEL_WIDTH - LEFT - RIGHT;
+    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
     let _ = write!(
         svg,
-        r#"<rect class="sigmas" x="{LEFT}" y="{top:.1}" width="{wide}" height="{:.1}"/>"#,
+        r#"<rect class="sigmas" x="{PLOT_LEFT}" y="{top:.1}" width="{wide}" height="{:.1}"/>"#,
         bottom - top
     );
     axis.draw(svg, 4);
     draw_curve(svg, "residual", curve(&residual, &axis).into_iter());
 }
 
-/// Draws a curve whose points come in the order of x. Of those within one unit of x the highest and
-/// the lowest are enough: a long record draws the same and stays small.
+/// Draws a curve whose points come in the order of x. Within one unit of x, only the highest and
+/// the lowest point are kept. A long record looks the same and stays small.
 pub(super) fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>) {
     let mut path = String::new();
     let mut add = |points: &mut Vec<(f64, f64)>| {
@@ -282,7 +289,8 @@ mod tests {
         assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");
     }
 
-    /// The residuals are 0.3, −0.3 and no number: σ is 0.3, and the band decides how far the axis reaches.
+    /// The residuals are 0.3, −0.3 and NaN: σ is 0.3, and the band determines the range of the
+    /// axis.
     #[test]
     fn the_band_is_two_deviations_of_the_residual_on_its_own_axis() {
         let panel = TorquePanel {
@@ -305,7 +313,7 @@ mod tests {
         assert!(band.contains(&height), "{height}: {svg}");
     }
 
-    /// A hundred points on every unit of x leave two of them, a short record all.
+    /// With a hundred points per unit of x, two of them remain. A short record keeps all.
     #[test]
     fn a_long_curve_keeps_its_extremes_only() {
         let (mut long, mut short) = (String::new(), String::new());

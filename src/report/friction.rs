@@ -1,13 +1,13 @@
 //! The friction laws that the data chose, as a table for people and lines for the robot file.
 
-use didim_core::identification::{ChosenFriction, FrictionChange, FrictionScore};
+use didim_identification::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
 use super::percent;
 use crate::cell::Cell;
 use crate::text::aligned;
 
-/// What was changed and what each change gained, and what to write into the files of the cell, which
-/// has the laws already. `added` are the parameters that came with them, if the cell lists its own.
+/// Formats the changes with the gain of each, and the lines for the files of the cell, which
+/// already has the laws. `added` are the new parameters of these laws, if the cell lists its own.
 pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
     let rows: Vec<Vec<String>> = gains(chosen).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
@@ -20,7 +20,7 @@ pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String 
         text += "\nin the robot file, of these [[joint]]s:\n";
         let changed = |joint: usize| chosen.gains.iter().any(|gain| gain.joint == joint);
         for joint in 1..=chosen.friction.len() {
-            // A law for the sign that the cell states goes for all joints, also those that were not changed.
+            // A law for the sign in the cell applies to all joints, also the unchanged ones.
             if cell.overrides_sign || changed(joint) {
                 text += &format!("{} # {joint}\n", cell.robot.own_friction_toml(joint - 1));
             }
@@ -35,7 +35,7 @@ pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String 
     text
 }
 
-/// Joint, change, the joint's held-out error before and after.
+/// Returns joint, change, and the joint's held-out error before and after.
 pub(super) fn gains(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]> {
     chosen.gains.iter().map(|gain| {
         let change = match gain.change {
@@ -47,15 +47,15 @@ pub(super) fn gains(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]
     })
 }
 
-/// What all of it did, in a sentence.
+/// Summarises the effect of all changes in a sentence.
 pub(super) fn effect(chosen: &ChosenFriction) -> String {
-    let of = |score: fn(&FrictionScore) -> f64| {
+    let change_of = |score: fn(&FrictionScore) -> f64| {
         format!("{} → {}", percent(score(&chosen.before)), percent(score(&chosen.after)))
     };
     format!(
-        "Chosen in {} identifications: held-out error {}, uncertainty elsewhere {}",
+        "Chosen in {} identifications: held-out error {}, uncertainty outside the motion {}",
         chosen.trials,
-        of(|score| score.held_out),
-        of(|score| score.elsewhere)
+        change_of(|score| score.held_out),
+        change_of(|score| score.extrapolation)
     )
 }

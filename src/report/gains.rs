@@ -1,14 +1,15 @@
 //! Torque gains in words.
 
-use didim_core::identification::Scale;
+use didim_identification::identification::Scale;
 
-use crate::offline::{FoundGain, FoundGains};
+use crate::analysis::{FoundGain, FoundGains};
 use crate::text::{aligned, significant, to_uncertainty};
 
-/// Most digits of a value.
+/// Maximum number of digits of a value.
 const DIGITS: usize = 5;
 
-/// The gains beside the stated ones, the arm by them, lines for the cell file, and what a person has to know of it.
+/// Formats the gains next to the configured ones, the arm's parameters with these gains, lines for
+/// the cell file, and notes.
 pub fn gains_text(found: &FoundGains) -> String {
     let none = || "–".to_owned();
     let rows = found.gains.iter().zip(&found.relative_error_per_joint);
@@ -19,11 +20,11 @@ pub fn gains_text(found: &FoundGains) -> String {
             };
             vec![
                 gain.joint.to_string(),
-                significant(gain.stated, DIGITS),
+                significant(gain.configured, DIGITS),
                 shown(&|value, sigma| to_uncertainty(value, sigma, DIGITS)),
                 shown(&|_, sigma| significant(sigma, 2)),
                 gain.unit.to_owned(),
-                shown(&|value, _| significant(value / gain.stated, 4)),
+                shown(&|value, _| significant(value / gain.configured, 4)),
                 format!("{:.2} %", 100.0 * error),
             ]
         })
@@ -34,7 +35,8 @@ pub fn gains_text(found: &FoundGains) -> String {
     text += &match found.scale {
         Scale::Load(_) => "\nparameters of the arm without the load, by these gains\n".to_owned(),
         Scale::Reference(joint) => format!(
-            "\nparameters of the arm in units of drive {joint}: the true ones are these times true over stated gain of joint {joint}\n"
+            "\nparameters of the arm in units of drive {joint}: the true ones are these times true \
+            over stated gain of joint {joint}\n"
         ),
     };
     let rows: Vec<Vec<String>> = (found.parameters.iter())
@@ -64,39 +66,44 @@ fn joints<'a>(gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
 
 fn notes(found: &FoundGains) -> Vec<String> {
     let mut notes = Vec::new();
-    let mut of = |gains: Option<String>, what: &str| {
+    let mut add_note = |gains: Option<String>, what: &str| {
         notes.extend(gains.map(|gains| format!("joints {gains}: {what}")));
     };
-    of(
+    add_note(
         joints(found.gains.iter().filter(|gain| gain.found.is_none())),
-        "the recordings do not tell the gain, which stays as it is stated; parameters that these joints alone show are not told either",
+        "the recordings do not tell the gain, which stays as it is stated; parameters that these \
+        joints alone show are not identifiable either",
     );
     let against = |gain: &&FoundGain| gain.found.is_some_and(|of| of.value < 0.0);
-    of(joints(found.gains.iter().filter(against)), "the sign is against the stated one");
-    of(
+    add_note(joints(found.gains.iter().filter(against)), "the sign is against the stated one");
+    add_note(
         joints(found.gains.iter().filter(|gain| gain.key.is_none())),
         "the cell file has no gain of the torque; multiply by this where the torque is made N·m",
     );
     if let Scale::Reference(joint) = found.scale {
         notes.push(format!(
-            "without a load nothing is in N·m: gains and parameters are proportional to the stated gain of joint {joint}, which nothing checks; \
-             a second recording with a known load (--loaded) tells it; σ is that of the noise, without errors of the model"
+            "without a load nothing is in N·m: gains and parameters are proportional to the stated \
+             gain of joint {joint}, which nothing checks; a second recording with a known load \
+             (--loaded) tells it; σ is that of the noise, without errors of the model"
         ));
         return notes;
     }
     notes.push(match &found.centre {
         Some(centre) => format!(
-            "the recordings {} the stated centre for the stated mass: χ² {} of {} (by chance with a probability of {})",
+            "the recordings {} the stated centre for the stated mass: χ² {} of {} (by chance with \
+            a probability of {})",
             if centre.is_significant() { "contradict" } else { "agree with" },
             significant(centre.chi_squared, 3),
             centre.degrees_of_freedom,
             significant(centre.probability, 2)
         ),
-        None => "the recordings do not tell the centre of the load; that it is right is taken for granted".to_owned(),
+        None => "the recordings do not tell the centre of the load; that it is right is taken for \
+            granted"
+            .to_owned(),
     });
     notes.push(
-        "gains and parameters are proportional to the stated mass, which nothing else checks; σ is that of the noise, without errors of the model \
-         or of the load"
+        "gains and parameters are proportional to the stated mass, which nothing else checks; σ is \
+         that of the noise, without errors of the model or of the load"
             .to_owned(),
     );
     notes

@@ -1,7 +1,6 @@
 //! Results for people: tables, plots in the terminal, and figures.
 
 mod advice;
-pub mod comparison;
 mod consistent;
 pub mod convergence;
 pub mod cutoff;
@@ -21,15 +20,15 @@ mod sweep;
 pub mod terminal;
 mod uses;
 
-use didim_core::identification::{Identification, Prediction};
-use didim_core::robot::Robot;
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{Identification, Prediction};
 
 use crate::text::significant;
 
-pub use advice::{advice_text, lacking_text};
+pub use advice::{advice_text, missing_text};
 pub use consistent::consistent_summary;
 pub use design::{
-    Checked, conditions, design_header, design_text, foretold_lines, foretold_text, load_lines,
+    Checked, conditions, design_header, design_text, expectation_text, load_lines, prediction_lines,
 };
 pub use gains::gains_text;
 pub use payload::payload_text;
@@ -48,13 +47,13 @@ pub struct TorquePanel<'a> {
     pub measured_nm: &'a [f64],
     /// Torque that the identified model predicts.
     pub predicted_nm: &'a [f64],
-    /// Rows that robust weights weight down.
+    /// Rows with reduced robust weights.
     pub downweighted: &'a [usize],
     /// ‖measured − predicted‖ / ‖measured‖.
     pub relative_error: f64,
 }
 
-/// Torques of all joints, measured and predicted, behind the same filter.
+/// Measured and predicted torques of all joints, after the same filter.
 #[derive(Clone, Copy, Debug)]
 pub struct TorqueCurves<'a> {
     time_s: &'a [f64],
@@ -88,7 +87,7 @@ impl<'a> From<&'a Prediction> for TorqueCurves<'a> {
     }
 }
 
-/// One panel per joint.
+/// Creates one panel per joint.
 pub fn panels<'a>(curves: impl Into<TorqueCurves<'a>>, robot: &Robot) -> Vec<TorquePanel<'a>> {
     let curves = curves.into();
     let joints = curves.measured.iter().zip(curves.predicted).zip(curves.relative_error_per_joint);
@@ -107,14 +106,15 @@ pub fn panels<'a>(curves: impl Into<TorqueCurves<'a>>, robot: &Robot) -> Vec<Tor
         .collect()
 }
 
-/// The extremes of several series together, widened to contain zero; `None` without finite values.
+/// Returns the common extremes of several series, widened to contain zero; `None` without finite
+/// values.
 fn value_range<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, f64)> {
     let finite = series.into_iter().flatten().copied().filter(|v| v.is_finite());
     let (low, high) = finite.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
     (high > low).then_some((low, high))
 }
 
-/// A share in per cent, to three digits.
+/// Formats a ratio in per cent, with three digits.
 fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }

@@ -1,12 +1,13 @@
-//! What the names of parameters mean, for reports and for the manual.
+//! Meanings of parameter names, for reports and for the manual.
 
-use didim_core::robot::ParameterKind::{self, *};
+use didim_dynamics::robot::ParameterKind::{self, *};
 
-/// What a kind of parameter is, as a sentence.
+/// Returns the meaning of a kind of parameter, as a sentence.
 pub fn meaning(kind: ParameterKind) -> &'static str {
     match kind {
         Xx => {
-            "Moment of inertia of the link about the x axis of its frame, at the origin of the frame."
+            "Moment of inertia of the link about the x axis of its frame, at the origin of the \
+            frame."
         }
         Xy => "Entry xy of the link's inertia matrix, minus the integral of x·y over its mass.",
         Xz => "Entry xz of the link's inertia matrix, minus the integral of x·z over its mass.",
@@ -18,52 +19,63 @@ pub fn meaning(kind: ParameterKind) -> &'static str {
         Mz => "First moment of the link along z: its mass times the z of its centre of mass.",
         M => "Mass of the link.",
         Ia => {
-            "Inertia of the drive, rotor and gear, on the side of the joint: that of the rotor times the square of the gear ratio."
+            "Inertia of the drive, rotor and gear, on the side of the joint: that of the rotor \
+            times the square of the gear ratio."
         }
         Fv => "Viscous friction: torque for each unit of speed.",
         FvQuadratic => "Friction that grows with speed × |speed| (`quadratic = true`).",
         FvCubic => "Friction that grows with the cube of the speed (`cubic = true`).",
         FvAsymmetric => {
-            "By how much viscous friction differs by direction: `fv` + `fva` forward, `fv` − `fva` backward (`asymmetric = true`)."
+            "By how much viscous friction differs by direction: `fv` + `fva` forward, `fv` − `fva` \
+            backward (`asymmetric = true`)."
         }
         Fc => "Coulomb friction: of constant size, against the motion.",
         FcLoad => {
-            "Coulomb friction that grows with the load: as a share of the torque that the drive holds where the arm rests (`load = true`)."
+            "Coulomb friction that grows with the load: as a share of the torque that the drive \
+            holds where the arm rests (`load = true`)."
         }
         Fs => {
-            "By how much friction at rest is above `fc`, which falls as motion begins (Stribeck; `stribeck_rad_s`)."
+            "By how much friction at rest is above `fc`, which falls as motion begins (Stribeck; \
+            `stribeck_rad_s`)."
         }
         Fh => {
-            "Friction that lags: after a reversal it turns over a way, and stays the same from there on (`hysteresis_rad`)."
+            "Friction that lags: after a reversal it turns over a way, and stays the same from \
+            there on (`hysteresis_rad`)."
         }
         Off => {
-            "Constant torque: unequal friction in the two directions, and the offset of the drive's current."
+            "Constant torque: unequal friction in the two directions, and the offset of the \
+            drive's current."
         }
         FvMotor => {
-            "Viscous friction of a coupled motor, on the side of its own joint: for the speed of the motor, which other joints turn too."
+            "Viscous friction of a coupled motor, on the side of its own joint: for the speed of \
+            the motor, which other joints turn too."
         }
         FcMotor => {
-            "Coulomb friction of a coupled motor, on the side of its own joint: against the motion of the motor, which other joints turn too."
+            "Coulomb friction of a coupled motor, on the side of its own joint: against the motion \
+            of the motor, which other joints turn too."
         }
     }
 }
 
-/// What is said of a name's parts: the part, and its meaning.
+/// Parts of a name, each with its meaning.
 pub const NAMES: [[&str; 2]; 4] = [
     ["`zz3`", "A symbol, and the number of the link, joint or motor, from 1 at the base."],
     [
         "`fv_m6`, `fc_m6`",
-        "`_m` and the number of a motor: friction of a motor that is coupled to more than its own joint, as that of joint 6 which also turns when \
-         joint 5 does. `fv6` and `fc6` are then those of the joint.",
+        "`_m` and the number of a motor: friction of a motor that is coupled to more than its own \
+         joint, as that of joint 6 which also turns when joint 5 does. `fv6` and `fc6` are then \
+         those of the joint.",
     ],
     [
         "`zz1r`",
-        "`r`: regrouped. No motion tells the parameters of an arm apart one by one; it tells sums of them, the base parameters. `zz1r` is `zz1` and what is \
-         regrouped with it, in the unit of `zz1`. A base parameter without `r` stands for itself alone. `didim identify --regrouping` prints each sum, \
-         `didim robot FILE` the base parameters.",
+        "`r`: regrouped. No motion tells the parameters of an arm apart one by one; it tells sums \
+         of them, the base parameters. `zz1r` is `zz1` and what is regrouped with it, in the unit \
+         of `zz1`. A base parameter without `r` stands for itself alone. `didim identify \
+         --regrouping` prints each sum, `didim robot FILE` the base parameters.",
     ],
     [
         "essential parameters",
-        "Those base parameters that a motion can tell from zero: the cell lists them (`identification.parameters`), or `didim identify --essential` finds them.",
+        "Those base parameters that a motion can tell from zero: the cell lists them \
+        (`identification.parameters`), or `didim identify --essential` finds them.",
     ],
 ];

@@ -1,22 +1,24 @@
-//! One panel of a figure: its size, the look of its curves, the ticks of its axes.
+//! One panel of a figure: its size, the style of its curves, the ticks of its axes.
 
 pub(super) const PANEL_WIDTH: f64 = 400.0;
 pub(super) const PANEL_HEIGHT: f64 = 190.0;
-/// Room around the curves of one panel: left for tick labels, top for the title.
-pub(super) const LEFT: f64 = 52.0;
+/// Margins around the curves of one panel: left for tick labels, top for the title.
+pub(super) const PLOT_LEFT: f64 = 52.0;
 pub(super) const TOP: f64 = 30.0;
 pub(super) const RIGHT: f64 = 12.0;
 pub(super) const BOTTOM: f64 = 28.0;
 
-/// How panels are drawn, in the colours of whoever shows them.
-pub(super) const CURVES: &str = "\
-.paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
-.tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
-.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}.sigmas{fill:var(--sigmas)}.downweighted{stroke:var(--ink);stroke-width:1.5}\
-circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
+/// Style of the panels, in the colours of the document that shows them.
+pub(super) const CURVES: &str = ".paper{fill:var(--paper)}text{fill:var(--ink);font:12px \
+system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
+    .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}\
+    path,.key{fill:none;stroke-linejoin:round}.measured{stroke:var(--measured);stroke-width:3}\
+    .predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);\
+    stroke-width:1}.sigmas{fill:var(--sigmas)}.downweighted{stroke:var(--ink);stroke-width:1.5}\
+    circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
 
-/// Round numbers within `low..=high`, about `wanted` of them: steps of 1, 2 or 5 times a power of
-/// ten.
+/// Returns round numbers within `low..=high`, about `wanted` of them, in steps of 1, 2 or 5 times a
+/// power of ten.
 pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
@@ -29,14 +31,14 @@ pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
         .map(|m| m * power)
         .find(|s| *s >= rough * 0.999)
         .unwrap_or(10.0 * power);
-    let mut found = Vec::new();
+    let mut positions = Vec::new();
     let mut k = (low / step).ceil();
-    while k * step <= high + 1e-9 * span && found.len() < 50 {
-        // Through the step's own decimals, so that 0.30000000000000004 prints as 0.3.
-        found.push((k * step * 1e9).round() / 1e9 + 0.0);
+    while k * step <= high + 1e-9 * span && positions.len() < 50 {
+        // Rounded to the step's own decimals: 0.30000000000000004 prints as 0.3.
+        positions.push((k * step * 1e9).round() / 1e9 + 0.0);
         k += 1.0;
     }
-    found
+    positions
 }
 
 #[cfg(test)]

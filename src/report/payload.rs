@@ -1,16 +1,16 @@
 //! A load in words.
 
-use didim_core::identification::{Declared, Payload, Uncertain};
-use didim_core::robot::Robot;
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{Declared, Payload, Uncertain};
 
 use crate::text::{aligned, significant, to_uncertainty};
 
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 pub(super) const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
-/// Most digits of a value.
+/// Maximum number of digits of a value.
 const DIGITS: usize = 5;
 
-/// What is found of a load, against what is declared, and what a person has to know of it.
+/// Formats the load found next to the declared one, and notes.
 pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> String {
     let mut text = headline(payload);
     let rows = rows(payload, declared);
@@ -26,7 +26,8 @@ pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> Str
         let (is, together) =
             (if declared.within { "within" } else { "outside" }, &declared.together);
         text += &format!(
-            "the declared load is {is} the uncertainty: χ² {} of {} (by chance with a probability of {})\n",
+            "the declared load is {is} the uncertainty: χ² {} of {} (by chance with a probability \
+            of {})\n",
             significant(together.chi_squared, 3),
             together.degrees_of_freedom,
             significant(together.probability, 2)
@@ -61,17 +62,17 @@ fn headline(payload: &Payload) -> String {
         (false, Some(deviations), None) => {
             format!("no load is seen: the mass is {} σ\n", significant(deviations, 3))
         }
-        (false, None, None) => "no load is seen; its mass would not be told\n".to_owned(),
+        (false, None, None) => "no load is seen; its mass is not identifiable\n".to_owned(),
     }
 }
 
-/// A row for each value that is found or declared.
+/// Creates a row for each value that is found or declared.
 fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
     let (load, body, compared) = (&payload.load, &payload.body, &payload.declared);
     let mut rows = Vec::new();
     let mut row = |name: String, unit: &str, values: [Option<f64>; 3], found: Option<Uncertain>| {
-        let [possible, stated, off] = values;
-        if found.is_none() && stated.is_none() {
+        let [possible, configured, off] = values;
+        if found.is_none() && configured.is_none() {
             return;
         }
         let none = || "–".to_owned();
@@ -83,7 +84,7 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
             found.map_or_else(none, |of| significant(of.standard_deviation, 2)),
             unit.to_owned(),
             number(possible),
-            number(stated),
+            number(configured),
             off.map_or_else(none, |off| format!("{off:+.1} σ")),
         ]);
     };
@@ -103,33 +104,36 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
     rows
 }
 
-/// What must be known with it.
+/// Returns notes on the load.
 fn notes(payload: &Payload) -> Vec<String> {
     let (presence, mut notes) = (&payload.presence, Vec::new());
     let has_mass = presence.seen || presence.mass_limit_kg.is_some();
     if presence.mass_deviations.is_some() && !has_mass {
         notes.push(
-            "the mass is negative: the arm was identified with a load that it does not carry here, or has changed; identify it \
-             empty"
+            "the mass is negative: the arm was identified with a load that it does not carry here, \
+             or has changed; identify it empty"
                 .to_owned(),
         );
     } else if !presence.seen && presence.from_none.is_significant() {
         notes.push(
-            "no mass is seen, but the torques differ from those of the arm by more than its uncertainty: it has changed, its model lacks \
-             something along this motion, or what it carries is light and wide"
+            "no mass is seen, but the torques differ from those of the arm by more than its \
+             uncertainty: it has changed, its model lacks something along this motion, or what it \
+             carries is light and wide"
                 .to_owned(),
         );
     }
     if let Some(body) = payload.body.as_ref().filter(|body| !body.is_the_estimate) {
         notes.push(if body.cost > body.cost_limit {
             format!(
-                "no body explains what is found: the nearest costs {} where the true one stays below {} (χ², 99 %); the arm has \
-                 changed, or the load is not fixed",
+                "no body explains what is found: the nearest costs {} where the true one stays \
+                 below {} (χ², 99 %); the arm has changed, or the load is not fixed",
                 significant(body.cost, 3),
                 significant(body.cost_limit, 3)
             )
         } else {
-            "what is found is no body by itself; the possible one agrees with it within the uncertainty".to_owned()
+            "what is found is no body by itself; the possible one agrees with it within the \
+            uncertainty"
+                .to_owned()
         });
     }
     let near_none = ENTRIES.iter().zip(&payload.load.inertia_kg_m2);
@@ -147,15 +151,16 @@ fn notes(payload: &Payload) -> Vec<String> {
     if !payload.standing.is_empty() {
         let joints: Vec<String> = payload.standing.iter().map(ToString::to_string).collect();
         notes.push(format!(
-            "joint {} stood: friction at rest holds any torque below its own, so what was measured there counts nothing",
+            "joint {} stood: friction at rest holds any torque below its own, so what was measured \
+            there counts nothing",
             joints.join(", ")
         ));
     }
-    if !payload.not_told.is_empty() {
+    if !payload.not_identifiable.is_empty() {
         let sums = payload.parameters.iter().map(|of| of.name.as_str());
         notes.push(format!(
             "arm and recording do not tell {} by themselves, only these sums: {}",
-            payload.not_told.join(" "),
+            payload.not_identifiable.join(" "),
             sums.collect::<Vec<_>>().join(", ")
         ));
     }

@@ -1,13 +1,13 @@
 //! From base to essential parameters, as a table for people and a list for the cell file.
 
-use didim_core::identification::{Reduction, ReductionStep};
+use didim_identification::identification::{Reduction, ReductionStep};
 
 use crate::text::{aligned, significant};
 
-/// Characters of a line of the list.
+/// Width of a line of the list, in characters.
 const WIDTH: usize = 88;
 
-/// What was left out, one line each, and what stays.
+/// Formats the eliminated parameters, one line each, and the remaining ones.
 pub fn sequence(reduction: &Reduction) -> String {
     let line = |step: &ReductionStep, what: &str| {
         vec![
@@ -19,7 +19,7 @@ pub fn sequence(reduction: &Reduction) -> String {
         ]
     };
     let mut rows: Vec<_> = reduction.left_out.iter().map(|step| line(step, "left out")).collect();
-    rows.extend(reduction.kept.iter().map(|step| line(step, "stays")));
+    rows.extend(reduction.fixed.iter().map(|step| line(step, "stays")));
     let mut text = aligned(&["parameter", "relative σ", "F", "probability", ""], &rows);
     text += &format!(
         "\n{} of {} base parameters are essential to this motion, at a level of {}\n\n",
@@ -31,7 +31,7 @@ pub fn sequence(reduction: &Reduction) -> String {
     text
 }
 
-/// `parameters = […]` for `[identification]` of the cell file.
+/// Formats `parameters = […]` for `[identification]` of the cell file.
 fn toml_list(names: &[String]) -> String {
     let mut text = "parameters = [\n".to_owned();
     let mut line = String::new();

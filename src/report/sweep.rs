@@ -1,18 +1,20 @@
-//! A friction sweep in words: its speeds, and which friction terms it tells apart.
+//! A constant-speed sweep for friction in words: its speeds, and the friction terms that it
+//! distinguishes.
 
-use didim_core::excitation::{Sweep, SweptJoint, Term};
-use didim_core::robot::{JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
+use didim_identification::excitation::{Sweep, SweptJoint, Term};
 
 use super::design::{Checked, conditions};
-use crate::offline::Assignment;
+use crate::analysis::Assignment;
 use crate::text::significant;
 
-/// What is swept and what that tells, for the header of a file and for people.
+/// Describes the constant-speed sweeps and the terms that they identify, for the header of a file
+/// and for people.
 pub fn sweep_lines(
     robot: &Robot,
     assignment: &Assignment,
     sweep: &Sweep,
-    told: &[SweptJoint],
+    reported: &[SweptJoint],
 ) -> Vec<String> {
     let units = |joint: usize| match robot.chain()[joint].kind {
         JointKind::Revolute => ["rad/s", "rad", "N·m"],
@@ -29,16 +31,16 @@ pub fn sweep_lines(
         let (joint, speed) = (pass.joint + 1, &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
     }
-    // Where noise is assumed, so are standard deviations.
+    // If the noise is assumed, the standard deviations are too.
     let figures = match assignment.measured_noise {
         true => {
-            ", with the standard deviation of the largest torque of each: beside fc, fv and off alone, and in brackets if the joint had all of \
-             them at once"
+            ", with the standard deviation of the largest torque of each: next to fc, fv and off \
+            alone, and in brackets if the joint had all of them at once"
         }
         false => "",
     };
     lines.push(format!("Friction terms that it tells apart{figures}:"));
-    for SweptJoint { joint, stribeck, terms } in told {
+    for SweptJoint { joint, stribeck, terms } in reported {
         let [per_s, _, torque] = units(*joint);
         let named = |kind: ParameterKind| match kind {
             ParameterKind::Fs => {
@@ -47,15 +49,16 @@ pub fn sweep_lines(
             kind => kind.symbol().to_owned(),
         };
         let number = |of: Option<f64>| of.map_or_else(|| "–".to_owned(), |of| significant(of, 2));
-        let (told, not): (Vec<&Term>, Vec<&Term>) = terms.iter().partition(|of| of.alone.is_some());
-        let told = told.into_iter().map(|of| {
+        let (term_line, not): (Vec<&Term>, Vec<&Term>) =
+            terms.iter().partition(|of| of.alone.is_some());
+        let term_lines = term_line.into_iter().map(|of| {
             let deviations = match assignment.measured_noise {
-                true => format!(" {} ({}) {torque}", number(of.alone), number(of.beside_all)),
+                true => format!(" {} ({}) {torque}", number(of.alone), number(of.together)),
                 false => String::new(),
             };
             named(of.kind) + &deviations
         });
-        let words: Vec<String> = told.collect();
+        let words: Vec<String> = term_lines.collect();
         let not: Vec<String> = not.into_iter().map(|of| named(of.kind)).collect();
         let not = if not.is_empty() { String::new() } else { format!("; NOT {}", not.join(", ")) };
         lines.push(format!("  joint {}: {}{not}", joint + 1, words.join(", ")));
@@ -63,7 +66,7 @@ pub fn sweep_lines(
     lines
 }
 
-/// The same with the noise that it is of, and what of the limits it uses.
+/// Formats the same lines, with the noise behind them and the used share of the limits.
 pub fn sweep_text(assignment: &Assignment, checked: Checked<'_>, lines: &[String]) -> String {
     let (length, conditions) =
         (significant(checked.duration_s, 4), conditions(assignment, checked.used));

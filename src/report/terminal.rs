@@ -2,7 +2,7 @@
 
 use super::{TorquePanel, value_range};
 
-/// Characters of a label of the axis, and of the axis itself.
+/// Width of an axis label with the axis itself, in characters.
 const LABEL: usize = 9;
 
 pub(super) const DOTS_WIDE: usize = 2;
@@ -11,9 +11,9 @@ pub(super) const DOTS_HIGH: usize = 4;
 pub(super) const DOT: [[u8; DOTS_HIGH]; DOTS_WIDE] =
     [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
-/// Measured torque and, below it on the same scale, what the model leaves unexplained.
+/// Plots the measured torque and, below it on the same scale, the residual.
 ///
-/// `columns` is the width in characters, that of the labels of the axis included.
+/// `columns` is the width in characters, including the labels of the axis.
 pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     let residual: Vec<f64> =
         panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
@@ -23,7 +23,7 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     let columns = columns.saturating_sub(LABEL).max(2);
     let span = high - low;
     let measured_rows = 6;
-    // The same N·m per character as above, rounded to whole characters around the zero line.
+    // The same N·m per character as above, rounded to full characters around the zero line.
     let reach = residual.iter().fold(0.0_f64, |r, v| r.max(v.abs()));
     #[expect(
         clippy::cast_possible_truncation,
@@ -84,10 +84,11 @@ fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> V
         ((fraction * (tall - 1) as f64).round() as usize).min(tall - 1)
     };
     for x in 0..wide {
-        // One sample of the column before, so that the curve is not torn where it is steep.
-        let from = (x * values.len() / wide).saturating_sub(1);
-        let to = ((x + 1) * values.len() / wide).max(from + 1).min(values.len());
-        let part = values.get(from..to).unwrap_or(&[]);
+        // One sample of the previous column is included, which closes gaps in steep parts of the
+        // curve.
+        let start = (x * values.len() / wide).saturating_sub(1);
+        let end = ((x + 1) * values.len() / wide).max(start + 1).min(values.len());
+        let part = values.get(start..end).unwrap_or(&[]);
         let finite = || part.iter().copied().filter(|v| v.is_finite());
         let (Some(top), Some(bottom)) = (finite().reduce(f64::max), finite().reduce(f64::min))
         else {

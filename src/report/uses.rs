@@ -1,36 +1,36 @@
 //! The verdict for each use, in words.
 
-use didim_core::feasibility::Judgement;
-use didim_core::identification::{Bodies, Estimate, Use};
+use didim_identification::feasibility::Judgement;
+use didim_identification::identification::{Estimate, PhysicalConsistency, Use};
 
 use crate::text::significant;
 
 /// One line of the table of uses.
 pub(super) struct UseLine {
     pub(super) of: Use,
-    /// `yes`, `no`, `cannot be told`, or `–` where the use has figures and no verdict.
+    /// `yes`, `no`, `undecided`, or `–` if the use has figures and no verdict.
     pub(super) answer: &'static str,
     pub(super) figure: String,
     pub(super) limit: String,
-    /// What the figure is.
+    /// Meaning of the figure.
     pub(super) meaning: &'static str,
 }
 
-/// Every use of a result, and beside the last what bodies cost, where that is known.
+/// Lists every use of a result, followed by the cost of the bodies, if known.
 pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
     let uses = Use::ALL.into_iter().map(|of| {
-        let found = estimate.verdict.uses.of(of);
-        let answer = match found.applicable {
+        let verdict = estimate.verdict.uses.get(of);
+        let answer = match verdict.applicable {
             Some(true) => "yes",
             Some(false) => "no",
-            None if found.reasons.is_empty() => "–",
-            None => "cannot be told",
+            None if verdict.reasons.is_empty() => "–",
+            None => "undecided",
         };
         let shown = |value: Option<f64>| match value {
             None => "–".to_owned(),
-            Some(value) if found.unit == "1" => format!("{} %", significant(100.0 * value, 3)),
+            Some(value) if verdict.unit == "1" => format!("{} %", significant(100.0 * value, 3)),
             Some(value) if of == Use::RigidBody => format!("{} σ", significant(value, 2)),
-            Some(value) => format!("{} {}", significant(value, 3), found.unit),
+            Some(value) => format!("{} {}", significant(value, 3), verdict.unit),
         };
         let meaning = match of {
             Use::Monitoring => "statistical uncertainty of a joint's torque along the motion",
@@ -41,17 +41,17 @@ pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
             Use::PhysicalValues => "combined uncertainty of a parameter that carries torque",
             Use::RigidBody => "how far the mass matrix is from positive definite",
         };
-        UseLine { of, answer, figure: shown(found.figure), limit: shown(found.limit), meaning }
+        UseLine { of, answer, figure: shown(verdict.figure), limit: shown(verdict.limit), meaning }
     });
-    uses.chain(estimate.bodies.as_ref().map(of_bodies))
+    uses.chain(estimate.link_bodies.as_ref().map(of_bodies))
 }
 
-fn of_bodies(bodies: &Bodies) -> UseLine {
+fn of_bodies(link_bodies: &PhysicalConsistency) -> UseLine {
     UseLine {
         of: Use::RigidBody,
-        answer: if bodies.judgement == Judgement::Infeasible { "no" } else { "yes" },
-        figure: format!("{} σ²", significant(bodies.cost, 2)),
-        limit: format!("{} σ²", significant(bodies.cost_limit, 2)),
+        answer: if link_bodies.judgement == Judgement::Infeasible { "no" } else { "yes" },
+        figure: format!("{} σ²", significant(link_bodies.cost, 2)),
+        limit: format!("{} σ²", significant(link_bodies.cost_limit, 2)),
         meaning: "squared distance from parameters that bodies have",
     }
 }

@@ -1,4 +1,4 @@
-//! The running service: its parts put together from a cell, supervision, status and metrics.
+//! The running service: its parts built from a cell, supervision, status and metrics.
 
 pub mod metrics;
 pub mod paths;

@@ -1,4 +1,4 @@
-//! Where the service keeps its files.
+//! Locations of the service's files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// Name of the status socket in the runtime folder.
 const STATUS_SOCKET: &str = "status.sock";
-/// Name of the status socket of an acquisition that has a process of its own.
+/// Name of the status socket of an acquisition in a separate process.
 const ACQUISITION_SOCKET: &str = "acquisition.sock";
 /// Name of the socket that takes commands.
 const COMMAND_SOCKET: &str = "command.sock";
@@ -16,16 +16,16 @@ const COMMAND_SOCKET: &str = "command.sock";
 /// The paths of one service or run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paths {
-    /// Folder of sockets and of the stream's own files.
+    /// Folder of the sockets and of the stream's own files.
     pub runtime: PathBuf,
-    /// Folder of the results; they are only published when there is none.
+    /// Folder of the results. With `None` they are only published.
     pub state: Option<PathBuf>,
-    /// Beginning of the names in shared memory.
+    /// Prefix of the names in shared memory.
     pub prefix: String,
 }
 
 impl Paths {
-    /// Those of the cell's service.
+    /// Returns the paths of the cell's service.
     pub fn of_service(cell: &Cell) -> Self {
         Self {
             runtime: cell.service.runtime_directory.clone(),
@@ -34,12 +34,12 @@ impl Paths {
         }
     }
 
-    /// Those of a service whose sockets are in `runtime`.
+    /// Returns the paths of a service whose sockets are in `runtime`.
     pub fn with_sockets_in(runtime: &Path) -> Self {
         Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
     }
 
-    /// Makes the folders, and refuses those that others may change.
+    /// Creates the folders, and refuses folders that others may change.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -48,17 +48,17 @@ impl Paths {
         folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))
     }
 
-    /// The socket of the status.
+    /// Returns the path of the status socket.
     pub fn status_socket(&self) -> PathBuf {
         self.runtime.join(STATUS_SOCKET)
     }
 
-    /// The status socket of an acquisition in a process of its own.
+    /// Returns the path of the status socket of an acquisition in a separate process.
     pub fn acquisition_socket(&self) -> PathBuf {
         self.runtime.join(ACQUISITION_SOCKET)
     }
 
-    /// The socket for commands.
+    /// Returns the path of the command socket.
     pub fn command_socket(&self) -> PathBuf {
         self.runtime.join(COMMAND_SOCKET)
     }

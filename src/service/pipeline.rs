@@ -1,4 +1,4 @@
-//! From a validated cell to the parts of the running pipeline.
+//! Construction of the running pipeline's parts from a validated cell.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,6 +10,8 @@ use didim_drivers::source::{
     InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError, TapSource,
 };
 
+use crate::analysis::find_load;
+use crate::analysis::identify::{LastIdentification, LastWindow, identify_window};
 use crate::archive::store::WindowProvenance;
 use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
@@ -21,48 +23,47 @@ use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, Strea
 use crate::live::worker::{
     Configuration, FindLoad, Identified, ResultOptions, TimeOfDay, WindowOptionError, WorkerOptions,
 };
-use crate::offline::find_load;
-use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
 use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
 
-/// Windows that may wait while one is identified.
+/// Maximum number of windows that wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
-/// Windows in memory: the open one, those that wait, the one being identified.
+/// Maximum number of windows in memory: the open one, the waiting ones, and the one being
+/// identified.
 pub(crate) const MOST_WINDOWS: usize = WINDOWS_WAITING + 2;
-/// A live bus is called silent after this many of its periods, or half a second if that is longer.
+/// Silence limit of a live bus, in periods. The limit is at least half a second.
 const SILENT_PERIODS: f64 = 100.0;
-/// The longest folder for temporary files that leaves room for the stream's own paths.
+/// Maximum length of the path for temporary files that leaves space for the stream's own paths.
 const MAX_TEMPORARY: usize = 20;
-/// Why a pipeline cannot be put together.
+/// Reason why a pipeline cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
-    /// The stream's options do not fit: the cell's name, the runtime folder or the buffer.
+    /// The options of the stream are invalid: the cell's name, the runtime folder or the buffer.
     #[error(transparent)]
     Stream(#[from] StreamError),
     /// The cell has no bus.
     #[error(transparent)]
     Cell(Box<CellError>),
-    /// The windows do not fit the sample rate.
+    /// The windows do not match the sample rate.
     #[error(transparent)]
     Windows(#[from] WindowOptionError),
     /// The bus cannot be opened.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// Buses that do not go together.
+    /// The buses cannot be combined.
     #[error("bus.source: {0}")]
     Sources(&'static str),
-    /// A folder cannot be made, or others may change what is in it.
+    /// A folder cannot be created, or others may change its content.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A run of its own cannot have its files: check the permissions and the space left.
+    /// The files of a single run cannot be created. Check the permissions and the free space.
     #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
-        /// Where they were to be.
+        /// Intended location.
         place: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         cause: io::Error,
     },
 }
@@ -73,18 +74,18 @@ impl From<CellError> for PipelineError {
     }
 }
 
-/// Paths for one run that nobody else shares; everything but the results is removed at its end.
+/// Exclusive paths for a single run. Everything but the results is removed at its end.
 #[derive(Debug)]
 pub struct OneRun {
     /// The paths.
     pub paths: Paths,
-    // Dropped in this order: first what lies in shared memory, then the folder.
+    // Drop order: first the files in shared memory, then the folder.
     _network: PrivateNetwork,
     _folder: tempfile::TempDir,
 }
 
 impl OneRun {
-    /// Makes a folder for the run; results go to `state`, if it is given.
+    /// Creates a folder for the run. Results go to `state`, if given.
     ///
     /// # Errors
     /// [`PipelineError::Folder`] and [`PipelineError::OneRun`].
@@ -95,7 +96,8 @@ impl OneRun {
             .prefix("didim-")
             .tempdir_in(&base)
             .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
-        // Not one that begins with the service's own, or with another run's of this process.
+        // The prefix must not begin with the service's own prefix, or with that of another run of
+        // this process.
         static RUNS: AtomicU32 = AtomicU32::new(0);
         let run = RUNS.fetch_add(1, Ordering::Relaxed);
         let prefix = format!("{RUN_PREFIX}{}-{run}_", std::process::id());
@@ -107,7 +109,7 @@ impl OneRun {
     }
 }
 
-/// The part that reads the bus.
+/// Creates the part that reads the bus.
 ///
 /// # Errors
 /// [`PipelineError::Stream`].
@@ -119,7 +121,7 @@ pub fn acquisition(
 ) -> Result<Box<AcquisitionPart>, PipelineError> {
     let bus = cell.bus()?;
     let period = bus.layout.period_ns() * 1e-9;
-    // A log is recorded already.
+    // A log is a recording already.
     let recorder =
         recordings(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
             RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
@@ -137,8 +139,7 @@ pub fn acquisition(
     }))
 }
 
-/// Makes the folders of the recordings, where there are any, and refuses those that others may
-/// change.
+/// Creates the folders of the recordings, if any, and refuses folders that others may change.
 ///
 /// # Errors
 /// [`PipelineError::Folder`].
@@ -149,13 +150,13 @@ pub fn make_recordings(cell: &Cell, paths: &Paths) -> Result<(), PipelineError> 
     Ok(parts.iter().try_for_each(|part| own_folder(part))?)
 }
 
-/// What is recorded, and the folder for it.
+/// Returns the recording options and the folder of the recordings.
 fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions, PathBuf)> {
     let options = cell.service.recordings.as_ref()?;
     Some((options, options.folder(paths.state.as_deref()?)))
 }
 
-/// Where `didim run` keeps recordings: what a log brings is recorded already.
+/// Returns the archiver options of `didim run`. Frames from a log are already recorded.
 pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let bus = cell.bus().ok()?;
@@ -163,7 +164,7 @@ pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     Some(ArchiverOptions { folder, recordings: options.clone(), curves: cell.joint_curves(bus) })
 }
 
-/// How the cell cuts windows and identifies them. What it identified last is left in `last`.
+/// Returns how the cell cuts and identifies windows. The last identification is stored in `last`.
 ///
 /// # Errors
 /// [`PipelineError::Windows`].
@@ -180,7 +181,7 @@ pub fn configuration(
     let identify = move |window: &Window| {
         let cell = &*cell_of_worker;
         let identification = identify_window(cell, window)?;
-        let provenance = WindowProvenance::of(window);
+        let provenance = WindowProvenance::from_window(window);
         let report = has_folder.then(|| {
             let samples = SampleRange::Window(provenance.clone());
             let origin =
@@ -204,7 +205,7 @@ pub fn configuration(
     })
 }
 
-/// The time of day of a cell's buses.
+/// Returns the time of day of a cell's buses.
 fn time_of_day(cell: &Cell) -> TimeOfDay {
     let sources = cell.bus().map_or(&[][..], |bus| &bus.sources);
     match sources.iter().all(|bus| matches!(bus, BusAddress::Can(_))) {
@@ -213,7 +214,7 @@ fn time_of_day(cell: &Cell) -> TimeOfDay {
     }
 }
 
-/// The part that identifies. What it identified last is left in `last`.
+/// Creates the part that identifies. The last identification is stored in `last`.
 ///
 /// # Errors
 /// [`PipelineError::Stream`] and [`PipelineError::Windows`].
@@ -244,9 +245,9 @@ pub fn estimation(
 
 /// The opened buses of a cell.
 pub struct OpenedSource {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: Box<dyn Source>,
-    /// A living bus does not wait for its reader; a log does.
+    /// Pace: a live bus does not wait for its reader, and a log does.
     pub pace: Pace,
     /// The receive buffer of its sockets.
     pub receive_buffer: Option<ReceiveBuffer>,
@@ -287,7 +288,8 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(
-                    "inproc: is the bus of `didim demo`; name can:INTERFACE, ethercat:INTERFACE, log:FILE or pcap:FILE",
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE, ethercat:INTERFACE, \
+                    log:FILE or pcap:FILE",
                 ));
             }
         }

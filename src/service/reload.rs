@@ -1,16 +1,16 @@
-//! The cell file of a running service, read again.
+//! Reload of the cell file of a running service.
 
 use std::path::PathBuf;
 
+use crate::analysis::identify::LastIdentification;
 use crate::cell::Cell;
-use crate::offline::identify::LastIdentification;
 use crate::service::paths::Paths;
 use crate::service::pipeline::configuration;
 use crate::service::supervision::Reload;
 
-/// Reads the file again each time that it is called. What concerns the bus or the service itself must
-/// be as in `running`: nothing of it changes until a restart, so that no sample is lost. `estimates`
-/// says whether this process has a worker that is to use the rest.
+/// Creates a function that reads the file again at each call. Settings of the bus and of the
+/// service itself must equal those of `running`. They do not change until a restart, so that no
+/// sample is lost. `estimates` is true if this process has a worker that uses the other settings.
 pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) -> Reload {
     Box::new(move || {
         let cell = Cell::read_decided(&file).map_err(|error| error.to_string())?;

@@ -2,12 +2,13 @@
 
 use sha2::{Digest, Sha256};
 
-/// The digest in 64 hexadecimal digits.
+/// Returns the digest in 64 hexadecimal digits.
 pub fn hexadecimal(digest: Sha256) -> String {
     digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 of several texts, each preceded by its length so that no two lists give one digest.
+/// Returns the SHA-256 of several texts. Each is preceded by its length, so no two lists give one
+/// digest.
 pub fn sha256(texts: &[&str]) -> String {
     let mut digest = Sha256::new();
     for text in texts {
@@ -17,7 +18,7 @@ pub fn sha256(texts: &[&str]) -> String {
     hexadecimal(digest)
 }
 
-/// Whether it is the text of one, and so safe as the name of a file.
+/// Returns true if the text is a digest, and therefore safe as a file name.
 pub fn is_digest(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|c| c.is_ascii_digit() || (b'a'..=b'f').contains(&c))
 }

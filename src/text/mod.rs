@@ -1,4 +1,4 @@
-//! Text that carries facts: numbers with their digits, aligned tables, digests.
+//! Text with data: numbers with their digits, aligned tables, digests.
 
 mod digest;
 mod table;
@@ -6,7 +6,7 @@ mod table;
 pub use digest::{hexadecimal, is_digest, sha256};
 pub use table::{aligned, significant, to_uncertainty};
 
-/// Text for XML and HTML.
+/// Escapes text for XML and HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

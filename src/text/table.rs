@@ -1,7 +1,7 @@
-//! Numbers with the digits that they deserve, and aligned tables of them.
+//! Numbers with their justified digits, and aligned tables of them.
 
-/// Renders rows under a header: the first column to the left, the others to the right, two spaces
-/// between columns. Widths count characters, so Greek letters align.
+/// Renders rows under a header: the first column to the left, the others to the right, with two
+/// spaces between columns. Widths count characters, so Greek letters align.
 pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut widths: Vec<usize> = header.iter().map(|h| h.chars().count()).collect();
     for row in rows {
@@ -33,7 +33,7 @@ pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// A number with `digits` significant digits, in plain notation where that is readable.
+/// Formats a number with `digits` significant digits, in plain notation if that is readable.
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return value.to_string();
@@ -50,8 +50,8 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
-/// A number with as many digits as its standard deviation justifies, down to a tenth of it, and with
-/// `most` at most.
+/// Formats a number with as many digits as its standard deviation justifies, down to a tenth of it,
+/// and `most` at most.
 pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> String {
     let ratio = (value / standard_deviation).abs();
     #[expect(

@@ -1,18 +1,18 @@
-//! Notes on a window: what a result depends on and the bus does not carry.
+//! Notes on a window: influences on a result that the bus does not report.
 
 use core::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-/// Payloads that an arm could carry \[kg\]: the strongest in series carry some 2.3 t.
+/// Plausible payloads of an arm \[kg\]: the strongest series models carry about 2.3 t.
 const PAYLOAD_KG: RangeInclusive<f64> = 0.0..=3000.0;
-/// Temperatures at which an arm could be at work \[°C\], in the open or beside a furnace.
+/// Plausible temperatures of a working arm \[°C\], outdoors or next to a furnace.
 const TEMPERATURE_C: RangeInclusive<f64> = -60.0..=200.0;
-/// The longest text in characters: a line of a table, not a document.
+/// Maximum length of the text in characters: a line of a table, not a document.
 const MAX_TEXT: usize = 100;
 
-/// A note. It goes into the history and into the report, never into a result's file: a replay of
-/// the same samples gives the same file, whatever was noted.
+/// A note. It goes into the history and into the report, never into a result's file. A replay of
+/// the same samples gives the same file, whatever the note.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
@@ -27,14 +27,17 @@ pub struct Note {
     pub text: Option<String>,
 }
 
-/// An invalid note. Correct it as the text says.
+/// An invalid note. Correct it as described in the error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoteError {
-    /// There is nothing in it.
+    /// The note is empty.
     #[error("nothing to note: give a payload [kg], a temperature [°C] or a text")]
     Empty,
     /// An impossible number.
-    #[error("{what} of {value} {unit} is impossible: it lies between {} and {} {unit}", range.start(), range.end())]
+    #[error(
+        "{what} of {value} {unit} is impossible: it lies between {} and {} {unit}",
+        range.start(), range.end()
+    )]
     Implausible {
         /// Which.
         what: &'static str,
@@ -51,7 +54,7 @@ pub enum NoteError {
 }
 
 impl Note {
-    /// The same note, if it is valid.
+    /// Returns the same note, if it is valid.
     ///
     /// # Errors
     /// [`NoteError`].
@@ -76,7 +79,7 @@ impl Note {
         Ok(self)
     }
 
-    /// With what a later note says in place of what this one said.
+    /// Replaces each value that a later note gives.
     #[must_use]
     pub fn amended(self, later: Self) -> Self {
         Self {
@@ -86,7 +89,7 @@ impl Note {
         }
     }
 
-    /// In a line: `2.5 kg, 31 °C, gripper changed`.
+    /// Formats the note in a line: `2.5 kg, 31 °C, gripper changed`.
     pub fn line(&self) -> String {
         let parts = [
             self.payload_kg.map(|kg| format!("{kg} kg")),
@@ -116,9 +119,9 @@ mod tests {
         for note in notes {
             assert_eq!(note.clone().checked(), Ok(note));
         }
-        let whole = Note { temperature_c: Some(-12.5), ..payload(2.0) }.amended(text("x"));
-        assert_eq!(whole.line(), "2 kg, -12.5 °C, x");
-        assert_eq!(whole.amended(payload(3.0)).line(), "3 kg, -12.5 °C, x");
+        let full_note = Note { temperature_c: Some(-12.5), ..payload(2.0) }.amended(text("x"));
+        assert_eq!(full_note.line(), "2 kg, -12.5 °C, x");
+        assert_eq!(full_note.amended(payload(3.0)).line(), "3 kg, -12.5 °C, x");
     }
 
     #[test]

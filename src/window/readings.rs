@@ -1,25 +1,26 @@
-//! What the drives told besides along the samples of a result.
+//! Additional drive readings along the samples of a result.
 
 use core::ops::RangeInclusive;
 
-use didim_core::{MAX_JOINTS, Reading, Readings};
+use didim_dynamics::{MAX_JOINTS, Reading, Readings};
 use serde::{Deserialize, Serialize};
 
 use crate::text::significant;
 
-/// A function of the samples alone, and of nothing that was told before them: a replay of the same samples gives the same.
+/// Drive readings along the samples. They depend on the samples alone and not on earlier readings:
+/// a replay of the same samples gives the same.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DriveReadings {
-    /// Temperature of the motor of each joint whose drive told one.
+    /// Motor temperature of each joint whose drive reports one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub temperature: Vec<JointReading>,
-    /// Supply or DC link voltage of each drive that told one.
+    /// Supply or DC link voltage of each drive that reports one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supply_voltage: Vec<JointReading>,
-    /// Mode of each drive that told one.
+    /// Mode of each drive that reports one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drive_mode: Vec<JointMode>,
-    /// Stiffness of each joint's commands that told one.
+    /// Stiffness of each joint whose commands state one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stiffness: Vec<JointReading>,
     /// Damping, likewise.
@@ -28,29 +29,29 @@ pub struct DriveReadings {
     /// Speed target, likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub speed_target: Vec<JointReading>,
-    /// Torque that commands add, likewise.
+    /// Torque added by commands, likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque_target: Vec<JointReading>,
 }
 
-/// A quantity that a drive told.
+/// A quantity reported by a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointReading {
     /// The joint, from 1.
     pub joint: usize,
-    /// The unit of the values, as `degC`.
+    /// Unit of the values, such as `degC`.
     pub unit: String,
-    /// Mean of what was told.
+    /// Mean of the readings.
     pub mean: f64,
-    /// The least of it.
+    /// Smallest reading.
     pub minimum: f64,
     /// The most.
     pub maximum: f64,
-    /// What was told first.
+    /// First reading.
     pub first: f64,
-    /// What was told last.
+    /// Last reading.
     pub last: f64,
-    /// How often it was told.
+    /// Number of readings.
     pub readings: u64,
 }
 
@@ -59,11 +60,11 @@ pub struct JointReading {
 pub struct JointMode {
     /// The joint, from 1.
     pub joint: usize,
-    /// The number that the drive told last.
+    /// Number that the drive reported last.
     pub mode: i16,
 }
 
-/// Of one reading of one joint, in steps.
+/// Sum over one reading of one joint, in steps.
 #[derive(Clone, Copy)]
 struct Sum {
     sum: i64,
@@ -73,7 +74,7 @@ struct Sum {
 }
 
 impl Sum {
-    fn with(before: Option<Self>, value: i16) -> Self {
+    fn extended(before: Option<Self>, value: i16) -> Self {
         let Some(Self { sum, count, range: [least, most], ends: [first, _] }) = before else {
             let both = [value; 2];
             return Self { sum: value.into(), count: 1, range: both, ends: both };
@@ -88,47 +89,51 @@ impl Sum {
 }
 
 impl DriveReadings {
-    /// What was told in these cycles, in their order.
-    pub fn of<'a>(cycles: impl IntoIterator<Item = &'a Readings>) -> Self {
+    /// Collects the readings of these cycles, in their order.
+    pub fn from_cycles<'a>(cycles: impl IntoIterator<Item = &'a Readings>) -> Self {
         let mut sums = [[None; MAX_JOINTS]; Reading::ALL.len()];
         for readings in cycles.into_iter().filter(|readings| !readings.is_empty()) {
             for reading in Reading::ALL {
                 for (joint, sum) in sums[reading as usize].iter_mut().enumerate() {
                     if let Some(value) = readings.get(reading, joint) {
-                        *sum = Some(Sum::with(*sum, value));
+                        *sum = Some(Sum::extended(*sum, value));
                     }
                 }
             }
         }
-        let of = |reading: Reading| {
+        let joints_of = |reading: Reading| {
             let joints = sums[reading as usize].iter().enumerate();
             joints.filter_map(|(joint, sum)| sum.map(|sum| (joint + 1, sum)))
         };
         let values = |reading: Reading| {
             let steps = reading.steps_per_unit();
-            let one = |(joint, Sum { sum, count, range, ends }): (usize, Sum)| {
-                let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
-                let [first, last] = ends.map(|value| f64::from(value) / steps);
-                #[expect(clippy::cast_precision_loss, reason = "16 bits times a window's samples")]
-                let mean = sum as f64 / (steps * f64::from(count));
-                let unit = reading.unit().to_owned();
-                JointReading {
-                    joint,
-                    unit,
-                    mean,
-                    minimum,
-                    maximum,
-                    first,
-                    last,
-                    readings: count.into(),
-                }
-            };
-            of(reading).map(one).collect()
+            joints_of(reading)
+                .map(|(joint, Sum { sum, count, range, ends }): (usize, Sum)| {
+                    let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
+                    let [first, last] = ends.map(|value| f64::from(value) / steps);
+                    #[expect(
+                        clippy::cast_precision_loss,
+                        reason = "16 bits times a window's samples"
+                    )]
+                    let mean = sum as f64 / (steps * f64::from(count));
+                    let unit = reading.unit().to_owned();
+                    JointReading {
+                        joint,
+                        unit,
+                        mean,
+                        minimum,
+                        maximum,
+                        first,
+                        last,
+                        readings: count.into(),
+                    }
+                })
+                .collect()
         };
         Self {
             temperature: values(Reading::Temperature),
             supply_voltage: values(Reading::SupplyVoltage),
-            drive_mode: of(Reading::Mode)
+            drive_mode: joints_of(Reading::Mode)
                 .map(|(joint, sum)| JointMode { joint, mode: sum.ends[1] })
                 .collect(),
             stiffness: values(Reading::Stiffness),
@@ -138,11 +143,11 @@ impl DriveReadings {
         }
     }
 
-    /// For people: a name, and the values joint by joint.
+    /// Formats the readings for people: a name, and the values joint by joint.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let values = |of: &[JointReading], unit: &str| {
-            let all = of.iter().map(JointReading::text).collect::<Vec<_>>().join(", ");
-            (!of.is_empty()).then(|| format!("{all} {unit}"))
+            let all_values = of.iter().map(JointReading::text).collect::<Vec<_>>().join(", ");
+            (!of.is_empty()).then(|| format!("{all_values} {unit}"))
         };
         let modes: Vec<String> =
             self.drive_mode.iter().map(|of| format!("joint {} in {}", of.joint, of.mode)).collect();
@@ -154,13 +159,13 @@ impl DriveReadings {
         lines.into_iter().filter_map(|(name, text)| Some((name, text?))).collect()
     }
 
-    /// The mean temperatures of the coolest and of the hottest motor \[°C\].
+    /// Returns the mean temperatures of the coolest and of the hottest motor \[°C\].
     pub fn temperatures_c(&self) -> Option<RangeInclusive<f64>> {
         let means = || self.temperature.iter().map(|of| of.mean);
         Some(means().reduce(f64::min)?..=means().reduce(f64::max)?)
     }
 
-    /// The mean of all motors' mean temperatures \[°C\].
+    /// Returns the mean of all motors' mean temperatures \[°C\].
     pub fn mean_temperature_c(&self) -> Option<f64> {
         let (sum, count) =
             self.temperature.iter().fold((0.0, 0.0), |(sum, n), of| (sum + of.mean, n + 1.0));
@@ -169,7 +174,7 @@ impl DriveReadings {
 }
 
 impl JointReading {
-    /// `joint 2 36.4 (35 to 38)`
+    /// Formats the reading as `joint 2 36.4 (35 to 38)`.
     fn text(&self) -> String {
         let Self { joint, mean, minimum, maximum, .. } = self;
         let range =
@@ -180,7 +185,7 @@ impl JointReading {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::float_cmp, reason = "tenths of what was told")]
+    #![allow(clippy::float_cmp, reason = "tenths of the reported values")]
 
     use super::*;
 
@@ -194,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn means_ranges_and_ends_are_of_what_was_told() {
+    fn means_ranges_and_ends_are_of_what_was_reported() {
         let none = Readings::default();
         let cycles = [
             cycle(1, 35.0, None),
@@ -203,16 +208,16 @@ mod tests {
             cycle(3, 50.0, None),
             cycle(1, 36.0, None),
         ];
-        let found = DriveReadings::of(&cycles);
-        let [second, fourth] = found.temperature.as_slice() else { panic!("{found:?}") };
+        let readings = DriveReadings::from_cycles(&cycles);
+        let [second, fourth] = readings.temperature.as_slice() else { panic!("{readings:?}") };
         assert_eq!((second.joint, second.readings, second.unit.as_str()), (2, 3, "degC"));
         assert!((second.mean - 108.5 / 3.0).abs() < 1e-12);
         assert_eq!([second.minimum, second.maximum], [35.0, 37.5]);
         assert_eq!([second.first, second.last], [35.0, 36.0]);
         assert_eq!((fourth.joint, fourth.mean, fourth.readings), (4, 50.0, 1));
-        assert_eq!(found.drive_mode, [JointMode { joint: 2, mode: 8 }]);
-        assert!(found.supply_voltage.is_empty());
-        let lines = found.lines();
+        assert_eq!(readings.drive_mode, [JointMode { joint: 2, mode: 8 }]);
+        assert!(readings.supply_voltage.is_empty());
+        let lines = readings.lines();
         assert_eq!(
             lines,
             [
@@ -220,30 +225,30 @@ mod tests {
                 ("drive mode", "joint 2 in 8".to_owned()),
             ]
         );
-        let range = found.temperatures_c().unwrap();
+        let range = readings.temperatures_c().unwrap();
         assert!((*range.start() - 36.1667).abs() < 1e-3 && *range.end() == 50.0);
-        assert!((found.mean_temperature_c().unwrap() - 43.083).abs() < 1e-3);
+        assert!((readings.mean_temperature_c().unwrap() - 43.083).abs() < 1e-3);
     }
 
     #[test]
-    fn what_nobody_told_is_not_there() {
-        let found = DriveReadings::of(&[Readings::default(); 3]);
-        assert_eq!(found, DriveReadings::default());
-        assert_eq!(serde_json::to_string(&found).unwrap(), "{}");
-        assert!(found.lines().is_empty() && found.temperatures_c().is_none());
-        assert_eq!(found.mean_temperature_c(), None);
+    fn what_nobody_reported_is_not_there() {
+        let readings = DriveReadings::from_cycles(&[Readings::default(); 3]);
+        assert_eq!(readings, DriveReadings::default());
+        assert_eq!(serde_json::to_string(&readings).unwrap(), "{}");
+        assert!(readings.lines().is_empty() && readings.temperatures_c().is_none());
+        assert_eq!(readings.mean_temperature_c(), None);
     }
 
     #[test]
     fn json_is_read_back() {
-        let found = DriveReadings::of(&[cycle(0, -12.3, Some(-1.0))]);
-        let json = serde_json::to_string(&found).unwrap();
+        let readings = DriveReadings::from_cycles(&[cycle(0, -12.3, Some(-1.0))]);
+        let json = serde_json::to_string(&readings).unwrap();
         assert_eq!(
             json,
             "{\"temperature\":[{\"joint\":1,\"unit\":\"degC\",\"mean\":-12.3,\"minimum\":-12.3,\
              \"maximum\":-12.3,\"first\":-12.3,\"last\":-12.3,\"readings\":1}],\
              \"drive_mode\":[{\"joint\":1,\"mode\":-1}]}"
         );
-        assert_eq!(serde_json::from_str::<DriveReadings>(&json).unwrap(), found);
+        assert_eq!(serde_json::from_str::<DriveReadings>(&json).unwrap(), readings);
     }
 }

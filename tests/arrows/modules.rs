@@ -31,7 +31,8 @@ impl Package {
         let mut files = Vec::new();
         collect(root, &mut files);
         assert!(files.len() > 2, "{}: no sources", root.display());
-        // A program beside a library is a package of its own, and uses it from outside.
+        // A program in the package of a library is a package of its own, and uses the library from
+        // outside.
         if files.contains(&root.join("lib.rs")) {
             files.retain(|file| *file != root.join("main.rs"));
         }
@@ -108,21 +109,21 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// The path from the package's root; nothing when it leads into another package.
     fn absolute(&self, names: &[String]) -> Option<Names> {
-        let mut at = self.path.to_vec();
+        let mut path = self.path.to_vec();
         let mut rest = names;
         match rest.first()?.as_str() {
-            "crate" => (at, rest) = (Names::new(), &rest[1..]),
+            "crate" => (path, rest) = (Names::new(), &rest[1..]),
             "self" => rest = &rest[1..],
             "super" => {}
             first if self.children.contains(first) => {}
             _ => return None,
         }
         while rest.first().is_some_and(|name| name == "super") {
-            at.pop()?;
+            path.pop()?;
             rest = &rest[1..];
         }
-        at.extend_from_slice(rest);
-        Some(at)
+        path.extend_from_slice(rest);
+        Some(path)
     }
 
     fn import(&mut self, tree: &UseTree, before: &mut Names, handed_on: bool) {

@@ -30,7 +30,11 @@ pub(crate) fn assembler() -> Assembler {
     let layout = layout();
     let drive: DriveSpec = toml::from_str(
         r#"
-        position = { scale = { counts_per_revolution = 65536.0 }, sign = 1, zero = 0.0, wraps = "refuse", provenance = "test" }
+        position.scale = { counts_per_revolution = 65536.0 }
+        position.sign = 1
+        position.zero = 0.0
+        position.wraps = "refuse"
+        position.provenance = "test"
         torque = { scale = { nm_per_count = 0.001 }, sign = 1, provenance = "test" }
         "#,
     )

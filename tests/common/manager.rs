@@ -12,8 +12,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use super::Process;
 
-/// Hears what one process tells, with the time at which it was read: on a thread of its own, because
-/// the process waits while its messages are not read.
+/// Hears what one process tells, with the time at which it was read: on a thread of its own,
+/// because the process waits while its messages are not read.
 pub(crate) struct Manager {
     path: PathBuf,
     messages: Receiver<(Instant, String)>,
@@ -55,8 +55,8 @@ impl Manager {
     /// Listens for a while.
     pub(crate) fn hear(&mut self, during: Duration) {
         let start = Instant::now();
-        while let Some(left) = during.checked_sub(start.elapsed()) {
-            match self.messages.recv_timeout(left) {
+        while let Some(remaining) = during.checked_sub(start.elapsed()) {
+            match self.messages.recv_timeout(remaining) {
                 Ok(message) => self.heard.push(message),
                 Err(_) => std::thread::sleep(during.saturating_sub(start.elapsed())),
             }
@@ -70,8 +70,9 @@ impl Manager {
     pub(crate) fn expect(&mut self, after: usize, words: &str) -> (usize, String) {
         let start = Instant::now();
         loop {
-            let mut found = self.heard.iter().enumerate().skip(after);
-            if let Some((number, (_, message))) = found.find(|(_, (_, said))| said.contains(words))
+            let mut messages = self.heard.iter().enumerate().skip(after);
+            if let Some((number, (_, message))) =
+                messages.find(|(_, (_, said))| said.contains(words))
             {
                 return (number, message.clone());
             }
@@ -88,8 +89,8 @@ impl Manager {
 
     /// When messages with the words were read.
     pub(crate) fn times(&self, words: &str) -> Vec<Instant> {
-        let with = self.heard.iter().filter(|(_, message)| message.contains(words));
-        with.map(|(at, _)| *at).collect()
+        let messages = self.heard.iter().filter(|(_, message)| message.contains(words));
+        messages.map(|(at, _)| *at).collect()
     }
 }
 
@@ -101,7 +102,7 @@ pub(crate) fn send(process: &Process, signal: Signal) {
 
 /// Asks a process to end; how it ended and how long that took.
 pub(crate) fn terminate(process: &mut Process) -> (std::process::ExitStatus, Duration) {
-    let told = Instant::now();
+    let start = Instant::now();
     send(process, Signal::TERM);
-    (process.0.wait().unwrap(), told.elapsed())
+    (process.0.wait().unwrap(), start.elapsed())
 }

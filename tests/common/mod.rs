@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use didim::live::stream::{PrivateNetwork, RUN_PREFIX, StreamOptions};
-use didim_core::{JointSample, Reading};
+use didim_dynamics::{JointSample, Reading};
 
 /// A network of its own for one test; everything it left is removed at the end.
 pub(crate) struct Network {
@@ -63,8 +63,8 @@ impl Network {
         let prefix = self.prefix.clone();
         std::fs::read_dir("/dev/shm").unwrap().flatten().filter(move |file| {
             let name = file.file_name();
-            let own = name.to_str().and_then(|name| name.strip_prefix(&prefix));
-            own.is_some_and(|own| own != "lock")
+            let suffix = name.to_str().and_then(|name| name.strip_prefix(&prefix));
+            suffix.is_some_and(|own| own != "lock")
         })
     }
 }
@@ -79,7 +79,7 @@ impl Drop for Process {
     }
 }
 
-/// A sample whose values can be told from any other's.
+/// A sample whose values differ from those of every other.
 pub(crate) fn sample(sequence: u64) -> JointSample {
     let mut sample = JointSample::zero(sequence, sequence * 1_000_000);
     sample.motor_position_rad[0] = sequence as f64;

@@ -22,7 +22,7 @@ import decode
 from recordings import Recordings as Recordings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "docs" / "python"))
+sys.path.append(str(ROOT / "docs" / "guide"))
 import results
 
 AXES = range(1, 7)
@@ -246,7 +246,7 @@ class TheMetrics(unittest.TestCase):
             self.assertEqual(self.scrape(folder)[("didim_up",)], 0.0)
 
     def test_a_service_that_answers(self):
-        status = (ROOT / "cli" / "tests" / "metrics" / "status.json").read_bytes()
+        status = (ROOT / "crates" / "cli" / "tests" / "metrics" / "status.json").read_bytes()
         with tempfile.TemporaryDirectory(dir="/tmp") as folder, socket.socket(socket.AF_UNIX) as listener:
             listener.bind(f"{folder}/status.sock")
             listener.listen()
@@ -272,7 +272,7 @@ class TheMetrics(unittest.TestCase):
 
 
 class TheExampleInPandas(unittest.TestCase):
-    """docs/python/results.py on what the program writes."""
+    """docs/guide/results.py on what the program writes."""
 
     def identified(self):
         recordings = ROOT / "tests" / "data" / "kr300"

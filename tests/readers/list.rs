@@ -1,8 +1,8 @@
 //! Every reader of bytes that come from outside, as a function of bytes.
 //!
-//! None may panic, hang or take memory by what a length says. What was read goes on to whatever takes it next:
-//! frames to the assemblers of all shipped cells, the text of a DBC file to a layout. The tests damage known
-//! files (`mod.rs`), and `fuzz/` looks further.
+//! None may panic, hang or take memory by what a length says. What was read goes on to whatever
+//! takes it next: frames to the assemblers of all shipped cells, the text of a DBC file to a
+//! layout. The tests damage known files (`mod.rs`), and `fuzz/` looks further.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -12,17 +12,17 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use didim::analysis::StoredModel;
 use didim::archive::drift::Baseline;
 use didim::archive::store::{read_history, read_known};
 use didim::cell::Cell;
-use didim::offline::StoredModel;
 use didim::service::status::parse_request;
-use didim_core::dynamics::Model;
-use didim_core::robot::Robot;
 use didim_drivers::ethercat::Capture;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{CompiledLayout, DeviceContents, LayoutSpec};
 use didim_drivers::source::{CaptureSource, McapSource, Received, Source, TextLog};
+use didim_dynamics::dynamics::Model;
+use didim_dynamics::robot::Robot;
 use didim_formats::{
     BagSpec, BagTime, Side, UrdfArm, UrdfDrives, list_bag, read_bag, read_csv, read_motion,
     read_rows,
@@ -57,14 +57,17 @@ pub(crate) const READERS: [Reader; 17] = [
             "drivers/tests/golden/ethercat/two_drives.pcapng",
         ],
     },
-    Reader { name: "table", read: table, files: &["formats/tests/golden/parquet.csv"] },
+    Reader { name: "table", read: table, files: &["crates/formats/tests/golden/parquet.csv"] },
     Reader {
         name: "bag",
         read: bag,
-        files: &["formats/tests/golden/bag_lz4.mcap", "formats/tests/golden/bag_zstd.mcap"],
+        files: &[
+            "crates/formats/tests/golden/bag_lz4.mcap",
+            "crates/formats/tests/golden/bag_zstd.mcap",
+        ],
     },
     Reader { name: "motion", read: motion, files: &[] },
-    Reader { name: "urdf", read: urdf, files: &["formats/tests/golden/export/panda.urdf"] },
+    Reader { name: "urdf", read: urdf, files: &["crates/formats/tests/golden/export/panda.urdf"] },
     Reader {
         name: "robot",
         read: robot,
@@ -111,7 +114,7 @@ fn said(error: &dyn Display) {
     assert!(!text.is_empty() && text.len() < 20_000, "{} bytes: {text:.200}", text.len());
 }
 
-fn told<T, E: Display>(read: Result<T, E>) -> Option<T> {
+fn message_of<T, E: Display>(read: Result<T, E>) -> Option<T> {
     read.map_err(|error| said(&error)).ok()
 }
 
@@ -184,7 +187,7 @@ fn log(bytes: &[u8]) {
 }
 
 fn recording(bytes: &[u8]) {
-    if let Some(source) = told(McapSource::new(bytes, Path::new("a.mcap"), &[])) {
+    if let Some(source) = message_of(McapSource::new(bytes, Path::new("a.mcap"), &[])) {
         frames(source, bytes.len());
     }
 }
@@ -193,7 +196,7 @@ fn capture(bytes: &[u8]) {
     let capture = || Capture::new(Cursor::new(bytes), Path::new("a.pcapng"));
     for cell in cells() {
         let source = CaptureSource::new(capture(), cell.bus().ok().map(|bus| &bus.layout));
-        if let Some(source) = told(source) {
+        if let Some(source) = message_of(source) {
             frames(source, bytes.len());
         }
     }
@@ -203,22 +206,23 @@ fn capture(bytes: &[u8]) {
         for (slave, address) in spec.slaves.iter_mut().zip(0x1001..) {
             (slave.name, slave.address) = (None, Some(address));
         }
-        told(CompiledLayout::compile_startup(capture(), &spec));
+        message_of(CompiledLayout::compile_startup(capture(), &spec));
     }
 }
 
 fn table(bytes: &[u8]) {
     with_file("a.csv", bytes, |path| {
-        told(read_rows(path, None));
-        told(read_csv(path, Some(500.0)));
+        message_of(read_rows(path, None));
+        message_of(read_csv(path, Some(500.0)));
     });
 }
 
 fn bag(bytes: &[u8]) {
     with_file("a.mcap", bytes, |path| {
-        for topic in told(list_bag(path)).map(|contents| contents.topics).unwrap_or_default() {
+        for topic in message_of(list_bag(path)).map(|contents| contents.topics).unwrap_or_default()
+        {
             let joints = topic.joints.len();
-            told(read_bag(
+            message_of(read_bag(
                 path,
                 &BagSpec {
                     joints: topic.joints,
@@ -234,12 +238,12 @@ fn bag(bytes: &[u8]) {
 }
 
 fn motion(bytes: &[u8]) {
-    with_file("a.csv", bytes, |path| drop(told(read_motion(path))));
+    with_file("a.csv", bytes, |path| drop(message_of(read_motion(path))));
 }
 
 fn urdf(bytes: &[u8]) {
     with_text(bytes, |text| {
-        let Some(arm) = told(UrdfArm::read(text, None, None)) else { return };
+        let Some(arm) = message_of(UrdfArm::read(text, None, None)) else { return };
         arm.notes().iter().for_each(|note| said(note));
         let drives = UrdfDrives { joints: BTreeMap::new(), ..UrdfDrives::assumed(arm.joints()) };
         robot(arm.to_toml(&drives).as_bytes());
@@ -248,7 +252,7 @@ fn urdf(bytes: &[u8]) {
 
 fn robot(bytes: &[u8]) {
     with_text(bytes, |text| {
-        if let Some(robot) = told(Robot::from_toml(text)) {
+        if let Some(robot) = message_of(Robot::from_toml(text)) {
             let _ = Model::new(&robot);
         }
     });
@@ -260,8 +264,8 @@ fn cell(bytes: &[u8]) {
     let place = PLACE.get_or_init(|| {
         let place = tempfile::tempdir().unwrap();
         for folder in ["robots", "dbc", "eds", "eni"] {
-            let from = repository(&format!("config/{folder}"));
-            std::os::unix::fs::symlink(from, place.path().join(folder)).unwrap();
+            let source = repository(&format!("config/{folder}"));
+            std::os::unix::fs::symlink(source, place.path().join(folder)).unwrap();
         }
         fs::create_dir(place.path().join("cells")).unwrap();
         place
@@ -269,13 +273,13 @@ fn cell(bytes: &[u8]) {
     let name = format!("{:?}.toml", std::thread::current().id());
     let path = place.path().join("cells").join(name);
     fs::write(&path, bytes).unwrap();
-    told(Cell::read(&path));
+    message_of(Cell::read(&path));
 }
 
 fn dbc(bytes: &[u8]) {
     with_text(bytes, |text| {
         for spec in specs() {
-            told(CompiledLayout::compile(text, spec));
+            message_of(CompiledLayout::compile(text, spec));
         }
     });
 }
@@ -283,10 +287,10 @@ fn dbc(bytes: &[u8]) {
 fn device_file(bytes: &[u8]) {
     with_text(bytes, |text| {
         for is_dcf in [false, true] {
-            told(DeviceContents::read(text, Path::new("a.eds"), is_dcf));
+            message_of(DeviceContents::read(text, Path::new("a.eds"), is_dcf));
         }
         for spec in specs() {
-            told(CompiledLayout::compile_nodes(&vec![text; spec.nodes.len()], spec));
+            message_of(CompiledLayout::compile_nodes(&vec![text; spec.nodes.len()], spec));
         }
     });
 }
@@ -294,35 +298,37 @@ fn device_file(bytes: &[u8]) {
 fn eni(bytes: &[u8]) {
     with_text(bytes, |text| {
         for spec in specs() {
-            told(CompiledLayout::compile_eni(text, spec));
+            message_of(CompiledLayout::compile_eni(text, spec));
         }
     });
 }
 
 fn scenario(bytes: &[u8]) {
     with_text(bytes, |text| {
-        told(Scenario::from_toml(text, cells()[0].robot_as_described.clone()));
+        message_of(Scenario::from_toml(text, cells()[0].robot_as_described.clone()));
     });
 }
 
 fn command(bytes: &[u8]) {
-    told(parse_request(bytes));
+    message_of(parse_request(bytes));
 }
 
 fn history(bytes: &[u8]) {
     with_file("history.jsonl", bytes, |path| {
         let folder = path.parent().unwrap();
-        told(read_history(folder));
+        message_of(read_history(folder));
         let _ = read_known(folder, 0);
     });
 }
 
 fn baseline(bytes: &[u8]) {
-    with_file("baseline.json", bytes, |path| drop(told(Baseline::read(path.parent().unwrap()))));
+    with_file("baseline.json", bytes, |path| {
+        drop(message_of(Baseline::read(path.parent().unwrap())))
+    });
 }
 
 fn result(bytes: &[u8]) {
     with_file("result.json", bytes, |path| {
-        told(StoredModel::read(path, cells()[0].clone()).map(drop));
+        message_of(StoredModel::read(path, cells()[0].clone()).map(drop));
     });
 }

@@ -1,7 +1,7 @@
 //! Damaged files: no reader of bytes from outside panics, hangs, or says nothing.
 //!
-//! Damage with a fixed seed to known files and to what `fuzz/corpus` has. Text is damaged by fields, so that what is
-//! behind the first of them is read as well.
+//! Damage with a fixed seed to known files and to what `fuzz/corpus` has. Text is damaged by
+//! fields, so that what is behind the first of them is read as well.
 
 mod list;
 
@@ -37,9 +37,9 @@ const FIELDS: [&str; 18] = [
     "[[[[",
 ];
 
-struct Damage(ChaCha8Rng);
+struct Corrupter(ChaCha8Rng);
 
-impl Damage {
+impl Corrupter {
     fn below(&mut self, bound: usize) -> usize {
         usize::try_from(self.0.next_u64() % u64::try_from(bound.max(1)).unwrap()).unwrap()
     }
@@ -49,7 +49,7 @@ impl Damage {
         for _ in 0..=self.below(3) {
             match std::str::from_utf8(&bytes) {
                 Ok(text) if self.below(4) > 0 => bytes = self.damaged_text(text).into_bytes(),
-                _ => self.damage(&mut bytes),
+                _ => self.corrupt(&mut bytes),
             }
         }
         bytes
@@ -86,39 +86,39 @@ impl Damage {
                     return lines.concat();
                 };
                 let length = line[begin..].find(|c| !is_field(c)).unwrap_or(line.len() - begin);
-                let with = FIELDS[self.below(FIELDS.len())];
-                lines[at].replace_range(begin..begin + length, with);
+                let field = FIELDS[self.below(FIELDS.len())];
+                lines[at].replace_range(begin..begin + length, field);
             }
         }
         lines.concat()
     }
 
     /// Bits, integers with a meaning of their own, a piece out or in twice, an end too soon.
-    fn damage(&mut self, bytes: &mut Vec<u8>) {
+    fn corrupt(&mut self, bytes: &mut Vec<u8>) {
         if bytes.is_empty() {
             return bytes.push(0);
         }
-        let at = self.below(bytes.len());
-        let length = self.below(64.min(bytes.len() - at)) + 1;
+        let place = self.below(bytes.len());
+        let length = self.below(64.min(bytes.len() - place)) + 1;
         match self.below(6) {
-            0 => bytes[at] ^= 1 << self.below(8),
-            1 => bytes[at..at + length].fill([0, 0x7F, 0x80, 0xFF][self.below(4)]),
-            2 => drop(bytes.drain(at..at + length)),
+            0 => bytes[place] ^= 1 << self.below(8),
+            1 => bytes[place..place + length].fill([0, 0x7F, 0x80, 0xFF][self.below(4)]),
+            2 => drop(bytes.drain(place..place + length)),
             3 => {
-                let piece = bytes[at..at + length].to_vec();
-                bytes.splice(at..at, piece);
+                let piece = bytes[place..place + length].to_vec();
+                bytes.splice(place..place, piece);
             }
-            4 => bytes.truncate(at),
-            _ => bytes[at] = u8::try_from(self.below(256)).unwrap(),
+            4 => bytes.truncate(place),
+            _ => bytes[place] = u8::try_from(self.below(256)).unwrap(),
         }
     }
 }
 
 /// What a reader is known to have read: the repository's files, and what was found by `fuzz/`.
-fn known(reader: &Reader) -> Vec<(String, Vec<u8>)> {
+fn known_files(reader: &Reader) -> Vec<(String, Vec<u8>)> {
     let mut paths: Vec<_> = reader.files.iter().map(|file| repository(file)).collect();
-    let found = repository("fuzz/corpus").join(reader.name);
-    paths.extend(fs::read_dir(found).into_iter().flatten().map(|entry| entry.unwrap().path()));
+    let folder = repository("fuzz/corpus").join(reader.name);
+    paths.extend(fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path()));
     paths.sort();
     let read = |path: std::path::PathBuf| (path.display().to_string(), fs::read(&path).unwrap());
     paths.into_iter().map(read).collect()
@@ -126,17 +126,17 @@ fn known(reader: &Reader) -> Vec<(String, Vec<u8>)> {
 
 fn damaged_files_are_refused(name: &str) {
     let reader = READERS.iter().find(|reader| reader.name == name).unwrap();
-    let files = known(reader);
+    let files = known_files(reader);
     assert!(!files.is_empty(), "{name} has no file");
-    let mut damage = Damage(ChaCha8Rng::seed_from_u64(19));
+    let mut corrupt = Corrupter(ChaCha8Rng::seed_from_u64(19));
     for (path, bytes) in files {
         (reader.read)(&bytes);
         for number in 0..DAMAGED {
-            let damaged = damage.damaged(&bytes);
+            let damaged = corrupt.damaged(&bytes);
             if catch_unwind(AssertUnwindSafe(|| (reader.read)(&damaged))).is_err() {
-                let kept = std::env::temp_dir().join(format!("didim-{name}-{number}"));
-                fs::write(&kept, &damaged).unwrap();
-                panic!("{path}, damaged {number} times: see above; kept as {}", kept.display());
+                let input = std::env::temp_dir().join(format!("didim-{name}-{number}"));
+                fs::write(&input, &damaged).unwrap();
+                panic!("{path}, damaged {number} times: see above; kept as {}", input.display());
             }
         }
     }

@@ -29,8 +29,8 @@ A bare Debian with systemd, the package, a virtual CAN bus, and on it the simula
 robot. `#` is root's prompt, `$` that of an ordinary user. What is printed is what came, in one run:
 times, process numbers and rates differ from run to run. Between two commands the walk may wait for what
 it names. The bus is in a guest (user-mode Linux) with one processor, where latencies are no measure of
-anything; [performance.md](performance.md) has those. [operations.md](operations.md) explains what is
-shown here.
+anything; see [performance](performance.md). The [operations guide](../guide/operations.md) explains the
+commands.
 END
 }
 
@@ -46,7 +46,7 @@ install_the_package() {
     local version
     version=$(sed -n 's/^systemd \([0-9]*\).*/\1/p' <<<"$output")
     ((version < 253)) || return 0
-    say 'This systemd does not know `Type=notify-reload` yet (253 does): the drop-in of operations.md.'
+    say 'This systemd does not know `Type=notify-reload` yet (253 does): the drop-in of the installation guide.'
     root 'for unit in didim didim-acquire didim-estimate; do
     mkdir --parents /etc/systemd/system/$unit.service.d
     printf "[Service]\nType=notify\nExecReload=kill -HUP \$MAINPID\n" >/etc/systemd/system/$unit.service.d/reload.conf
@@ -69,7 +69,7 @@ describe_the_cell() {
     root 'didim check --cell /etc/didim/cell.toml'
     expect_not '^error'
     say 'This guest stamps frames when it comes to them, not when they came, so its frames count its cycles
-(README, “If the bus delivers in bursts”):'
+(operations guide, “A bus that delivers in bursts”):'
     root "sed -i 's/^axes = 6/axes = 6\\ncycles_by = \"frames\"/' /etc/didim/cell.toml
 diff /usr/share/didim/config/cells/tx40-packed-fd.toml /etc/didim/cell.toml; didim check --cell /etc/didim/cell.toml"
     expect 'cycles_by'

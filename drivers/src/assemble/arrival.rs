@@ -7,8 +7,9 @@ use crate::frame::Frame;
 use crate::layout::{MessagePlan, Role};
 
 impl State {
-    /// A frame whose signals are valid at its arrival; of the SYNC, after it has begun its cycle. The first
-    /// of a message in a cycle counts: a second says something of another instant, and contradicts nothing.
+    /// Takes a frame whose signals are valid at its arrival. A SYNC frame is taken after it has
+    /// begun its cycle. Only the first frame of a message in a cycle counts. A second one describes
+    /// another instant and is no contradiction.
     pub(super) fn arrival_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let is_sync = message.role == Role::Sync;
         let refusal = if is_sync { None } else { self.refusal_at(frame.stamp_ns) };

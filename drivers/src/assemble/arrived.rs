@@ -1,25 +1,28 @@
-//! Signals that are valid at the arrival of their own frames, brought to the instant of the sample.
+//! Interpolation of signals that are valid at the arrival of their own frames to the instant of the
+//! sample.
 //!
-//! On a bus without SYNC every axis has instants of its own. Between the last value before the instant t
-//! of a cycle, which came at t₀, and the first from t on, which came at t₁, a signal is taken to be
-//! linear: x(t) = x₁ + (x₀ − x₁) (t₁ − t) / (t₁ − t₀). A frame that comes at t is taken as it is. For a
-//! motion of the acceleration a the position is off by a (t₁ − t₀)² / 8 at most.
+//! On a bus without SYNC every axis has its own instants. A cycle has the instant t. The last value
+//! before t arrives at t₀, the first value from t on arrives at t₁. Between them the signal is
+//! assumed to be linear: x(t) = x₁ + (x₀ − x₁) (t₁ − t) / (t₁ − t₀). A frame that arrives at t is
+//! taken unchanged. For a motion of the acceleration a the position error is at most a (t₁ − t₀)² /
+//! 8.
 //!
-//! The memory is one value of each signal. Over more than [`REACH`] periods nothing is interpolated: the
-//! frame between did not come.
+//! The memory is one value of each signal. Nothing is interpolated over more than [`REACH`]
+//! periods: the frame between is missing.
 
-use didim_core::MAX_JOINTS;
+use didim_dynamics::MAX_JOINTS;
 
 use super::losses::CycleCause;
 use super::values::{References, Values, read_values};
 use crate::frame::Frame;
 use crate::layout::{MessagePlan, Quantity};
 
-/// The longest time between two values that are interpolated, in nominal periods. A frame that did not
-/// come costs its own cycle, and makes it two for the one after, whose instant is near the later value.
+/// Longest time between two values that are interpolated, in nominal periods. A missing frame costs
+/// its own cycle. It also costs the cycle after it if the later value has arrived close to that
+/// cycle's instant.
 pub(super) const REACH: f64 = 2.5;
 
-/// Values with the arrivals of their frames \[ns\].
+/// Values and the arrival times of their frames \[ns\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Arrived {
     pub(super) values: Values,
@@ -29,7 +32,7 @@ pub(super) struct Arrived {
 }
 
 impl Arrived {
-    /// Reads the signals of a frame, as [`read_values`].
+    /// Reads the signals of a frame, like [`read_values`].
     pub(super) fn read(
         &mut self,
         index: usize,
@@ -57,13 +60,13 @@ pub(super) struct Span {
     pub(super) instant_ns: u64,
     pub(super) before_ns: Option<u64>,
     pub(super) after_ns: Option<u64>,
-    /// The longest that is interpolated over \[ns\].
+    /// Longest time that is interpolated over \[ns\].
     pub(super) reach_ns: u64,
 }
 
 impl Span {
-    /// How much of the value before is in that of the instant; nothing where there is none to take, or
-    /// from too long ago.
+    /// Returns the weight of the earlier value in the interpolated one. Returns `None` if there is
+    /// no such value or if it is too old.
     pub(super) fn share_before(self) -> Option<f64> {
         let later_ns = self.after_ns?.checked_sub(self.instant_ns)?;
         if later_ns == 0 {

@@ -1,34 +1,37 @@
-//! Whether a position can follow the one before.
+//! Check that a position can follow the previous one.
 //!
-//! A step of half the integer's range is a wrap or an error, and positions on both sides of it do not
-//! belong together. The first position has none before it: if it is wrong, all good ones are refused.
-//! So a position is confirmed by those that follow it, and dropped for a run that confirms itself.
+//! A step of half the integer's range is a wrap or an error, and positions on both sides of it do
+//! not belong together. The first position has no predecessor: if it is wrong, all good ones are
+//! refused. So later positions have to confirm it. It is dropped for a run of positions that
+//! confirm each other.
 
-use didim_core::MAX_JOINTS;
+use didim_dynamics::MAX_JOINTS;
 
 use super::losses::CycleCause;
 use crate::units::Scales;
 
-/// Positions in a row that agree with each other and prove each other.
+/// Number of consecutive positions that have to agree to confirm each other.
 const PROOF: u32 = 3;
 
 type Positions = [f64; MAX_JOINTS];
 
-/// The positions that the next ones are held against.
+/// Positions that the next ones are compared with.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
-    /// The latest that was taken, and how many were in a row, up to [`PROOF`].
+    /// Latest positions that were accepted, and the number of accepted ones in a row, up to
+    /// [`PROOF`].
     taken: Option<(Positions, u32)>,
-    /// The latest that was refused, and how many in a row agree.
+    /// Latest positions that were refused, and the number of refused ones in a row that agree.
     refused: Option<(Positions, u32)>,
 }
 
 impl Continuity {
-    /// Takes the motor positions of a cycle \[rad\].
+    /// Checks and stores the motor positions of a cycle \[rad\].
     ///
     /// # Errors
-    /// [`CycleCause::OutOfRange`] where they cannot follow those before, [`CycleCause::Restart`]
-    /// where those before are given up and these are what the next ones are held against.
+    /// [`CycleCause::OutOfRange`] if they cannot follow the previous positions.
+    /// [`CycleCause::Restart`] if the previous positions are dropped and the next ones are compared
+    /// with these.
     pub(super) fn admit(
         &mut self,
         position_rad: &Positions,

@@ -1,32 +1,33 @@
-//! What the counter of a packed frame says about the frames before it.
+//! Evaluation of the counter of a packed frame.
 //!
-//! The counter counts the cycles, the stamps only tell how often it has started again: a frame that
-//! is late on a busy machine is not a loss. Where the counter is far ahead of the time, or behind the
-//! frame before, the device has started again.
+//! The counter counts the cycles. The stamps only show how often it has wrapped: a frame that is
+//! late on a busy machine is not a loss. If the counter is far ahead of the time, or behind the
+//! previous frame, the device has restarted.
 
-/// How far the counter and the time may disagree \[ns\], as long as the shortest silence that is a
-/// restart: a sender or a kernel that is busy for longer is no longer the one that started the count.
+/// Allowed difference between the counter and the time \[ns\]. It equals the shortest silence that
+/// is a restart: if a sender or a kernel is busy for longer, the count is assumed to be a new one.
 const SLACK_NS: f64 = 1e9;
 
-/// The narrowest counter that does not start again within a silence, at the rates of drives \[bits\].
-/// A narrower one is trusted for a quarter of its range.
+/// Narrowest counter that does not wrap within a silence at the usual rates of drives \[bits\]. A
+/// narrower counter is trusted for a quarter of its range.
 pub(super) const WIDE: u8 = 16;
 
-/// What a frame is to the one before it.
+/// Relation of a frame to the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// This many cycles later: 1 is the next one.
+    /// Number of cycles after the previous frame: 1 is the next cycle.
     Forward(u64),
     /// The same frame again.
     Repeated,
-    /// A frame from before it.
+    /// A frame older than the previous one.
     Older,
-    /// The device has started again.
+    /// The device has restarted.
     Restart,
 }
 
-/// The step from the counter value `from` to `to`, of `width` bits, when `periods` have passed by
-/// the stamps, each nominally `period_ns` long. `backwards` where the later frame has the earlier stamp.
+/// Returns the step from the counter value `from` to `to`. The counter has `width` bits. By the
+/// stamps, `periods` of the nominal length `period_ns` have passed. `backwards` is true if the
+/// later frame has the earlier stamp.
 pub(super) fn step(
     from: u64,
     to: u64,
@@ -39,7 +40,7 @@ pub(super) fn step(
     if behind == 0 && periods < 0.5 * modulus {
         return Step::Repeated;
     }
-    // Of all numbers of cycles that the counter may stand for, the one nearest to the time.
+    // The counter fits several numbers of cycles: take the one nearest to the time.
     let ahead = behind as f64;
     let cycles = ahead + modulus * ((periods - ahead) / modulus).round();
     let slack = (SLACK_NS / period_ns).max(2.0);
@@ -68,7 +69,7 @@ mod tests {
         assert_eq!(step(7, 8, 32, 1.0), Step::Forward(1));
         assert_eq!(step(u64::from(u32::MAX), 0, 32, 1.1), Step::Forward(1));
         assert_eq!(step(7, 12, 32, 5.0), Step::Forward(5));
-        // A sender or a kernel that was busy for a while has lost nothing, and catches up.
+        // A sender or a kernel that was busy for a while has lost nothing and catches up.
         assert_eq!(step(7, 8, 32, 4000.0), Step::Forward(1));
         assert_eq!(step(7, 8, 32, -20.0), Step::Forward(1));
         assert_eq!(step(7, 8, 32, 5002.0), Step::Restart);
@@ -78,7 +79,7 @@ mod tests {
         assert_eq!(step(7, 6, 32, 1.0), Step::Restart);
         assert_eq!(step(7_000_000, 0, 32, 40.0), Step::Restart);
         assert_eq!(step(7, 7_000_000, 32, 40.0), Step::Restart);
-        // Eight bits start again every 256 cycles: the time says how often.
+        // Eight bits wrap every 256 cycles: the time shows how often.
         assert_eq!(step(250, 4, 8, 10.0), Step::Forward(10));
         assert_eq!(step(250, 4, 8, 522.4), Step::Forward(522));
         assert_eq!(step(9, 9, 8, 256.1), Step::Forward(256));

@@ -1,6 +1,6 @@
-//! What one bus cycle has brought so far.
+//! Data received so far in one bus cycle.
 
-use didim_core::{JointSample, MAX_JOINTS};
+use didim_dynamics::{JointSample, MAX_JOINTS};
 
 use super::arrived::{Arrived, Span};
 use super::losses::CycleCause;
@@ -8,40 +8,40 @@ use super::values::{References, Values, bit, is_enabled};
 use crate::layout::{CompiledLayout, Role};
 use crate::units::Scales;
 
-/// One cycle, from its SYNC until it is decided.
+/// One cycle, from its SYNC until the decision about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cycle {
     pub(super) stamp_ns: u64,
     pub(super) sequence: u64,
     pub(super) values: Values,
     pub(super) references: References,
-    /// Messages that came, one bit per index.
+    /// Received messages, one bit per index.
     pub(super) messages: u64,
     /// Frames, references aside.
     pub(super) frames: u64,
-    /// Messages that the cycle before did not get.
+    /// Messages that were missing in the previous cycle.
     pub(super) missing_before: u64,
-    /// A frame came so late in the cycle that it may be of the next.
+    /// True if a frame arrived so late in the cycle that it may belong to the next one.
     pub(super) doubtful: bool,
-    /// With signals that are valid at the arrival of their frames: the first of this cycle, and the latest
-    /// from before its SYNC.
+    /// Signals that are valid at the arrival of their frames: the first values of this cycle, and
+    /// the latest ones from before its SYNC.
     pub(super) arrived: Arrived,
     pub(super) before: Arrived,
-    /// The first cause, in the order of [`CycleCause`], that costs the sample.
+    /// Cause that costs the sample: the first one in the order of [`CycleCause`].
     pub(super) fault: Option<CycleCause>,
 }
 
-/// Which bits make something whole.
+/// Bits that have to be set for completeness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Whole {
+pub(super) struct CompleteMask {
     /// Messages that a cycle needs.
     messages: u64,
-    /// Axes that have a reference: all or none.
+    /// Axes that need a reference: all or none.
     axes: u64,
 }
 
-impl Whole {
-    pub(super) fn of(layout: &CompiledLayout) -> Self {
+impl CompleteMask {
+    pub(super) fn new(layout: &CompiledLayout) -> Self {
         let messages = layout.messages().iter().enumerate();
         Self {
             messages: messages
@@ -57,34 +57,34 @@ impl Whole {
 }
 
 impl Cycle {
-    /// Whether no drive is in the state "operation enabled".
+    /// Returns true if no drive is in the state "operation enabled".
     pub(super) fn is_idle(&self, axes: usize) -> bool {
         self.values.status_word.iter().take(axes).all(|word| !is_enabled(*word))
     }
 
-    /// The sample of this cycle in SI units, whatever came before it; where signals are valid at the
-    /// arrival of their frames, interpolated over `reach_ns` at most.
+    /// Returns the sample of this cycle in SI units, regardless of earlier cycles. Signals that are
+    /// valid at the arrival of their frames are interpolated over at most `reach_ns`.
     ///
     /// # Errors
-    /// The cause that costs it.
+    /// The cause that costs the sample.
     pub(super) fn sample(
         &self,
-        whole: Whole,
+        complete: CompleteMask,
         axes: usize,
         scales: &Scales,
         reach_ns: Option<u64>,
     ) -> Result<JointSample, CycleCause> {
-        if whole.missing(self) != 0 {
+        if complete.missing(self) != 0 {
             return Err(CycleCause::MissingAxis);
         }
         if let Some(fault) = self.fault {
             return Err(fault);
         }
         if let Some(reach_ns) = reach_ns {
-            return self.sample_of_arrivals(whole, axes, scales, reach_ns);
+            return self.sample_of_arrivals(complete, axes, scales, reach_ns);
         }
         let mut sample = JointSample::zero(self.sequence, self.stamp_ns);
-        sample.has_reference = whole.axes != 0 && self.references.axes == whole.axes;
+        sample.has_reference = complete.axes != 0 && self.references.axes == complete.axes;
         for axis in 0..axes.min(MAX_JOINTS) {
             let position = scales.position_rad(axis, self.values.position[axis]);
             sample.motor_position_rad[axis] = position;
@@ -103,43 +103,47 @@ impl Cycle {
 
     fn sample_of_arrivals(
         &self,
-        whole: Whole,
+        complete: CompleteMask,
         axes: usize,
         scales: &Scales,
         reach_ns: u64,
     ) -> Result<JointSample, CycleCause> {
         let (before, after) = (&self.before, &self.arrived);
-        // What two values of a signal, each with its arrival, are at the instant.
+        // Interpolates two values of a signal, each with its arrival time, to the instant.
         let between = |(from, before_ns): (f64, Option<u64>),
                        (to, after_ns): (f64, Option<u64>)| {
             let span = Span { instant_ns: self.stamp_ns, before_ns, after_ns, reach_ns };
             span.share_before().map(|share| to + (from - to) * share)
         };
         let mut sample = JointSample::zero(self.sequence, self.stamp_ns);
-        sample.has_reference = whole.axes != 0 && after.references.axes == whole.axes;
+        sample.has_reference = complete.axes != 0 && after.references.axes == complete.axes;
         for axis in 0..axes.min(MAX_JOINTS) {
-            let of = |arrived: &Arrived| {
+            let position_of = |arrived: &Arrived| {
                 let position_rad = scales.position_rad(axis, arrived.values.position[axis]);
                 (position_rad, arrived.position_ns[axis])
             };
-            let position = between(of(before), of(after)).ok_or(CycleCause::MissingAxis)?;
+            let position =
+                between(position_of(before), position_of(after)).ok_or(CycleCause::MissingAxis)?;
             if before.position_ns[axis].is_some()
-                && !scales.is_continuous(axis, of(before).0, of(after).0)
+                && !scales.is_continuous(axis, position_of(before).0, position_of(after).0)
             {
                 return Err(CycleCause::OutOfRange);
             }
-            let of = |arrived: &Arrived| {
+            let torque_of = |arrived: &Arrived| {
                 (scales.torque_nm(axis, arrived.values.torque[axis]), arrived.torque_ns[axis])
             };
-            let torque = between(of(before), of(after)).ok_or(CycleCause::MissingAxis)?;
+            let torque =
+                between(torque_of(before), torque_of(after)).ok_or(CycleCause::MissingAxis)?;
             sample.motor_position_rad[axis] = position;
             sample.motor_torque_nm[axis] = torque;
-            let of = |Arrived { references, .. }: &Arrived| {
+            let reference_of = |Arrived { references, .. }: &Arrived| {
                 let is_there = references.axes & bit(axis) != 0;
                 let stamp_ns = is_there.then_some(references.stamp_ns[axis]);
                 (scales.reference_rad(axis, references.value[axis], position), stamp_ns)
             };
-            match between(of(before), of(after)).filter(|_| sample.has_reference) {
+            match between(reference_of(before), reference_of(after))
+                .filter(|_| sample.has_reference)
+            {
                 Some(reference) if scales.is_continuous(axis, position, reference) => {
                     sample.motor_reference_rad[axis] = reference;
                 }

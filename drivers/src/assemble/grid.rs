@@ -1,38 +1,39 @@
-//! Which bus cycle a stamp belongs to.
+//! Assignment of stamps to bus cycles.
 //!
-//! Stamps jitter, by up to a good part of a period on a busy machine, and the bus's clock is not
-//! ours. So cycles are counted on a grid that follows the stamps slowly: a straight line of stamp
-//! over cycle, fitted by least squares at first and then with a memory of fixed length (an
-//! alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A stamp
-//! belongs to the nearest grid point.
+//! Stamps jitter, by up to a good part of a period on a busy machine, and the bus has its own
+//! clock. So cycles are counted on a grid that follows the stamps slowly. The grid is a straight
+//! line of stamp over cycle. It is fitted by least squares at first and then with a memory of fixed
+//! length (an alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A
+//! stamp belongs to the nearest grid point.
 
-/// How far the period may be from the nominal one, as a share of it, for the grid to count cycles: a
-/// controller on an ordinary operating system is within it, beyond it is another configuration.
+/// Largest relative deviation from the nominal period at which the grid still counts cycles. A
+/// controller on an ordinary operating system is within it. A larger deviation means another
+/// configuration.
 pub(super) const REACH: f64 = 0.01;
 
-/// Share of a stamp's deviation that the phase takes in the long run: jitter is averaged over about
+/// Long-term share of a stamp's deviation that is added to the phase. It averages jitter over about
 /// ten cycles.
 const PHASE_GAIN: f64 = 0.125;
 
-/// Share that the period takes in the long run. A crystal's rate moves over minutes, and it is the
-/// period that bridges a gap: with jitter of a third of a period, 100 lost cycles are bridged to a
-/// few thousandths of a period.
+/// Long-term share of the deviation that is added to the period. A crystal's rate changes over
+/// minutes, and the period bridges a gap: with jitter of a third of a period, 100 lost cycles are
+/// bridged to a few thousandths of a period.
 const PERIOD_GAIN: f64 = 1e-4;
 
-/// A silence of this many nominal periods, and of at least this long \[ns\], is the end of the train:
-/// what comes after it is a new start.
+/// A silence of this many nominal periods, and of at least this length \[ns\], ends the train. The
+/// next stamp is a new start.
 const SILENCE_PERIODS: f64 = 10.0;
 const SILENCE_NS: f64 = 1e9;
 
-/// The grid of bus cycles, standing at the latest one.
+/// Grid of bus cycles, positioned at the latest one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
     nominal_ns: f64,
     period_ns: f64,
-    /// The stamp of the latest cycle, and where its grid point lies relative to it.
+    /// Stamp of the latest cycle, and the position of its grid point relative to it.
     stamp_ns: u64,
     phase_ns: f64,
-    /// Stamps seen, as far as the gains depend on them.
+    /// Number of stamps seen, up to the count at which the gains are constant.
     stamps: f64,
 }
 
@@ -41,32 +42,32 @@ impl Grid {
         Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0, stamps: 1.0 }
     }
 
-    /// The period as the stamps show it \[ns\].
+    /// Returns the period measured from the stamps \[ns\].
     pub(super) fn period_ns(&self) -> f64 {
         self.period_ns
     }
 
-    /// Periods since the latest grid point, fractional; negative before it.
+    /// Returns the periods since the latest grid point: fractional, negative before it.
     pub(super) fn periods_to(&self, stamp_ns: u64) -> f64 {
         (difference(stamp_ns, self.stamp_ns) - self.phase_ns) / self.period_ns
     }
 
-    /// Whether `stamp_ns` is from before the latest stamp.
+    /// Returns true if `stamp_ns` is before the latest stamp.
     pub(super) fn is_before(&self, stamp_ns: u64) -> bool {
         stamp_ns < self.stamp_ns
     }
 
-    /// Whether the train has ended before `stamp_ns`.
+    /// Returns true if the train has ended before `stamp_ns`.
     pub(super) fn is_silence(&self, stamp_ns: u64) -> bool {
         difference(stamp_ns, self.stamp_ns) >= SILENCE_NS.max(SILENCE_PERIODS * self.nominal_ns)
     }
 
-    /// Moves to the grid point `cycles` further, which `stamp_ns` belongs to.
+    /// Moves the grid by `cycles` to the grid point of `stamp_ns`.
     pub(super) fn advance(&mut self, stamp_ns: u64, cycles: u64) {
         let cycles = cycles.max(1) as f64;
         let deviation =
             difference(stamp_ns, self.stamp_ns) - self.phase_ns - cycles * self.period_ns;
-        // The gains that make a least-squares line of n points, until they are as small as they get.
+        // Gains of a least-squares line through n points, until they reach their minimum.
         self.stamps = (self.stamps + 1.0).min(1e3);
         let n = self.stamps;
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
@@ -78,7 +79,7 @@ impl Grid {
     }
 }
 
-/// `a − b` \[ns\]; exact up to 104 days.
+/// Returns `a − b` \[ns\]; exact up to 104 days.
 pub(super) fn difference(a: u64, b: u64) -> f64 {
     let distance = a.abs_diff(b) as f64;
     if a >= b { distance } else { -distance }

@@ -1,11 +1,11 @@
-//! What was not used, by cause.
+//! Counts of unused frames and cycles, by cause.
 
 use serde::Serialize;
 
 use crate::layout::Unreadable;
 
-/// The one declaration of causes: the cause, its counter, its key. What people read is made of the
-/// key by [`label`].
+/// Single declaration of the causes: the cause, its counter, its key. [`label`] makes the readable
+/// name from the key.
 macro_rules! causes {
     (
         $(#[$of_cause:meta])* $Cause:ident,
@@ -26,7 +26,7 @@ macro_rules! causes {
         }
 
         impl $Cause {
-            /// Its name in JSON and metrics.
+            /// Returns the name of the cause in JSON and metrics.
             pub fn key(self) -> &'static str {
                 match self {
                     $(Self::$variant => stringify!($counter),)+
@@ -35,17 +35,17 @@ macro_rules! causes {
         }
 
         impl $Losses {
-            /// The count of each cause by its name, in the order of the causes.
+            /// Returns the name and the count of each cause, in the order of the causes.
             pub fn by_cause(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
                 [$((stringify!($counter), self.$counter)),+].into_iter()
             }
 
-            /// All of them, whatever the cause.
+            /// Returns the sum over all causes.
             pub fn total(&self) -> u64 {
                 self.by_cause().map(|(_, count)| count).sum()
             }
 
-            /// What was counted since `before`.
+            /// Returns the counts since `before`.
             #[must_use]
             pub fn since(&self, before: &Self) -> Self {
                 Self { $($counter: self.$counter.saturating_sub(before.$counter),)+ }
@@ -61,9 +61,9 @@ macro_rules! causes {
 }
 
 causes! {
-    /// Why a frame was not used.
+    /// Reason for not using a frame.
     FrameCause,
-    /// Frames that were not used, by [`FrameCause`].
+    /// Number of unused frames, by [`FrameCause`].
     FrameLosses {
         /// An error report of the CAN controller.
         Error => error,
@@ -71,78 +71,85 @@ causes! {
         Remote => remote,
         /// Not a message of the layout.
         UnknownId => unknown_id,
-        /// Classic where the message is CAN FD, or the reverse.
+        /// Classic frame where the message is CAN FD, or the reverse.
         WrongFormat => wrong_format,
-        /// Not the length of the message.
+        /// The length differs from that of the message.
         WrongLength => wrong_length,
-        /// Something else than its message by the layout's `except`, as an answer about a register.
+        /// Other content than the message, by the layout's `except`, such as a reply about a
+        /// register.
         Excepted => excepted,
         /// A second frame of the same message, or SYNC, in one cycle.
         Duplicate => duplicate,
-        /// A packed frame whose counter is that of the one before.
+        /// A packed frame with the same counter as the previous one.
         CounterRepeated => counter_repeated,
-        /// A frame of a cycle that was closed.
+        /// A frame of a cycle that is already closed.
         Late => late,
-        /// Before the first SYNC there is no cycle that it could belong to.
+        /// A frame before the first SYNC: there is no cycle that it could belong to.
         BeforeFirstSync => before_first_sync,
-        /// Carried references for a sample that has none, because another axis' was missing.
+        /// The frame carried references for a sample without any, because the reference of another
+        /// axis was missing.
         ReferenceUnused => reference_unused,
-        /// Good, but its cycle gave no sample: [`CycleCause`] counts why.
+        /// A good frame whose cycle gave no sample: [`CycleCause`] counts the reason.
         CycleLost => cycle_lost,
     }
 }
 
 causes! {
-    /// Why a bus cycle gave no sample.
+    /// Reason for a bus cycle without a sample.
     CycleCause,
-    /// Bus cycles without a sample, by [`CycleCause`].
+    /// Number of bus cycles without a sample, by [`CycleCause`].
     CycleLosses {
-        /// A gap in the train of SYNCs, or of packed frames without a counter; or the cycle before such
-        /// a gap, where its last frames may be of the next cycle.
+        /// A gap in the train of SYNCs, or of packed frames without a counter. Also the cycle
+        /// before such a gap if its last frames may belong to the next cycle.
         MissingSync => missing_sync,
         /// A gap in the counter of the packed frames.
         CounterGap => counter_gap,
-        /// A frame of an axis did not come; or did not before, where its signals are interpolated.
+        /// A frame of an axis is missing. For interpolated signals, the frame before it may be the
+        /// missing one.
         MissingAxis => missing_axis,
-        /// A slave of EtherCAT was in INIT, PREOP or BOOT, or reported an error (AL status). Remedy: look
-        /// at the master.
+        /// An EtherCAT slave was in INIT, PREOP or BOOT, or reported an error (AL status). Remedy:
+        /// check the master.
         NotOperational => not_operational,
-        /// A slave of EtherCAT was in SAFEOP: its drive takes no outputs.
+        /// An EtherCAT slave was in SAFEOP: its drive takes no outputs.
         SafeOperational => safe_operational,
-        /// The working counter of a datagram was not the expected one: a slave had not taken part, and which
-        /// one cannot be told. Remedy: look at cables and slaves.
+        /// The working counter of a datagram differed from the expected one: a slave did not take
+        /// part. The counter does not show which one. Remedy: check cables and slaves.
         WorkingCounter => working_counter,
-        /// Two frames of one message said different things in one cycle.
+        /// Two frames of one message had different content in one cycle.
         Contradiction => contradiction,
-        /// A drive was not in the state "operation enabled" (CiA 402), or not in that of the layout's
-        /// `enabled`.
+        /// A drive was not in the state "operation enabled" (CiA 402), or not in the state of the
+        /// layout's `enabled`.
         NotEnabled => not_enabled,
-        /// A value was not finite, outside of the range in the DBC file, or half the integer's range
-        /// from the one before.
+        /// A value was not finite, outside of the range in the DBC file, or half the integer's
+        /// range away from the previous one.
         OutOfRange => out_of_range,
-        /// The bus has not the period that the layout says, and is so far off (1 %, over five seconds) that
-        /// its cycles cannot be counted. Whether the rate is right for parameters is judged of each window.
-        /// Remedy: `rate_hz` or `period_us` of the layout.
+        /// The period of the bus differs from that of the layout. The difference (1 %, over five
+        /// seconds) is so large that the cycles cannot be counted. Each window is checked
+        /// separately for a rate that is exact enough for parameters. Remedy: `rate_hz` or
+        /// `period_us` of the layout.
         WrongPeriod => wrong_period,
-        /// A second or more without a SYNC, or a packed frame: the cycles that there would have been, as far
-        /// as the stamps tell. One, where the frames count the cycles.
+        /// A second or more without a SYNC, or a packed frame. The expected number of cycles in
+        /// that time is counted, estimated from the stamps. One cycle is counted if the frames
+        /// count the cycles.
         Silence => silence,
-        /// The sequence of the bus began anew: a counter that does not go with the time. Or the positions
-        /// did: three in a row agree with each other and not with the first. One cycle is counted.
+        /// The sequence of the bus started again: the counter contradicts the time. Or the
+        /// positions started again: three in a row agree with each other and not with the first.
+        /// One cycle is counted.
         Restart => restart,
-        /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
+        /// The stamps went back in time, or a SYNC arrived at an impossible time. One cycle is
+        /// counted.
         ClockStep => clock_step,
-        /// The sample was ready and nobody took it before the next.
+        /// The sample was ready and was not taken before the next one.
         NotTaken => not_taken,
     }
 }
 
-/// The name of a cause as people read it.
+/// Returns the readable name of a cause.
 pub fn label(key: &str) -> String {
     key.replace('_', " ")
 }
 
-/// Everything that was counted since the start. Two sums hold at any time:
+/// All counts since the start. Two sums hold at any time:
 ///
 /// - `frames_received = frames_used + frames.total() +` frames still waiting for a decision;
 /// - `cycles_begun = samples + cycles.total() +` cycles still waiting for a decision (at most two).
@@ -152,14 +159,14 @@ pub struct Losses {
     pub frames_received: u64,
     /// Frames that became part of a sample.
     pub frames_used: u64,
-    /// Bus cycles since the first one: the sequence of the latest, plus one.
+    /// Bus cycles since the first one: the latest sequence plus one.
     pub cycles_begun: u64,
     /// Samples taken.
     pub samples: u64,
-    /// Samples taken without a reference although the layout has one: it was missing or stale.
+    /// Samples taken without a reference although the layout has one: it was missing or outdated.
     pub samples_without_reference: u64,
-    /// Cycles lost in which every drive said that it is not enabled: at rest, not in trouble. They are
-    /// part of [`CycleLosses::not_enabled`] and [`CycleLosses::safe_operational`].
+    /// Lost cycles in which every drive reported that it is not enabled: at rest, without a fault.
+    /// They are part of [`CycleLosses::not_enabled`] and [`CycleLosses::safe_operational`].
     pub cycles_idle: u64,
     /// Frames not used.
     pub frames: FrameLosses,

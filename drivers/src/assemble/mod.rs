@@ -1,30 +1,31 @@
-//! Frames to samples: a pure state machine.
+//! Conversion of frames to samples: a pure state machine.
 //!
-//! Frames go in with their stamps, one [`JointSample`] per bus cycle comes out, and whatever does
-//! not become part of one is counted under a cause ([`Losses`]). Time is an argument; nothing is
-//! allocated after [`Assembler::new`].
+//! Frames go in with their stamps, one [`JointSample`] per bus cycle comes out. Everything that
+//! does not become part of a sample is counted under a cause ([`Losses`]). Time is an argument;
+//! nothing is allocated after [`Assembler::new`].
 //!
 //! # With a SYNC
 //! Cycle k lasts from SYNC k to SYNC k + 1, at most one period by the grid of the stamps. Drives
-//! latch their position at SYNC k and send it within the cycle, in any order; the sample has the
-//! SYNC's stamp. A target in an RPDO received in cycle k takes effect at SYNC k + 1 (CiA 301), so it
-//! is the reference of sample k + 1, when the layout says `next-sync`. A cycle is decided when it
-//! ends, not when its last frame is there: only then is it known that nothing contradicts it.
+//! latch their position at SYNC k and send it within the cycle, in any order. The sample has the
+//! SYNC's stamp. A target in an RPDO received in cycle k takes effect at SYNC k + 1 (CiA 301). So
+//! it is the reference of sample k + 1 if the layout says `next-sync`. A cycle is decided when it
+//! ends, not when its last frame arrives: a contradicting frame may arrive until then.
 //!
-//! A frame that comes after its cycle's end looks like one of the next cycle. It is recognised
-//! by this: the message was missing in the cycle before and comes twice in this one. Where a
-//! message comes twice with different content and none was missing before, the cycle is lost. A
-//! frame in the last quarter of a period may be of a next cycle whose SYNC was missed: without that
-//! SYNC its cycle is lost.
+//! A frame that arrives after the end of its cycle looks like one of the next cycle. The assembler
+//! recognises it if the message was missing in the previous cycle and arrives twice in this one. If
+//! a message arrives twice with different content and was not missing before, the cycle is lost. A
+//! frame in the last quarter of a period may belong to a next cycle whose SYNC was missed. If the
+//! next SYNC is missing, the cycle is lost.
 //!
 //! # Without a SYNC
-//! Any message that comes once a cycle takes its place, and every signal is valid at the arrival of its
-//! own frame: cycles are as with a SYNC, and signals are interpolated to its arrival (`arrived`).
+//! Any message that arrives once a cycle replaces it, and every signal is valid at the arrival of
+//! its own frame. Cycles are the same as with a SYNC, and signals are interpolated to the arrival
+//! of that message (`arrived`).
 //!
 //! # With a packed frame
-//! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
+//! Each frame is a cycle and is decided at once. Its counter gives the sequence if it has one.
 //!
-//! # Either way
+//! # In all cases
 //! A bus whose period is 1 % or more off the nominal one gives no samples: see
 //! [`CycleCause::WrongPeriod`].
 
@@ -40,13 +41,13 @@ mod period;
 mod sync;
 mod values;
 
-use didim_core::{JointSample, Readings};
+use didim_dynamics::{JointSample, Readings};
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
 use self::arrived::{Arrived, REACH};
 use self::continuity::Continuity;
-use self::cycle::{Cycle, Whole};
+use self::cycle::{CompleteMask, Cycle};
 use self::grid::Grid;
 use self::period::PeriodWatch;
 use self::values::{References, first};
@@ -54,7 +55,7 @@ use crate::frame::Frame;
 use crate::layout::{CompiledLayout, CyclesBy, MessagePlan, Role, SampledBy};
 use crate::units::Scales;
 
-/// Makes samples of frames.
+/// Converts frames to samples.
 #[derive(Clone, Debug)]
 pub struct Assembler {
     layout: CompiledLayout,
@@ -68,25 +69,26 @@ struct State {
     axes: usize,
     period_ns: f64,
     next_sync: bool,
-    whole: Whole,
-    /// The longest that is interpolated over, where signals are valid at the arrival of their frames \[ns\].
+    complete: CompleteMask,
+    /// Longest time that is interpolated over, if signals are valid at the arrival of their frames
+    /// \[ns\].
     reach_ns: Option<u64>,
-    /// The state of a drive that is enabled, where that is no status word.
+    /// Value of the enabled state of a drive, if the layout uses no status word.
     enabled: u16,
-    /// Whether the frames count the cycles, whatever their stamps.
+    /// True if the frames count the cycles, regardless of their stamps.
     by_frames: bool,
     grid: Option<Grid>,
     period: PeriodWatch,
-    /// The cycle that is being filled.
+    /// Cycle that is being filled.
     open: Option<Cycle>,
     /// References that take effect at the next SYNC.
     pending: References,
     /// The latest value of each signal that is valid at the arrival of its frame.
     latest: Arrived,
-    /// Readings that came since the cycle before was decided, and the frames that brought nothing else.
+    /// Readings since the previous cycle was decided, and the frames that carried nothing else.
     readings: Readings,
     reading_frames: u64,
-    /// Messages that the cycle before did not get.
+    /// Messages that were missing in the previous cycle.
     missing_before: u64,
     /// Sequence of the latest cycle.
     sequence: u64,
@@ -97,7 +99,7 @@ struct State {
     losses: Losses,
 }
 
-/// A sample that waits to be taken, with the frames it was made of.
+/// Sample that waits to be taken, and the number of its frames.
 #[derive(Clone, Copy, Debug)]
 struct Ready {
     sample: JointSample,
@@ -105,14 +107,14 @@ struct Ready {
 }
 
 impl Assembler {
-    /// An assembler that has seen nothing yet. All memory is allocated here.
+    /// Creates an assembler that has received nothing yet. All memory is allocated here.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
         let state = State {
             scales,
             axes: layout.axes(),
             period_ns: layout.period_ns(),
             next_sync: layout.reference_at_next_sync(),
-            whole: Whole::of(&layout),
+            complete: CompleteMask::new(&layout),
             reach_ns: layout.at_arrival().then(|| reach_ns(&layout)),
             enabled: layout.enabled_value(),
             by_frames: layout.cycles_by() == CyclesBy::Frames,
@@ -133,16 +135,16 @@ impl Assembler {
         Self { layout, state }
     }
 
-    /// Counts cycles from `sequence` on, in place of 0: that of the first cycle. For a recording that
-    /// begins in the middle.
+    /// Counts cycles from `sequence` on instead of 0: the first cycle has this number. It serves a
+    /// recording that begins in the middle.
     #[must_use]
     pub fn starting_at(mut self, sequence: u64) -> Self {
         self.state.sequence = sequence;
         self
     }
 
-    /// Takes one frame. At most one sample becomes ready by it: poll after every frame, or a sample
-    /// is counted as not taken.
+    /// Takes one frame. At most one sample becomes ready: poll after every frame, or a sample is
+    /// counted as not taken.
     pub fn handle_frame(&mut self, frame: &Frame) {
         let state = &mut self.state;
         state.losses.frames_received += 1;
@@ -169,14 +171,14 @@ impl Assembler {
         }
     }
 
-    /// Ends the open cycle where `now_ns`, on the clock of the stamps, is past its end. Call it when
-    /// the source is silent, not while frames are waiting: they would come late. `u64::MAX` at the
+    /// Ends the open cycle if `now_ns`, on the clock of the stamps, is past its end. Call it when
+    /// the source is silent, not while frames are waiting: they would be late. `u64::MAX` at the
     /// end of a log gives the last sample.
     pub fn handle_timeout(&mut self, now_ns: u64) {
         self.state.end_by_time(now_ns);
     }
 
-    /// The sample that is ready, once.
+    /// Returns the sample that is ready, once.
     pub fn poll_sample(&mut self) -> Option<JointSample> {
         let state = &mut self.state;
         let ready = state.ready.take()?;
@@ -193,7 +195,7 @@ impl Assembler {
         &self.state.losses
     }
 
-    /// Frames that are part of no sample yet and may become so.
+    /// Returns the number of frames that are not part of a sample yet but may still become so.
     pub fn frames_waiting(&self) -> u64 {
         let state = &self.state;
         state.open.map_or(0, |cycle| cycle.frames + cycle.references.frames)
@@ -202,33 +204,33 @@ impl Assembler {
             + state.ready.map_or(0, |ready| ready.frames)
     }
 
-    /// Cycles that are not decided, or decided and not taken.
+    /// Returns the number of cycles that are undecided, or decided and not taken.
     pub fn cycles_waiting(&self) -> u64 {
         u64::from(self.state.open.is_some()) + u64::from(self.state.ready.is_some())
     }
 
-    /// The period of the bus cycle as the stamps show it \[ns\]; the nominal one before the first.
-    /// It stays within 1 % of the nominal period; a bus beyond it gives no samples
-    /// ([`CycleCause::WrongPeriod`]).
+    /// Returns the period of the bus cycle measured from the stamps \[ns\], or the nominal one
+    /// before the first stamp. It stays within 1 % of the nominal period; a bus beyond it gives no
+    /// samples ([`CycleCause::WrongPeriod`]).
     pub fn measured_period_ns(&self) -> f64 {
         self.state.grid.map_or(self.state.period_ns, |grid| grid.period_ns())
     }
 
-    /// What the samples are made by.
+    /// Returns the layout of the samples.
     pub fn layout(&self) -> &CompiledLayout {
         &self.layout
     }
 }
 
 impl State {
-    /// Starts a grid at `stamp_ns`, with the first cycle.
+    /// Starts a grid with the first cycle at `stamp_ns`.
     fn start(&mut self, stamp_ns: u64) {
         self.start_grid(stamp_ns);
         self.losses.cycles_begun = 1;
     }
 
-    /// Starts a grid at `stamp_ns`, `cycles` after the one before: at least 2, so that nobody joins what
-    /// lies on either side.
+    /// Starts a grid at `stamp_ns`, `cycles` after the previous one. It uses at least 2, so that
+    /// the data on both sides are never joined.
     fn start_again(&mut self, stamp_ns: u64, cause: CycleCause, cycles: u64) {
         self.start_grid(stamp_ns);
         self.skip(cause, cycles.max(2));
@@ -241,8 +243,8 @@ impl State {
         self.missing_before = 0;
     }
 
-    /// How many cycles later a stamp after a silence is, by the stamps; where these count for nothing,
-    /// so that one cycle is missing.
+    /// Returns the distance in cycles, by the stamps, of a stamp after a silence. If the stamps do
+    /// not count, the result is 2, so that one cycle is missing.
     fn cycles_of_silence(&self, stamp_ns: u64) -> u64 {
         let periods =
             self.grid.filter(|_| !self.by_frames).map_or(2.0, |grid| grid.periods_to(stamp_ns));
@@ -255,21 +257,22 @@ impl State {
         cycles
     }
 
-    /// Moves the sequence on by `cycles`; all but the last of them are lost.
+    /// Advances the sequence by `cycles`; all but the last of them are lost.
     fn skip(&mut self, cause: CycleCause, cycles: u64) {
         self.lose(cause, cycles - 1);
         self.sequence += 1;
         self.losses.cycles_begun += 1;
     }
 
-    /// Moves the sequence on by `cycles` that are lost.
+    /// Advances the sequence by `cycles` lost cycles.
     fn lose(&mut self, cause: CycleCause, cycles: u64) {
         self.sequence += cycles;
         self.losses.cycles_begun += cycles;
         self.losses.cycles.count(cause, cycles);
     }
 
-    /// A frame that carries nothing but readings: of the cycle that is decided next, wherever in it.
+    /// Takes a frame that carries only readings. They belong to the cycle that is decided next,
+    /// anywhere in it.
     fn reading_frame(&mut self, message: &MessagePlan, frame: &Frame) {
         if self.grid.is_none() {
             return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
@@ -279,7 +282,8 @@ impl State {
         self.reading_frames += 1;
     }
 
-    /// Decides the open cycle: a sample, or a loss. `followed` says whether the next SYNC has come.
+    /// Decides the open cycle: a sample, or a loss. `followed` is true if the next SYNC has
+    /// arrived.
     fn end_cycle(&mut self, followed: bool) {
         let Some(mut cycle) = self.open.take() else { return };
         let readings = core::mem::take(&mut self.readings);
@@ -290,12 +294,13 @@ impl State {
         if self.period.is_wrong() && !self.by_frames {
             cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
         }
-        self.missing_before = self.whole.missing(&cycle);
+        self.missing_before = self.complete.missing(&cycle);
         if cycle.fault.is_some() {
-            // Nothing is interpolated from what a drive said that was not enabled, or cannot have meant.
+            // Do not interpolate from values of a drive that was not enabled, or from impossible
+            // values.
             self.latest = Arrived::default();
         }
-        let sample = cycle.sample(self.whole, self.axes, &self.scales, self.reach_ns);
+        let sample = cycle.sample(self.complete, self.axes, &self.scales, self.reach_ns);
         let sample = sample.and_then(|sample| {
             self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
             Ok(JointSample { readings, ..sample })

@@ -1,4 +1,4 @@
-//! Cycles of one packed frame each.
+//! Cycles that consist of one packed frame each.
 
 use super::State;
 use super::counter::{Step, WIDE, step};
@@ -8,14 +8,15 @@ use super::values::{References, Values, bit, read_values};
 use crate::frame::Frame;
 use crate::layout::{Extraction, MessagePlan, Quantity};
 
-/// What a packed frame is to the train.
+/// Position of a packed frame in the train.
 enum Place {
     First,
     After {
         cycles: u64,
         lost: CycleCause,
     },
-    /// The train begins anew: so many cycles were lost in a silence, and then it is as after a gap.
+    /// The train starts again: `silent` cycles were lost in a silence, the rest is the same as
+    /// after a gap.
     Broken {
         silent: u64,
         cycles: u64,
@@ -25,7 +26,7 @@ enum Place {
 }
 
 impl State {
-    /// A packed frame: a cycle of its own.
+    /// Takes a packed frame: it is a complete cycle.
     pub(super) fn packed_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let mut values = Values::default();
         let fault = read_values(message, frame.data(), &mut values, self.enabled);
@@ -76,7 +77,7 @@ impl State {
         self.end_cycle(true);
     }
 
-    /// By the counter where there is one, else by the stamp.
+    /// Places a frame by the counter if there is one, else by the stamp.
     fn place(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> Place {
         let Some(grid) = &self.grid else { return Place::First };
         let silence = grid.is_silence(stamp_ns).then(|| self.cycles_of_silence(stamp_ns));
@@ -91,8 +92,8 @@ impl State {
                 ..0 => Place::Broken { silent: 0, cycles: 2, lost: CycleCause::ClockStep },
                 0 => Place::Unused(FrameCause::Duplicate),
                 cycles => {
-                    let lost = CycleCause::MissingSync;
-                    Place::After { cycles: cycles.unsigned_abs(), lost }
+                    let cause = CycleCause::MissingSync;
+                    Place::After { cycles: cycles.unsigned_abs(), lost: cause }
                 }
             };
         };
@@ -102,7 +103,7 @@ impl State {
         let step = step(self.counter, values.counter, width, time, backwards);
         if let Some(cycles) = silence {
             return match step {
-                // A narrow counter has been all its values meanwhile.
+                // A narrow counter has had all its values in the meantime.
                 Step::Forward(counted) if width >= WIDE && counted > 1 => {
                     Place::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
                 }

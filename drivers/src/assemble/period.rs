@@ -1,44 +1,44 @@
-//! Whether the bus has the period that the layout says.
+//! Check that the bus has the period of the layout.
 //!
-//! The grid follows a bus of another period by as much as 1 % (its phase takes whatever deviates);
-//! beyond that its cycles mean nothing, so the period is watched here, over seconds. Parameters want
-//! far more: whether the rate is right for them is judged of each window, by whoever identifies.
+//! The grid follows a bus of another period up to a difference of 1 % (its phase takes the
+//! deviation). Beyond that its cycles are meaningless, so the period is watched here, over seconds.
+//! Parameters need a far more exact rate: the identification checks the rate of each window.
 //!
-//! A frame may be late, it is never early. So of every second only the stamp that is the least late
-//! counts: a burst of late frames does not show, a period that is off moves every second's.
+//! A frame may be late, it is never early. So only the least late stamp of every second counts: a
+//! burst of late frames has no effect, but a wrong period shifts the stamps of every second.
 
 use super::grid::{REACH, difference};
 
-/// A stretch that is compared with the one before: at least this long \[ns\] and this many cycles.
+/// Stretch that is compared with the previous one: at least this long \[ns\] and this many cycles.
 const STRETCH_NS: f64 = 1e9;
 const STRETCH_CYCLES: f64 = 100.0;
 
-/// Stretches in a row that have to be off in the same direction. Frames that become late for good,
-/// or punctual again, move one stretch.
+/// Number of consecutive stretches that have to be off in the same direction. Frames that become
+/// permanently late, or punctual again, shift only one stretch.
 const STRETCHES: i32 = 4;
 
-/// Without a counter an interval within this share of the nominal period, from 1, is one period; what
-/// is further off may be a lost frame or a late one.
+/// Tolerance of one period, as a share of the nominal period: without a counter, an interval within
+/// it is one period. A larger deviation may be a lost frame or a late one.
 const ONE_PERIOD: f64 = 0.5;
 
-/// Compares the stamps with the nominal period.
+/// Comparison of the stamps with the nominal period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PeriodWatch {
     nominal_ns: f64,
     stamp_ns: Option<u64>,
-    /// The latest interval of one period; counts when the next one is of one period, too.
+    /// Latest interval of one period; it counts if the next one is one period, too.
     held_ns: Option<f64>,
-    /// Whether the interval before the latest was of one period.
+    /// True if the interval before the latest was one period.
     regular: bool,
     /// Cycles of this stretch.
     cycles: f64,
-    /// How much later the latest stamp is than the cycles say \[ns\].
+    /// Delay of the latest stamp compared with the cycle count \[ns\].
     late_ns: f64,
-    /// The least of it in this stretch.
+    /// Minimum of `late_ns` in this stretch.
     least_ns: f64,
-    /// Whether `late_ns` counts from the least late stamp of the stretch before.
+    /// True if `late_ns` counts from the least late stamp of the previous stretch.
     compared: bool,
-    /// Stretches in a row that were too long; negative where they were too short.
+    /// Number of consecutive stretches that were too long; negative if they were too short.
     off: i32,
 }
 
@@ -57,25 +57,25 @@ impl PeriodWatch {
         }
     }
 
-    /// Whether the period is not the nominal one.
+    /// Returns true if the period is not the nominal one.
     pub(super) fn is_wrong(&self) -> bool {
         self.off.abs() >= STRETCHES
     }
 
-    /// A stamp that is `cycles` after the one before by its counter.
+    /// Takes a stamp that is `cycles` after the previous one by its counter.
     pub(super) fn count(&mut self, stamp_ns: u64, cycles: u64) {
         if let Some(before) = self.stamp_ns.replace(stamp_ns) {
             self.add(difference(stamp_ns, before), cycles as f64);
         }
     }
 
-    /// A stamp whose counter has started again: nothing is known about the time before it.
+    /// Takes a stamp whose counter has restarted: nothing is known about the time before it.
     pub(super) fn start(&mut self, stamp_ns: u64) {
         *self = Self { off: self.off, stamp_ns: Some(stamp_ns), ..Self::new(self.nominal_ns) };
     }
 
-    /// A stamp without a counter. An interval counts where it and both its neighbours are of about
-    /// one period: beside a late or a lost frame it says nothing.
+    /// Takes a stamp without a counter. An interval counts only if it and both its neighbours are
+    /// about one period long: next to a late or a lost frame it is meaningless.
     pub(super) fn stamp(&mut self, stamp_ns: u64) {
         let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
         let interval_ns = difference(stamp_ns, before);
@@ -98,7 +98,7 @@ impl PeriodWatch {
         if self.cycles < STRETCH_CYCLES || length_ns < STRETCH_NS {
             return;
         }
-        // Counted from the least late stamp on, so that the sum stays small and exact for years.
+        // Count from the least late stamp on, so that the sum stays small and exact for years.
         let least_ns = std::mem::replace(&mut self.least_ns, f64::INFINITY);
         self.cycles = 0.0;
         self.late_ns -= least_ns;
@@ -122,7 +122,8 @@ mod tests {
 
     const NOMINAL_NS: f64 = 4e6;
 
-    /// Twenty seconds of a period that is `ratio` × nominal, each frame `late_ns(cycle)` late.
+    /// Simulates twenty seconds of a period that is `ratio` × nominal; each frame is
+    /// `late_ns(cycle)` late.
     fn is_wrong(ratio: f64, counter: bool, late_ns: impl Fn(u64) -> u64) -> bool {
         let mut watch = PeriodWatch::new(NOMINAL_NS);
         let mut ever = false;
@@ -138,7 +139,7 @@ mod tests {
         ever
     }
 
-    /// Every `every` cycles all frames of `cycles` cycles come when the last of them does.
+    /// Every `every` cycles, all frames of `cycles` cycles arrive together with the last of them.
     fn burst(every: u64, cycles: u64) -> impl Fn(u64) -> u64 {
         move |k| (cycles.saturating_sub(1 + k % every)) * 4_000_000
     }
@@ -152,7 +153,8 @@ mod tests {
             }
             for ratio in [0.995, 1.0, 1.005] {
                 assert!(!is_wrong(ratio, counter, |_| 0), "{ratio} {counter}");
-                // 100 ms late every 0.4 s, 200 ms every 2 s, 1 s every 3 s, late by 0.7 s for good.
+                // 100 ms late every 0.4 s, 200 ms every 2 s, 1 s every 3 s, and permanently late by
+                // 0.7 s.
                 for (every, cycles) in [(100, 25), (500, 50), (750, 250)] {
                     assert!(!is_wrong(ratio, counter, burst(every, cycles)), "{ratio} {cycles}");
                 }

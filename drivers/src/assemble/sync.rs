@@ -8,22 +8,23 @@ use super::values::{References, bit, first, read_values};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
-/// The share of a period after which a frame may be of the next cycle, its SYNC missed and the grid
-/// late by jitter: such a frame is trusted only when the next SYNC comes after it.
+/// Share of a period after which a frame may belong to the next cycle: its SYNC may be missed and
+/// the grid late by jitter. Such a frame is trusted only if the next SYNC arrives after it.
 const DOUBTFUL: f64 = 0.75;
 
-/// How far from the latest grid point, in periods, a SYNC is that one again; nearer than the next
-/// point and farther than this it is on no grid of ours.
+/// Largest distance of a repeated SYNC from the latest grid point, in periods. A SYNC beyond it
+/// that is still nearer to this point than to the next one fits no grid point.
 const REPEATED: f64 = 0.25;
 
-/// Nearer than this to the SYNC before, in periods, one is the same frame again.
+/// Largest distance to the previous SYNC, in periods, at which a SYNC is the same frame again.
 const ECHO: f64 = 0.01;
 
-/// Periods after which a SYNC counts as missing: the next one would be the nearer grid point.
+/// Number of periods after which a SYNC counts as missing: the next one would be the nearer grid
+/// point.
 const SYNC_MISSING: f64 = 1.5;
 
 impl State {
-    /// A SYNC: the cycle before it ends, the next begins.
+    /// Takes a SYNC: the previous cycle ends, the next one begins.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
         self.period.stamp(stamp_ns);
         let Some(grid) = &mut self.grid else {
@@ -50,12 +51,12 @@ impl State {
             return self.begin_cycle(stamp_ns, 0);
         }
         if cycles < 1.0 {
-            // The same SYNC twice; or, some time from it, perhaps the next one of a clock that was
-            // set back by about a period: the frames to come may be of the next cycle and complete
-            // this one, and targets that came before may be a cycle older than those to come.
+            // The same SYNC twice. At a larger distance it may be the next SYNC of a clock that was
+            // set back by about a period. Then the next frames may belong to the next cycle and
+            // complete this one. Earlier targets may be one cycle older than later ones.
             let echo_ns = rounded(ECHO * self.period_ns);
-            let apart = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
-            if let Some(cycle) = self.open.as_mut().filter(apart) {
+            let distance_ns = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
+            if let Some(cycle) = self.open.as_mut().filter(distance_ns) {
                 cycle.fault = first(cycle.fault, CycleCause::Contradiction);
                 self.pending.drop_older(u64::MAX);
             }
@@ -66,20 +67,21 @@ impl State {
         grid.advance(stamp_ns, cycles);
         self.end_cycle(cycles == 1);
         if cycles > 1 {
-            // What was missing before the gap does not come after it.
+            // A message that was missing before the gap does not arrive after it.
             self.missing_before = 0;
         }
         self.skip(CycleCause::MissingSync, cycles);
         self.begin_cycle(stamp_ns, cycles);
     }
 
-    /// Begins the cycle of a SYNC `cycles` after the one before; 0 where there is none before.
+    /// Begins the cycle of a SYNC, `cycles` after the previous one, or 0 if there is none.
     fn begin_cycle(&mut self, stamp_ns: u64, cycles: u64) {
         let mut references = References::default();
         if self.next_sync {
             references = std::mem::take(&mut self.pending);
             if cycles != 1 {
-                // The drives may have had a SYNC that we have not: older targets are not theirs.
+                // The drives may have received a SYNC that was not recorded: then they no longer
+                // use older targets.
                 references.drop_older(stamp_ns.saturating_sub(rounded(self.period_ns)));
             }
         }
@@ -94,7 +96,7 @@ impl State {
         });
     }
 
-    /// A frame that a sample cannot be without.
+    /// Takes a frame that a sample requires.
     pub(super) fn sample_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let refusal = self.refusal_at(frame.stamp_ns);
         let (None, Some(cycle)) = (refusal, &mut self.open) else {
@@ -106,7 +108,7 @@ impl State {
             cycle.messages |= bit(index);
             cycle.frames += 1;
         } else if cycle.missing_before & bit(index) != 0 {
-            // The one before was of the cycle before; this one is of this cycle.
+            // The earlier frame belonged to the previous cycle; this one belongs to this cycle.
             cycle.missing_before &= !bit(index);
             self.losses.frames.count(FrameCause::Late, 1);
         } else {
@@ -124,7 +126,7 @@ impl State {
         references.read(index, message, frame.data(), frame.stamp_ns);
     }
 
-    /// A frame that carries nothing but references.
+    /// Takes a frame that carries only references.
     pub(super) fn target_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let refusal = if !self.next_sync {
             self.refusal_at(frame.stamp_ns)
@@ -146,8 +148,8 @@ impl State {
         }
     }
 
-    /// Why the open cycle does not take a frame of this stamp, after ending it by time; `None` where
-    /// it does.
+    /// Returns the reason why the open cycle refuses a frame of this stamp, or `None` if it accepts
+    /// it. Ends the cycle by time first.
     pub(super) fn refusal_at(&mut self, stamp_ns: u64) -> Option<FrameCause> {
         let Some(grid) = self.grid else { return Some(FrameCause::BeforeFirstSync) };
         self.end_by_time(stamp_ns);
@@ -156,7 +158,7 @@ impl State {
         match &mut self.open {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
-                // What is valid at its own arrival is so whichever cycle it is of.
+                // A signal that is valid at its own arrival is valid in any cycle.
                 cycle.doubtful |= by_sync && periods >= DOUBTFUL;
                 None
             }
@@ -164,15 +166,16 @@ impl State {
         }
     }
 
-    /// Ends the open cycle where its time is over: a period after its grid point, or when the next
-    /// SYNC is missing if it is needed to trust what came last.
+    /// Ends the open cycle if its time is over: one period after its grid point. If the next SYNC
+    /// is needed to trust the last frames, the cycle ends when that SYNC is missing.
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
         let (Some(grid), Some(cycle)) = (&self.grid, &self.open) else { return };
         let end = if cycle.doubtful { SYNC_MISSING } else { 1.0 };
         let past = grid.periods_to(now_ns) >= end;
-        // Where the frames count, nothing is late but what is still missing.
-        let whole = self.whole.missing(cycle) == 0;
-        let over = if self.by_frames { grid.is_silence(now_ns) || (whole && past) } else { past };
+        // If the frames count the cycles, only a missing frame is late.
+        let is_complete = self.complete.missing(cycle) == 0;
+        let over =
+            if self.by_frames { grid.is_silence(now_ns) || (is_complete && past) } else { past };
         if over {
             self.end_cycle(false);
         }

@@ -1,17 +1,18 @@
-//! What frames say, in the units of the DBC file.
+//! Values of frames, in the units of the DBC file.
 
-use didim_core::MAX_JOINTS;
+use didim_dynamics::MAX_JOINTS;
 
 use super::losses::CycleCause;
 use crate::layout::{
     AL_ERROR, BELOW_SAFE_OPERATIONAL, MessagePlan, Quantity, SAFE_OPERATIONAL, WRONG_COUNTER,
 };
 
-/// The bits of a CiA 402 status word (6041h) that tell the state, and "operation enabled".
+/// Bits of a CiA 402 status word (6041h) that encode the state, and their value for "operation
+/// enabled".
 const STATE_MASK: u16 = 0x6F;
 const OPERATION_ENABLED: u16 = 0x27;
 
-/// What the frames of one cycle said, in the units of the DBC file.
+/// Values of the frames of one cycle, in the units of the DBC file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Values {
     pub(super) position: [f64; MAX_JOINTS],
@@ -20,25 +21,25 @@ pub(super) struct Values {
     pub(super) counter: u64,
 }
 
-/// References, per axis, and the frames that brought nothing else.
+/// References, per axis, and the number of frames that carried nothing else.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct References {
     pub(super) value: [f64; MAX_JOINTS],
     pub(super) stamp_ns: [u64; MAX_JOINTS],
     /// One bit per axis.
     pub(super) axes: u64,
-    /// Messages that came, one bit per index.
+    /// Received messages, one bit per index.
     messages: u64,
     pub(super) frames: u64,
 }
 
-/// A layout has at most 57 messages, so an index is a bit of a `u64`.
+/// Returns the bit of an index. A layout has at most 57 messages, so an index fits a `u64`.
 pub(super) fn bit(index: usize) -> u64 {
     1 << (index & 63)
 }
 
-/// Reads the signals of a frame, references aside. What is out of range is a fault of the cycle.
-/// `enabled` is the value of the state of a drive that is enabled, where that is no status word.
+/// Reads the signals of a frame except references. A value out of range is a fault of the cycle.
+/// `enabled` is the value of the enabled state of a drive, if the layout uses no status word.
 pub(super) fn read_values(
     message: &MessagePlan,
     payload: &[u8],
@@ -63,7 +64,7 @@ pub(super) fn read_values(
                 continue;
             }
             Quantity::Enabled => {
-                // Put down as the status word that says the same.
+                // Stored as the status word with the same meaning.
                 let is = extraction.signal.field.bits(payload) == u64::from(enabled);
                 values.status_word[axis] = if is { OPERATION_ENABLED } else { 0 };
                 if !is {
@@ -73,7 +74,7 @@ pub(super) fn read_values(
             }
             Quantity::StatusWord => {
                 let word = extraction.signal.field.bits(payload);
-                // The compiler has made sure that it is 16 bits wide.
+                // The compiler ensures that it is 16 bits wide.
                 let word = u16::try_from(word).unwrap_or(0);
                 values.status_word[axis] = word;
                 if !is_enabled(word) {
@@ -93,10 +94,10 @@ pub(super) fn read_values(
     fault
 }
 
-/// What the state of an EtherCAT network costs a cycle.
+/// Returns the cause that the state of an EtherCAT network gives a cycle.
 fn network_fault(state: u64) -> Option<CycleCause> {
     let state = u8::try_from(state).unwrap_or(0);
-    // The states of all slaves in one byte, one over the other.
+    // One byte holds the states of all slaves, combined by OR.
     if state & (BELOW_SAFE_OPERATIONAL | AL_ERROR) != 0 {
         Some(CycleCause::NotOperational)
     } else if state & SAFE_OPERATIONAL != 0 {
@@ -106,14 +107,14 @@ fn network_fault(state: u64) -> Option<CycleCause> {
     }
 }
 
-/// The cause that is counted when two cost the same cycle.
+/// Returns the cause that is counted if two causes cost the same cycle.
 pub(super) fn first(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
     Some(fault.map_or(other, |fault| fault.min(other)))
 }
 
 impl References {
-    /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns
-    /// whether this message had come before. A reference out of range is none.
+    /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns true
+    /// if this message had arrived before. A reference out of range is dropped.
     pub(super) fn read(
         &mut self,
         index: usize,
@@ -138,7 +139,7 @@ impl References {
         again
     }
 
-    /// Forgets the references that are from before `oldest_ns`.
+    /// Drops the references from before `oldest_ns`.
     pub(super) fn drop_older(&mut self, oldest_ns: u64) {
         for (axis, stamp_ns) in self.stamp_ns.iter().enumerate() {
             if *stamp_ns < oldest_ns {
@@ -148,7 +149,7 @@ impl References {
     }
 }
 
-/// Whether a status word says "operation enabled".
+/// Returns true if a status word means "operation enabled".
 pub(super) fn is_enabled(word: u16) -> bool {
     word & STATE_MASK == OPERATION_ENABLED
 }

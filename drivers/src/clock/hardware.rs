@@ -1,33 +1,33 @@
-//! A controller's free-running clock brought to CLOCK_REALTIME.
+//! Mapping of a controller's free-running clock to CLOCK_REALTIME.
 
-/// Differences are collected over this long before they count as the new offset \[ns\]. A crystal
-/// of 100 ppm runs away by 0.1 ms meanwhile.
+/// Time over which differences are collected before they become the new offset \[ns\]. A crystal of
+/// 100 ppm drifts by 0.1 ms in this time.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// For how long the offset from before a small step of the computer's clock may still be used: the
-/// window in which the step fell, and the one after it \[ns\].
+/// Time for which the offset from before a small step of the computer's clock may still be used
+/// \[ns\]: the window of the step, and the one after it.
 pub(super) const MEMORY_NS: u64 = 2 * WINDOW_NS;
 
-/// A software stamp this much later than the offset says is not a late interrupt but a clock that
-/// was set \[ns\].
+/// Delay of a software stamp compared with the offset from which on a clock was set \[ns\]. A late
+/// interrupt does not explain it.
 const STEP_NS: i128 = 20_000_000;
 
 /// Maps hardware stamps to CLOCK_REALTIME by the software stamps of the same frames.
 ///
-/// A controller's clock starts anywhere and drifts, but it stamps without the latency of the
-/// interrupt. A software stamp is late by that latency, never early: so the smallest difference
-/// (software − hardware) of the last one to two seconds is the offset between the clocks, and
+/// A controller's clock starts at any value and drifts, but it stamps without the latency of the
+/// interrupt. A software stamp is late by that latency, never early. So the smallest difference
+/// (software − hardware) of the last one to two seconds is the offset between the clocks.
 /// `hardware + offset` has the controller's regularity and the computer's time.
 #[derive(Clone, Debug, Default)]
 pub struct HardwareClock {
-    /// The smallest difference of the last full window, and of the one being filled.
+    /// Smallest difference of the last full window, and of the one being filled.
     differences: Option<(i128, i128)>,
     window_started_ns: u64,
     steps: u64,
 }
 
 impl HardwareClock {
-    /// The CLOCK_REALTIME instant of a frame with both stamps \[ns\].
+    /// Returns the CLOCK_REALTIME instant of a frame with both stamps \[ns\].
     pub fn realtime_ns(&mut self, hardware_ns: u64, software_ns: u64) -> u64 {
         let difference = i128::from(software_ns) - i128::from(hardware_ns);
         let (last, filling) = match self.differences {
@@ -50,7 +50,7 @@ impl HardwareClock {
         u64::try_from(i128::from(hardware_ns) + last.min(filling)).unwrap_or(software_ns)
     }
 
-    /// Times one of the two clocks was set.
+    /// Returns the number of times that one of the two clocks was set.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -63,7 +63,8 @@ mod tests {
 
     const START: u64 = 1_700_000_000_000_000_000;
 
-    /// A frame every millisecond; the interrupt is 5 to 300 µs late; returns the worst error.
+    /// Simulates a frame every millisecond with an interrupt 5 to 300 µs late; returns the worst
+    /// error.
     fn worst_error(drift_ppm: i64, step_at: Option<(u64, i64)>) -> (u64, u64) {
         let mut clock = HardwareClock::default();
         let (mut worst, mut random) = (0, 12_345_u64);
@@ -103,7 +104,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_stamps_make_it_panic_or_later_than_the_software(stamps in prop::collection::vec(any::<(u64, u64)>(), 1..20)) {
+        fn no_stamps_make_it_panic_or_later_than_the_software(
+            stamps in prop::collection::vec(any::<(u64, u64)>(), 1..20),
+        ) {
             let mut clock = HardwareClock::default();
             for (hardware, software) in stamps {
                 prop_assert!(clock.realtime_ns(hardware, software) <= software);

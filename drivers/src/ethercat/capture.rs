@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-/// The longest block that is read, header and all \[bytes\]; longer ones of a kind that is not read
-/// are passed over.
+/// Longest block that is read, including its header \[bytes\]. Longer blocks of an unused kind are
+/// skipped.
 const MAX_BLOCK: u32 = 1 << 20;
-/// Interfaces of one section.
+/// Largest number of interfaces of one section.
 const MAX_INTERFACES: usize = 256;
 /// Link type: Ethernet.
 const ETHERNET: u16 = 1;
@@ -17,25 +17,28 @@ const SECTION: u32 = 0x0A0D_0D0A;
 const INTERFACE: u32 = 1;
 const SIMPLE_PACKET: u32 = 3;
 const PACKET: u32 = 6;
-/// The bytes that tell the order of bytes in a section.
+/// Bytes that encode the byte order of a section.
 const ORDER: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
-/// Options of an interface: the resolution of its stamps, and what is added to them \[s\].
+/// Options of an interface: the resolution of its stamps, and the offset added to them \[s\].
 const RESOLUTION: u16 = 9;
 const OFFSET: u16 = 14;
 
-/// The first bytes of pcap with stamps in µs and in ns, little endian.
+/// First bytes of pcap with stamps in µs and in ns, little endian.
 const MICROSECONDS: [u8; 4] = [0xD4, 0xC3, 0xB2, 0xA1];
 const NANOSECONDS: [u8; 4] = [0x4D, 0x3C, 0xB2, 0xA1];
 
-/// Why a capture cannot be read. Every variant names the file.
+/// Reason why a capture cannot be read. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// The file cannot be opened: check the path and its permissions.
-    #[error("cannot open the capture {path}: {source}; check the path and the permissions", path = path.display())]
+    #[error(
+        "cannot open the capture {path}: {source}; check the path and the permissions",
+        path = path.display()
+    )]
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// Reading failed.
@@ -43,22 +46,22 @@ pub enum CaptureError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Where the block begins.
+        /// Offset of the block's first byte.
         offset: u64,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The file begins otherwise. Record with tcpdump, dumpcap or Wireshark.
+    /// The file begins like neither format. Record with tcpdump, dumpcap or Wireshark.
     #[error(
-        "{path} is no capture: it begins neither like pcap nor like pcapng; record with tcpdump, dumpcap \
-         or Wireshark, and unpack it where it is compressed",
+        "{path} is no capture: it begins neither like pcap nor like pcapng; record with tcpdump, \
+         dumpcap or Wireshark, and unpack it where it is compressed",
         path = path.display()
     )]
     NotCapture {
         /// The file.
         path: PathBuf,
     },
-    /// The capture was cut off in the middle of writing.
+    /// The capture is truncated in the middle of a packet.
     #[error(
         "{path}, byte {offset}: the capture is cut off in the middle of a packet; write the whole \
          packets to another file: `editcap {path} WHOLE.pcapng`",
@@ -67,15 +70,18 @@ pub enum CaptureError {
     Truncated {
         /// The file.
         path: PathBuf,
-        /// Where the block begins.
+        /// Offset of the block's first byte.
         offset: u64,
     },
     /// A block contradicts itself.
-    #[error("{path}, byte {offset}: {what}; the file is damaged from there on: record it anew", path = path.display())]
+    #[error(
+        "{path}, byte {offset}: {what}; the file is damaged from there on: record it anew",
+        path = path.display()
+    )]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the block begins.
+        /// Offset of the block's first byte.
         offset: u64,
         /// What is wrong.
         what: &'static str,
@@ -85,20 +91,20 @@ pub enum CaptureError {
 /// One packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet<'a> {
-    /// When it was captured \[ns since 1970\].
+    /// Time of capture \[ns since 1970\].
     pub stamp_ns: u64,
-    /// An Ethernet frame from its destination address on, as much of it as was captured.
+    /// Ethernet frame from its destination address on, up to the captured length.
     pub bytes: &'a [u8],
 }
 
-/// The packets of a capture, in the order of the file, in bounded memory.
+/// Packets of a capture, in the order of the file, in bounded memory.
 #[derive(Debug)]
 pub struct Capture<R = BufReader<File>> {
     reader: R,
     path: PathBuf,
     /// Bytes read so far.
     read: u64,
-    /// Where the block that is read begins.
+    /// Offset of the block that is being read.
     offset: u64,
     block: Vec<u8>,
     format: Format,
@@ -117,7 +123,7 @@ enum Format {
 #[derive(Clone, Copy, Debug)]
 struct Interface {
     is_ethernet: bool,
-    /// Stamps to one second.
+    /// Stamp ticks per second.
     per_second: u64,
     offset_s: i64,
 }
@@ -134,7 +140,7 @@ impl Capture {
         }
     }
 
-    /// Whether a file begins like a capture.
+    /// Returns true if a file begins like a capture.
     pub fn is_one(path: &Path) -> bool {
         let mut first = [0; 4];
         let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
@@ -143,7 +149,7 @@ impl Capture {
 }
 
 impl<R: BufRead> Capture<R> {
-    /// Reads a capture from anything; `path` is what errors call it.
+    /// Creates a capture from any reader; errors name it `path`.
     pub fn new(reader: R, path: &Path) -> Self {
         Self {
             reader,
@@ -158,33 +164,33 @@ impl<R: BufRead> Capture<R> {
         }
     }
 
-    /// What errors call it.
+    /// Returns the path that errors name.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Packets that are not of an Ethernet, or have no stamp.
+    /// Returns the number of skipped packets: not Ethernet, or without a stamp.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// The next packet; nothing at the end.
+    /// Returns the next packet, or `None` at the end.
     ///
     /// # Errors
-    /// See [`CaptureError`]; there is nothing to go on with.
+    /// See [`CaptureError`]; reading cannot continue after an error.
     pub fn next_packet(&mut self) -> Result<Option<Packet<'_>>, CaptureError> {
         if self.format == Format::Unknown {
             self.begin()?;
         }
-        let found = match self.format {
+        let packet = match self.format {
             Format::Pcapng => self.next_of_pcapng()?,
             _ => self.next_of_pcap()?,
         };
-        Ok(found
+        Ok(packet
             .and_then(|(stamp_ns, place)| Some(Packet { stamp_ns, bytes: self.block.get(place)? })))
     }
 
-    /// Reads what tells the format.
+    /// Reads the first bytes and detects the format.
     fn begin(&mut self) -> Result<(), CaptureError> {
         let first = self.reader.fill_buf().map(|bytes| bytes.first_chunk().copied());
         let first = first.map_err(|source| self.unreadable(source))?;
@@ -252,7 +258,7 @@ impl<R: BufRead> Capture<R> {
         Ok(None)
     }
 
-    /// The body of a block whose header is read, checked against the length at its end.
+    /// Reads the body of a block whose header is read. Checks it against the length at its end.
     fn body(&mut self, length: u32) -> Result<(), CaptureError> {
         if length > MAX_BLOCK {
             return Err(self.damaged("a packet is longer than any frame"));
@@ -268,7 +274,7 @@ impl<R: BufRead> Capture<R> {
         Ok(())
     }
 
-    /// A section begins: its order of bytes, and interfaces of its own.
+    /// Begins a section: it has its own byte order and its own interfaces.
     fn section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
         if !self.take(4)? {
             return Err(self.truncated());
@@ -293,10 +299,10 @@ impl<R: BufRead> Capture<R> {
         }
         let is_ethernet = self.u16(0)? == ETHERNET;
         let mut interface = Interface { is_ethernet, per_second: 1_000_000, offset_s: 0 };
-        let mut at = 8;
-        while at + 4 <= self.block.len() {
-            let (code, length) = (self.u16(at)?, usize::from(self.u16(at + 2)?));
-            let value = self.block.get(at + 4..at + 4 + length).unwrap_or_default();
+        let mut offset = 8;
+        while offset + 4 <= self.block.len() {
+            let (code, length) = (self.u16(offset)?, usize::from(self.u16(offset + 2)?));
+            let value = self.block.get(offset + 4..offset + 4 + length).unwrap_or_default();
             match (code, value) {
                 (0, _) => break,
                 (RESOLUTION, &[power]) => {
@@ -308,19 +314,19 @@ impl<R: BufRead> Capture<R> {
                     interface.per_second = per_second;
                 }
                 (OFFSET, _) if length == 8 => {
-                    let (low, high) = (self.u32(at + 4)?, self.u32(at + 8)?);
+                    let (low, high) = (self.u32(offset + 4)?, self.u32(offset + 8)?);
                     let (low, high) = if self.big_endian { (high, low) } else { (low, high) };
                     interface.offset_s = (u64::from(high) << 32 | u64::from(low)).cast_signed();
                 }
                 _ => {}
             }
-            at += 4 + length.next_multiple_of(4);
+            offset += 4 + length.next_multiple_of(4);
         }
         self.interfaces.push(interface);
         Ok(())
     }
 
-    /// Where a packet lies in its block; nothing where it is not of an Ethernet.
+    /// Returns the position of a packet in its block, or `None` if it is not Ethernet.
     fn packet(&self) -> Result<Option<Found>, CaptureError> {
         let number = usize::try_from(self.u32(0)?).unwrap_or(usize::MAX);
         let Some(interface) = self.interfaces.get(number) else {
@@ -338,13 +344,13 @@ impl<R: BufRead> Capture<R> {
         Ok(interface.is_ethernet.then_some((stamp_ns, 20..end)))
     }
 
-    /// As [`Self::take`], where a block begins.
+    /// Reads like [`Self::take`], at the start of a block.
     fn take_header(&mut self, length: u32) -> Result<bool, CaptureError> {
         self.offset = self.read;
         self.take(length)
     }
 
-    /// Reads so many bytes to `block`; false where the file ends before the first of them.
+    /// Reads `length` bytes to `block`. Returns false if the file ends before the first of them.
     fn take(&mut self, length: u32) -> Result<bool, CaptureError> {
         self.block.clear();
         let mut part = self.reader.by_ref().take(length.into());
@@ -390,10 +396,11 @@ impl<R: BufRead> Capture<R> {
     }
 }
 
-/// A stamp \[ns\], and where the packet lies in the block.
+/// Stamp \[ns\], and the position of the packet in the block.
 type Found = (u64, core::ops::Range<usize>);
 
-/// The format, whether it is big endian, and stamps to one second; nothing where it is no capture.
+/// Returns the format, the endianness (true: big endian) and the stamp ticks per second. Returns
+/// `None` if the file is no capture.
 fn first_bytes(first: [u8; 4]) -> Option<(Format, bool, u64)> {
     let mut little = first;
     little.reverse();

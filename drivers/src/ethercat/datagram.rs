@@ -1,7 +1,8 @@
-//! An Ethernet frame as EtherCAT datagrams (ETG.1000, part 4). Nothing is copied.
+//! An Ethernet frame as EtherCAT datagrams (ETG.1000, part 4), without copies.
 
-/// Commands of datagrams: read, write, both at once; by station address (F), of all slaves (B), at a
-/// logical address (L); read by one slave and written to those after it (ARMW, FRMW).
+/// Commands of datagrams: read, write, both at once. Addressing: by station address (F), of all
+/// slaves (B), at a logical address (L). One slave reads and those after it are written (ARMW,
+/// FRMW).
 pub(crate) const FPRD: u8 = 4;
 pub(crate) const FPWR: u8 = 5;
 pub(crate) const FPRW: u8 = 6;
@@ -18,7 +19,7 @@ pub(crate) const AL_STATUS: u16 = 0x0130;
 pub(crate) const FMMU: core::ops::Range<u16> = 0x0600..0x0700;
 /// Register: the system time of the distributed clock \[ns\].
 pub(crate) const SYSTEM_TIME: u16 = 0x0910;
-/// Where the memory of a slave begins; mailboxes lie in it.
+/// First address of a slave's memory; mailboxes lie in it.
 pub(crate) const MAILBOX: u16 = 0x1000;
 
 /// Destination and source address of an Ethernet frame \[bytes\].
@@ -28,7 +29,8 @@ const VLAN: u16 = 0x8100;
 pub(crate) const ETHERCAT: u16 = 0x88A4;
 /// The type of EtherCAT frame that holds datagrams.
 const DATAGRAMS: u16 = 1;
-/// Before the data of a datagram: command, index, address, length, interrupt \[bytes\].
+/// Length of the fields before the data of a datagram: command, index, address, length, interrupt
+/// \[bytes\].
 const HEADER: usize = 10;
 const COUNTER: usize = 2;
 
@@ -36,34 +38,35 @@ const COUNTER: usize = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Datagram<'a> {
     pub(crate) command: u8,
-    /// The master's mark: that of the outgoing datagram in the returning one.
+    /// Mark of the master: the returning datagram has that of the outgoing one.
     pub(crate) index: u8,
-    /// A logical address; or the station's in the low half, the register's in the high one.
+    /// Logical address, or the station address in the low half and the register in the high half.
     pub(crate) address: u32,
     pub(crate) data: &'a [u8],
-    /// How many slaves took part, by the rules of the command.
+    /// Number of slaves that took part, by the rules of the command.
     pub(crate) working_counter: u16,
 }
 
 impl Datagram<'_> {
-    /// The address of the station, where the command has one.
+    /// Returns the address of the station, if the command has one.
     pub(crate) fn station(&self) -> u16 {
         let [low, high, ..] = self.address.to_le_bytes();
         u16::from_le_bytes([low, high])
     }
 
-    /// The register, where the command has one.
+    /// Returns the register, if the command has one.
     pub(crate) fn register(&self) -> u16 {
         let [.., low, high] = self.address.to_le_bytes();
         u16::from_le_bytes([low, high])
     }
 
-    /// Whether it reads or writes process data.
+    /// Returns true if it reads or writes process data.
     pub(crate) fn is_logical(&self) -> bool {
         matches!(self.command, LRD | LWR | LRW)
     }
 
-    /// The distributed clock's time as it passed its reference \[ns\] and its bits, 32 or 64.
+    /// Returns the time of the distributed clock when the datagram passed its reference \[ns\], and
+    /// its number of bits, 32 or 64.
     pub(crate) fn system_time(&self) -> Option<(u64, u8)> {
         let is_clock = matches!(self.command, ARMW | FRMW) && self.register() == SYSTEM_TIME;
         if !is_clock || self.working_counter == 0 {
@@ -77,35 +80,35 @@ impl Datagram<'_> {
     }
 }
 
-/// A whole Ethernet frame of EtherCAT datagrams.
+/// A complete Ethernet frame of EtherCAT datagrams.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EthercatFrame<'a> {
-    /// Whether it has been through the slaves: the first one sets the second lowest bit of the source
-    /// address. Only then its inputs are theirs.
+    /// True if the frame has passed the slaves: the first one sets the second lowest bit of the
+    /// source address. Only then the slaves have written its inputs.
     pub(crate) returning: bool,
     datagrams: &'a [u8],
 }
 
 impl<'a> EthercatFrame<'a> {
-    /// Nothing where it is no such frame, or not all of one.
+    /// Parses a packet. Returns `None` if it is no such frame or an incomplete one.
     pub(crate) fn parse(packet: &'a [u8]) -> Option<Self> {
         let returning = packet.get(6)? & 2 != 0;
-        let mut at = ADDRESSES;
-        if big(packet, at)? == VLAN {
-            at += 4;
+        let mut offset = ADDRESSES;
+        if big(packet, offset)? == VLAN {
+            offset += 4;
         }
-        if big(packet, at)? != ETHERCAT {
+        if big(packet, offset)? != ETHERCAT {
             return None;
         }
-        let header = little(packet, at + 2)?;
+        let header = little(packet, offset + 2)?;
         let length = usize::from(header & 0x7FF);
-        // What follows the length pads the frame to 60 bytes.
-        let datagrams = packet.get(at + 4..)?.get(..length)?;
+        // The bytes after this length pad the frame to 60 bytes.
+        let datagrams = packet.get(offset + 4..)?.get(..length)?;
         let frame = Self { returning, datagrams };
         (header >> 12 == DATAGRAMS && frame.is_whole()).then_some(frame)
     }
 
-    /// Its datagrams, in their order.
+    /// Returns the datagrams of the frame, in their order.
     pub(crate) fn datagrams(&self) -> impl Iterator<Item = Datagram<'a>> + use<'a> {
         let mut rest = Some(self.datagrams);
         core::iter::from_fn(move || {
@@ -125,7 +128,7 @@ impl<'a> EthercatFrame<'a> {
     }
 }
 
-/// The first datagram, and what follows it where more do.
+/// Returns the first datagram, and the bytes after it if more datagrams follow.
 fn split(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
     let word = little(bytes, 6)?;
     let end = HEADER + usize::from(word & 0x7FF);

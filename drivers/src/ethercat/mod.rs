@@ -1,6 +1,6 @@
 //! EtherCAT on the wire: the packets of a capture, and the datagrams in a packet.
 //!
-//! Captures come from anywhere: no length in them is trusted.
+//! Captures may come from any source: no length in them is trusted.
 
 mod capture;
 mod datagram;

@@ -1,6 +1,6 @@
-//! The name of a bus interface, held without allocation.
+//! Name of a bus interface, stored without allocation.
 
-/// How many interfaces one source can listen to.
+/// Largest number of interfaces that one source can receive from.
 pub const MAX_INTERFACES: usize = 16;
 
 /// The longest name of an interface \[bytes\]: IFNAMSIZ without its terminator.
@@ -14,15 +14,15 @@ pub struct InterfaceName {
 }
 
 impl InterfaceName {
-    /// The name as the kernel takes it.
+    /// Checks the name and stores it as the kernel expects it.
     ///
     /// # Errors
-    /// [`InterfaceNameError`] when no interface can be called that.
+    /// [`InterfaceNameError`] if no interface can have this name.
     pub fn new(name: &str) -> Result<Self, InterfaceNameError> {
         Self::from_bytes(name.as_bytes()).ok_or_else(|| InterfaceNameError { name: name.into() })
     }
 
-    /// As [`Self::new`]; nothing when no interface can be called that.
+    /// Creates a name like [`Self::new`]; returns `None` if no interface can have it.
     pub(crate) fn from_bytes(name: &[u8]) -> Option<Self> {
         let allowed = |byte: &u8| byte.is_ascii_graphic() && !matches!(byte, b'/' | b':');
         if name.is_empty() || !name.iter().all(allowed) || matches!(name, b"." | b"..") {
@@ -36,7 +36,7 @@ impl InterfaceName {
     /// The name.
     pub fn as_str(&self) -> &str {
         let name = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
-        // Only printable ASCII gets in.
+        // Only printable ASCII is stored.
         core::str::from_utf8(name).unwrap_or_default()
     }
 }

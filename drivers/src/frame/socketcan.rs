@@ -1,4 +1,5 @@
-//! Frames as the `socketcan` crate knows them, for whoever owns a socket of that crate.
+//! Conversion to and from the frames of the `socketcan` crate, for programs that own one of its
+//! sockets.
 
 use socketcan::{CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanRemoteFrame};
 use socketcan::{EmbeddedFrame, ExtendedId, Frame as _, Id, StandardId, id::FdFlags};
@@ -33,7 +34,7 @@ impl From<Id> for FrameId {
     }
 }
 
-/// Time stamp, interface and direction do not exist there and are left out.
+/// The target has no time stamp, interface or direction; they are dropped.
 impl TryFrom<&Frame> for CanAnyFrame {
     type Error = FrameError;
 
@@ -62,7 +63,7 @@ impl TryFrom<&Frame> for CanAnyFrame {
     }
 }
 
-/// A frame received on interface 0 at time 0.
+/// Returns a frame received on interface 0 at time 0.
 impl TryFrom<&CanAnyFrame> for Frame {
     type Error = FrameError;
 
@@ -103,8 +104,8 @@ mod tests {
             Frame::error(0x44, &[0, 4, 0, 0, 0, 0, 0, 0]),
         ];
         for frame in frames.map(Result::unwrap) {
-            let there = CanAnyFrame::try_from(&frame).unwrap();
-            assert_eq!(Frame::try_from(&there), Ok(frame));
+            let converted = CanAnyFrame::try_from(&frame).unwrap();
+            assert_eq!(Frame::try_from(&converted), Ok(frame));
         }
     }
 

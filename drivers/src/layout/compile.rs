@@ -1,6 +1,6 @@
-//! A specification and a DBC file to a plan.
+//! Compilation of a specification and a DBC file to a plan.
 
-use didim_core::MAX_JOINTS;
+use didim_dynamics::MAX_JOINTS;
 
 use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
@@ -12,14 +12,14 @@ use super::spec::{
     SignalNames, TorqueValidity,
 };
 
-/// The shortest and the longest nominal period that are taken \[µs\].
+/// The shortest and the longest accepted nominal period \[µs\].
 const PERIOD_US: (f64, f64) = (10.0, 1e6);
 
 impl CompiledLayout {
     /// Compiles the text of a DBC file and a specification to a plan.
     ///
     /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
+    /// [`LayoutError`] names the mismatch and its place.
     pub fn compile(dbc: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
         if !spec.nodes.is_empty() {
             return refuse("nodes", "names device files; give them or `dbc`, not both".into());
@@ -29,7 +29,8 @@ impl CompiledLayout {
         }
         check_no_objects(spec)?;
         let patterns = patterns(spec)?;
-        // A pattern per axis: their number has to be one of an arm's before anything is made of it.
+        // A pattern is expanded once per axis: check that an arm can have this number of axes
+        // before.
         check_axes(spec)?;
         let database = Database::parse(dbc)?;
         let mut messages = Vec::new();
@@ -72,7 +73,7 @@ fn check_axes(spec: &LayoutSpec) -> Result<(), LayoutError> {
     refuse("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes))
 }
 
-/// The plan of messages, wherever they were described.
+/// Completes the plan of the messages, from any kind of description.
 pub(super) fn finish(
     mut messages: Vec<MessagePlan>,
     spec: &LayoutSpec,
@@ -116,28 +117,30 @@ pub(super) fn finish(
         following_error: following_error(spec)?,
         enabled: spec.enabled.as_ref().map_or(0, |enabled| enabled.is),
     };
-    let by = spec.cycles_by;
-    Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, validity, by))
+    let counting = spec.cycles_by;
+    Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, validity, counting))
 }
 
-/// Whether signals are valid at the arrival of their own frames.
+/// Returns true if signals are valid at the arrival of their own frames.
 pub(super) fn at_arrival(spec: &LayoutSpec) -> bool {
     spec.position.valid == PositionValidity::Arrival
 }
 
-/// What the references are, where they are following errors: those of the position beside them.
+/// Returns the following-error settings if the references are following errors. They relate to the
+/// position in the same cycle.
 fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingError>, LayoutError> {
     let Some(ReferenceSpec { following_error: Some(error), valid, .. }) = &spec.reference else {
         return Ok(None);
     };
     if *valid == ReferenceValidity::NextSync {
-        let reason = "\"next-sync\" is of a target; a following error is of the position beside it";
+        let reason = "\"next-sync\" is of a target; a following error belongs to the position in \
+            the same frame";
         return refuse("reference.valid", reason.into());
     }
     Ok(Some(*error))
 }
 
-/// What a SYNC and signals that are valid at their own arrival ask of each other.
+/// Checks that the SYNC and signals that are valid at their own arrival are compatible.
 fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutError> {
     let arrival = at_arrival(spec);
     let agrees = |key, other: Option<bool>| match other {
@@ -156,8 +159,8 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
             Some(signal) => refuse(
                 "sync",
                 format!(
-                    "carries `{}`, and a SYNC carries no signals; where every signal is valid at the \
-                     arrival of its own frame, say `valid = \"arrival\"`",
+                    "carries `{}`, and a SYNC carries no signals; where every signal is valid at \
+                     the arrival of its own frame, say `valid = \"arrival\"`",
                     signal.signal.name
                 ),
             ),
@@ -165,8 +168,8 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
         };
     }
     if sync.is_none() {
-        let reason = "missing: signals are valid at the arrival of their own frames, so that a message \
-                      that comes once a cycle has to mark the instant of the sample";
+        let reason = "missing: signals are valid at the arrival of their own frames, so that a \
+            message that comes once a cycle has to mark the instant of the sample";
         return refuse("sync", reason.into());
     }
     if spec.cycles_by == CyclesBy::Frames {
@@ -177,7 +180,7 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
     Ok(())
 }
 
-/// Keys that only a layout from device files has.
+/// Checks that no key is set that belongs to a layout from device files.
 fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
     let (position, torque, reference) = (&spec.position, &spec.torque, spec.reference.as_ref());
     let keys = [
@@ -191,7 +194,7 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
     let of_readings = readings(spec).flat_map(|(_, [_, object, unit], of)| {
         [(object, of.object.is_some()), (unit, of.unit.is_some())]
     });
-    match keys.into_iter().chain(of_readings).find(|(_, given)| *given) {
+    match keys.into_iter().chain(of_readings).find(|(_, is_present)| *is_present) {
         Some((key, _)) => refuse(
             key,
             "is for `nodes` and `slaves` only; a DBC file has `signal` and units".into(),
@@ -244,7 +247,7 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
     Ok(patterns)
 }
 
-/// The signal of each axis.
+/// Returns the signal name of each axis.
 fn names_of(
     key: &'static str,
     names: &SignalNames,
@@ -262,7 +265,7 @@ fn names_of(
     }
 }
 
-/// Adds to a message of the plan which of its frames are something else.
+/// Adds to a message of the plan the rule for frames with other content.
 fn except_in(
     database: &Database<'_>,
     messages: &mut [MessagePlan],
@@ -323,7 +326,7 @@ fn add(
     }
 }
 
-/// A status word is a word and a counter counts: neither has a scale.
+/// Checks that a status word or a counter is an integer without a scale.
 pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
         Quantity::Position
@@ -358,7 +361,7 @@ pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result
 
 fn check_overlaps(messages: &[MessagePlan]) -> Result<(), LayoutError> {
     for message in messages {
-        // One reading may be that of every axis.
+        // Several axes may share one reading.
         let is_own = |e: &&Extraction| !matches!(e.quantity, Quantity::Reading(_));
         let signals: Vec<&Extraction> = message.extractions.iter().filter(is_own).collect();
         for (k, second) in signals.iter().enumerate() {

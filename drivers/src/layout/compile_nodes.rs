@@ -1,8 +1,8 @@
-//! A specification and the device files of its nodes to a plan.
+//! Compilation of a specification and the device files of its nodes to a plan.
 
 use std::path::Path;
 
-use didim_core::Reading;
+use didim_dynamics::Reading;
 
 use super::compile::{at_arrival, check_integer, finish, refuse};
 use super::dbc::{MessageFormat, SignalFormat};
@@ -14,7 +14,7 @@ use super::readings::{in_own_unit, readings};
 use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
-/// One object that the layout asks every node for.
+/// Object that the layout requires of every node.
 pub(super) struct Wanted<'a> {
     pub(super) key: &'static str,
     pub(super) quantity: Quantity,
@@ -23,7 +23,7 @@ pub(super) struct Wanted<'a> {
     pub(super) direction: Direction,
 }
 
-/// A device file, read, with its PDOs.
+/// A parsed device file with its PDOs.
 struct Node<'a> {
     dictionary: Dictionary<'a>,
     offset: u16,
@@ -32,11 +32,11 @@ struct Node<'a> {
 }
 
 impl CompiledLayout {
-    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their order,
-    /// to a plan.
+    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their
+    /// order, to a plan.
     ///
     /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
+    /// [`LayoutError`] names the mismatch and its place.
     pub fn compile_nodes(texts: &[&str], spec: &LayoutSpec) -> Result<Self, LayoutError> {
         check_keys(spec)?;
         if spec.nodes.len() != spec.axes {
@@ -56,7 +56,7 @@ impl CompiledLayout {
     }
 }
 
-/// Keys that only a layout from a DBC file has.
+/// Checks that no key is set that belongs to a layout from a DBC file.
 pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     if spec.sync.is_some() {
         let reason = "is object 1005h of the device files, and the cycle of EtherCAT; leave it out";
@@ -74,7 +74,7 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("law", spec.law.is_some()),
     ];
     let of_readings = readings(spec).map(|(_, [signal, ..], of)| (signal, of.signal.is_some()));
-    match signals.into_iter().chain(of_readings).find(|(_, given)| *given) {
+    match signals.into_iter().chain(of_readings).find(|(_, is_present)| *is_present) {
         Some((key, _)) => refuse(
             key,
             "names a signal of a DBC file; with `nodes` and `slaves` use `object`".into(),
@@ -87,7 +87,7 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
 }
 
 pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
-    let one = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
+    let single = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
         let Some(object) = object else {
             return refuse(key, "missing: name the object, as \"6064:00\"".into());
         };
@@ -104,7 +104,7 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
     };
     let (position, torque) = (&spec.position, &spec.torque);
     let mut wanted = vec![
-        one(
+        single(
             "position.object",
             "position.unit",
             Quantity::Position,
@@ -112,7 +112,7 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
             position.unit.as_deref(),
             Direction::Transmit,
         )?,
-        one(
+        single(
             "torque.object",
             "torque.unit",
             Quantity::Torque,
@@ -122,12 +122,13 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
         )?,
     ];
     if let Some(reference) = &spec.reference {
-        // What the drive reports is the drive's at the SYNC, what it is told takes effect at the next.
+        // A value that the drive reports is valid at the SYNC. A value that it receives takes
+        // effect at the next SYNC.
         let direction = match reference.valid {
             ReferenceValidity::Instant => Direction::Transmit,
             ReferenceValidity::NextSync | ReferenceValidity::Arrival => Direction::Receive,
         };
-        wanted.push(one(
+        wanted.push(single(
             "reference.object",
             "reference.unit",
             Quantity::Reference,
@@ -138,7 +139,7 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
     }
     if let Some(word) = &spec.status_word {
         let (key, word) = ("status_word", Some(word.as_str()));
-        wanted.push(one(key, key, Quantity::StatusWord, word, Some(""), Direction::Transmit)?);
+        wanted.push(single(key, key, Quantity::StatusWord, word, Some(""), Direction::Transmit)?);
     }
     for (reading, [_, key, unit_key], of) in readings(spec) {
         let unit = match (reading, of.unit.as_deref()) {
@@ -147,12 +148,12 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
             (_, unit) => unit,
         };
         let (quantity, object) = (Quantity::Reading(reading), of.object.as_deref());
-        wanted.push(one(key, unit_key, quantity, object, unit, Direction::Transmit)?);
+        wanted.push(single(key, unit_key, quantity, object, unit, Direction::Transmit)?);
     }
     Ok(wanted)
 }
 
-/// The device file of each node, and whether it is a DCF.
+/// Returns the device file of each node, and true for a DCF.
 fn files(spec: &LayoutSpec) -> Result<Vec<(&Path, bool)>, LayoutError> {
     let file = |node: &'_ NodeSpec| -> Result<bool, LayoutError> {
         if !(1..=127).contains(&node.node_id) {
@@ -178,14 +179,15 @@ fn read<'a>(
     let mut nodes = Vec::new();
     for ((text, node), (file, configured)) in texts.iter().zip(&spec.nodes).zip(files) {
         let dictionary = Dictionary::parse(text, file, node.node_id, *configured)?;
-        let transmit = Pdo::all(&dictionary, Direction::Transmit)?;
-        let receive = Pdo::all(&dictionary, Direction::Receive)?;
+        let transmit = Pdo::read_all(&dictionary, Direction::Transmit)?;
+        let receive = Pdo::read_all(&dictionary, Direction::Receive)?;
         nodes.push(Node { dictionary, offset: node.object_offset, transmit, receive });
     }
     Ok(nodes)
 }
 
-/// The SYNC, which all nodes have to agree on: 1005h, with a counter where 1019h says so.
+/// Returns the SYNC, which has to be the same for all nodes: 1005h, with a counter if 1019h says
+/// so.
 fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
     let remedy = "the SYNC's COB-ID marks the instant of the samples; it is usually 0x80";
     let mut agreed: Option<(FrameId, bool)> = None;
@@ -222,7 +224,7 @@ fn add(
     node: &Node<'_>,
 ) -> Result<(), LayoutError> {
     let object = Object {
-        // Axes of one node have their objects 800h apart (CiA 402).
+        // The objects of the axes of one node are 800h apart (CiA 402).
         index: wanted.object.index.wrapping_add(node.offset),
         sub: wanted.object.sub,
     };
@@ -257,7 +259,8 @@ fn add(
     Ok(())
 }
 
-/// The first PDO that carries an object and can be used; if none can, why the first cannot.
+/// Returns the first usable PDO that carries an object. If none is usable, returns the error of the
+/// first.
 fn find<'n>(
     wanted: &Wanted<'_>,
     object: Object,
@@ -271,8 +274,8 @@ fn find<'n>(
     for pdo in pdos {
         let Some(mapped) = pdo.find(object) else { continue };
         let sent = match wanted.quantity {
-            // It has no instant: when it comes is the drive's.
-            Quantity::Reading(_) => pdo.there(&node.dictionary),
+            // A reading has no instant: the drive chooses the time.
+            Quantity::Reading(_) => pdo.transmitted(&node.dictionary),
             _ => pdo.sent(&node.dictionary),
         };
         match sent {
@@ -286,7 +289,7 @@ fn find<'n>(
         direction: wanted.direction.name(),
         node: node.dictionary.node,
         object: object.to_string(),
-        carried: pdos
+        mapped: pdos
             .iter()
             .flat_map(|pdo| &pdo.mapped)
             .map(|mapped| mapped.object.to_string())
@@ -316,6 +319,6 @@ fn signal(
     let order = ByteOrder::LittleEndian;
     let field = Field::new(mapped.first_bit, bits, order, encoding, scale, length)
         .ok_or_else(|| wrong("does not fit its PDO".to_owned()))?;
-    // An object's limits bound what may be written to it, not what it may say.
+    // The limits of an object apply to values written to it, not to values read from it.
     Ok(SignalFormat { name, field, unit: unit.to_owned(), range: None })
 }

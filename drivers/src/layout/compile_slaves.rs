@@ -1,4 +1,4 @@
-//! A specification and a description of its EtherCAT network to a plan.
+//! Compilation of a specification and a description of its EtherCAT network to a plan.
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -21,17 +21,17 @@ impl CompiledLayout {
     /// Compiles the text of an ENI file and a specification to a plan.
     ///
     /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
+    /// [`LayoutError`] names the mismatch and its place.
     pub fn compile_eni(text: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
         let file = spec.eni.clone().unwrap_or_default();
         check(spec)?;
         compile(&read_eni(text, &file, &spec.slaves)?, spec, file)
     }
 
-    /// As [`Self::compile_eni`], from a capture of the start-up.
+    /// Compiles a plan like [`Self::compile_eni`], from a capture of the start-up.
     ///
     /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
+    /// [`LayoutError`] names the mismatch and its place.
     pub fn compile_startup<R: BufRead>(
         capture: Capture<R>,
         spec: &LayoutSpec,
@@ -40,7 +40,8 @@ impl CompiledLayout {
         check(spec)?;
         if let Some(slave) = spec.slaves.iter().find(|slave| slave.address.is_none()) {
             let reason = format!(
-                "{}: a start-up knows no names; give `address`, the station address, in place of `name`",
+                "{}: a start-up knows no names; give `address`, the station address, in place of \
+                `name`",
                 slave.label()
             );
             return refuse("slaves", reason);
@@ -64,11 +65,11 @@ fn check(spec: &LayoutSpec) -> Result<(), LayoutError> {
     }
 }
 
-/// An object that was found: where, and as what.
+/// Position and format of an object that was found.
 struct Found {
     /// Of which datagram.
     command: usize,
-    /// From its first bit.
+    /// Offset from the datagram's first bit.
     bit: u64,
     bits: u64,
     encoding: Encoding,
@@ -89,21 +90,22 @@ fn compile(
         except: Vec::new(),
     }];
     let mut gathered = Vec::new();
-    // What is not mapped is told before what nobody can find: the first is the arm's, the second the file's.
+    // Report unmapped objects before objects that cannot be located. The first is an error of the
+    // arm, the second an error of the file.
     for (wanted, (axis, slave)) in pairs(&wanted, network) {
         entry(wanted, area(slave, wanted.direction), spec, axis, (&slave.name, &file))?;
     }
     for (axis, slave) in network.slaves.iter().enumerate() {
         for direction in [Direction::Transmit, Direction::Receive] {
             let of_direction = wanted.iter().filter(|wanted| wanted.direction == direction);
-            let found = of_direction
+            let signals = of_direction
                 .map(|wanted| {
                     let who = (slave.name.as_str(), file.as_path());
                     Ok((wanted, find(wanted, area(slave, direction), network, spec, axis, who)?))
                 })
                 .collect::<Result<Vec<_>, LayoutError>>()?;
-            if !found.is_empty() {
-                let (message, command, frame) = message(axis, direction, &slave.name, &found)?;
+            if !signals.is_empty() {
+                let (message, command, frame) = message(axis, direction, &slave.name, &signals)?;
                 messages.push(message);
                 gathered.push((command, direction, frame));
             }
@@ -134,7 +136,7 @@ fn name_of(direction: Direction) -> &'static str {
     }
 }
 
-/// The entry of an object in an area.
+/// Returns the entry of an object in an area.
 fn entry(
     wanted: &Wanted<'_>,
     area: &Area,
@@ -155,7 +157,7 @@ fn entry(
         key: wanted.key,
         whose: format!("{} of slave {slave}", name_of(wanted.direction)),
         object: object.to_string(),
-        carried: area.entries.iter().map(|entry| entry.object.to_string()).collect(),
+        mapped: area.entries.iter().map(|entry| entry.object.to_string()).collect(),
     })
 }
 
@@ -176,7 +178,10 @@ fn find(
         problem: problem.to_owned(),
     };
     let encoding = entry.encoding.or_else(|| encoding_of(object)).ok_or_else(|| {
-        wrong("neither the file nor CiA 402 says whether it is signed; name an ENI file with its DataType")
+        wrong(
+            "neither the file nor CiA 402 says whether it is signed; name an ENI file with its \
+            DataType",
+        )
     })?;
     let first = area.first_bit.clone()? + entry.first_bit;
     let reads = wanted.direction == Direction::Transmit;
@@ -198,8 +203,8 @@ fn find(
     Ok(Found { command, bit, bits: entry.bits, encoding, name })
 }
 
-/// The frame of an axis in one direction: what it is to the plan, of which datagram it is, and how it is
-/// put together.
+/// Returns the frame of an axis in one direction: its message in the plan, its datagram, and the
+/// assembly of its bytes.
 fn message(
     axis: usize,
     direction: Direction,
@@ -240,7 +245,7 @@ fn message(
         if *command.get_or_insert(found.command) != found.command {
             return Err(wrong(
                 &found.name,
-                "lies in another datagram than what the layout takes beside it",
+                "lies in another datagram than the other signals of the layout",
             ));
         }
         let bytes = (found.bit % 8 + found.bits).div_ceil(8);
@@ -265,7 +270,7 @@ fn message(
     Ok((message, command.unwrap_or(0), gathered))
 }
 
-/// The datagrams that carry frames of the plan.
+/// Returns the datagrams that carry frames of the plan.
 fn process_data(
     network: &Network,
     gathered: Vec<(usize, Direction, Gathered)>,
@@ -273,13 +278,13 @@ fn process_data(
 ) -> Result<ProcessData, NetworkError> {
     let (mut datagrams, mut clock) = (Vec::new(), false);
     for (number, command) in network.commands.iter().enumerate() {
-        let of = |wanted: Direction| {
-            let own = gathered
+        let wanted_of = |wanted: Direction| {
+            let entries = gathered
                 .iter()
                 .filter(move |(n, direction, _)| (*n, *direction) == (number, wanted));
-            own.map(|(_, _, frame)| frame.clone()).collect::<Vec<_>>()
+            entries.map(|(_, _, frame)| frame.clone()).collect::<Vec<_>>()
         };
-        let (inputs, outputs) = (of(Direction::Transmit), of(Direction::Receive));
+        let (inputs, outputs) = (wanted_of(Direction::Transmit), wanted_of(Direction::Receive));
         if inputs.is_empty() && outputs.is_empty() {
             continue;
         }

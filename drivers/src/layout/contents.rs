@@ -1,4 +1,4 @@
-//! What a device file says before a layout names objects of it.
+//! Contents of a device file, before a layout names objects of it.
 
 use std::path::Path;
 
@@ -8,47 +8,47 @@ use crate::frame::FrameId;
 /// An object that a PDO carries.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CarriedObject {
-    /// As a layout names it: `6064:00`.
+    /// Name in a layout: `6064:00`.
     pub name: String,
-    /// Whether the node sends it; else it is told it.
+    /// True if the node sends the object, false if it receives it.
     pub is_sent: bool,
-    /// Why a layout could not use it, where its PDO does not go by every SYNC.
+    /// Reason why a layout cannot use the object, if its PDO is not sent at every SYNC.
     pub unusable: Option<String>,
 }
 
-/// What a device file says of its drive.
+/// Contents of a device file about its drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceContents {
     /// The node that a DCF was made for.
     pub node_id: Option<u8>,
     /// The identifier of the SYNC, if the file has one.
     pub sync: Option<FrameId>,
-    /// What its PDOs carry, in their order.
-    pub carried: Vec<CarriedObject>,
+    /// Objects that its PDOs carry, in their order.
+    pub mapped: Vec<CarriedObject>,
 }
 
 impl DeviceContents {
-    /// Reads an EDS, or a DCF (`is_dcf`), whose configured values count.
+    /// Reads an EDS, or a DCF (`is_dcf`), whose configured values apply.
     ///
     /// # Errors
-    /// [`EdsError`], where the text is no device file, or what it maps fits no PDO.
+    /// [`EdsError`] if the text is no device file, or if its mapping fits no PDO.
     pub fn read(text: &str, file: &Path, is_dcf: bool) -> Result<Self, EdsError> {
         let node_id = if is_dcf { Dictionary::commissioned(text, file)? } else { None };
-        // Any node: identifiers are looked at where a layout says which.
+        // Use any node: the identifiers are only read when a layout names the node.
         let dictionary = Dictionary::parse(text, file, node_id.unwrap_or(1), is_dcf)?;
         let sync = dictionary.value(0x1005, 0)?;
         let sync = sync.and_then(|cob_id| identifier(cob_id.number).ok());
-        let mut carried = Vec::new();
+        let mut velocity_matrix = Vec::new();
         for direction in [Direction::Transmit, Direction::Receive] {
-            for pdo in Pdo::all(&dictionary, direction)? {
+            for pdo in Pdo::read_all(&dictionary, direction)? {
                 let unusable = pdo.sent(&dictionary).err().map(|error| error.to_string());
-                carried.extend(pdo.mapped.iter().map(|mapped| CarriedObject {
+                velocity_matrix.extend(pdo.mapped.iter().map(|mapped| CarriedObject {
                     name: mapped.object.to_string(),
                     is_sent: direction == Direction::Transmit,
                     unusable: unusable.clone(),
                 }));
             }
         }
-        Ok(Self { node_id, sync, carried })
+        Ok(Self { node_id, sync, mapped: velocity_matrix })
     }
 }

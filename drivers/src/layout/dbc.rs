@@ -1,4 +1,4 @@
-//! A DBC file whose messages can be told apart, and whose signals are looked up by name.
+//! A DBC file with distinguishable messages, and the lookup of its signals by name.
 
 use can_dbc::{
     AttributeValue, AttributeValueType, Dbc, DbcError, Message, MessageId, MultiplexIndicator,
@@ -9,7 +9,7 @@ use super::error::LayoutError;
 use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
 use crate::frame::{FrameId, MAX_CLASSIC_PAYLOAD, MAX_PAYLOAD, is_fd_length};
 
-/// How alike two names are to be suggested for one another (1 is equal).
+/// Smallest similarity of two names at which one is suggested for the other (1 is equal).
 const SIMILAR: f64 = 0.6;
 
 /// A parsed and checked DBC file.
@@ -19,20 +19,20 @@ pub struct Database<'a> {
     dbc: Dbc,
 }
 
-/// One message: what its frames look like.
+/// Frame format of one message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MessageFormat {
     /// Its name.
     pub name: String,
     /// Its identifier.
     pub id: FrameId,
-    /// Whether its frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
+    /// True if its frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
     pub fd: bool,
-    /// The bytes of its signals.
+    /// Number of bytes of its signals.
     pub length: u8,
 }
 
-/// One signal: its bits, its unit, the range it declares.
+/// Format of one signal: its bits, its unit, its declared range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalFormat {
     /// `Message.Signal`.
@@ -41,16 +41,16 @@ pub struct SignalFormat {
     pub field: Field,
     /// The unit string.
     pub unit: String,
-    /// The range that the file declares, in that unit; `[0|0]` declares none.
+    /// Range that the file declares, in that unit; `[0|0]` declares none.
     pub range: Option<(f64, f64)>,
 }
 
-/// A signal by its names.
+/// A signal with its names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NamedSignal<'a> {
     /// Its message.
     pub message: &'a str,
-    /// The identifier of that.
+    /// Identifier of that message.
     pub id: FrameId,
     /// Its own name.
     pub name: &'a str,
@@ -66,7 +66,8 @@ fn frame_id(id: MessageId) -> FrameId {
 }
 
 impl MessageFormat {
-    /// The bytes of its frames: CAN FD has no length between 8 and 64 but these (ISO 11898-1).
+    /// Returns the length of its frames \[bytes\]: CAN FD has only these lengths between 8 and 64
+    /// (ISO 11898-1).
     pub fn wire_length(&self) -> u8 {
         let lengths = self.length..=u8::MAX;
         lengths.into_iter().find(|length| is_fd_length((*length).into())).unwrap_or(self.length)
@@ -74,7 +75,7 @@ impl MessageFormat {
 }
 
 impl<'a> Database<'a> {
-    /// Parses a DBC file and checks that its messages can be told apart.
+    /// Parses a DBC file and checks that its messages are distinguishable.
     ///
     /// # Errors
     /// [`LayoutError::Syntax`], [`LayoutError::IdOutOfRange`], [`LayoutError::DuplicateId`],
@@ -111,7 +112,8 @@ impl<'a> Database<'a> {
         Ok(Self { text, dbc })
     }
 
-    /// Every signal that is in every frame of its message, in the order of the file.
+    /// Returns every signal that is present in every frame of its message, in the order of the
+    /// file.
     pub fn signals(&self) -> impl Iterator<Item = NamedSignal<'_>> {
         self.dbc.messages.iter().flat_map(|message| {
             let id = frame_id(message.id);
@@ -128,12 +130,12 @@ impl<'a> Database<'a> {
         })
     }
 
-    /// The messages by name, in the order of the file.
+    /// Returns the messages by name, in the order of the file.
     pub fn messages(&self) -> impl Iterator<Item = (&str, FrameId)> {
         self.dbc.messages.iter().map(|message| (message.name.as_str(), frame_id(message.id)))
     }
 
-    /// The frames of a message; `key` is the key of the layout that asks.
+    /// Returns the frame format of a message; `key` is the layout key that names it.
     ///
     /// # Errors
     /// [`LayoutError::NoMessage`], [`LayoutError::Format`].
@@ -167,7 +169,7 @@ impl<'a> Database<'a> {
         Ok(MessageFormat { name: name.to_owned(), id, fd, length })
     }
 
-    /// A signal of a message; `key` is the key of the layout that asks.
+    /// Returns a signal of a message; `key` is the layout key that names it.
     ///
     /// # Errors
     /// [`LayoutError::NoMessage`], [`LayoutError::NoSignal`], [`LayoutError::Signal`].
@@ -177,17 +179,21 @@ impl<'a> Database<'a> {
         message: &str,
         name: &str,
     ) -> Result<SignalFormat, LayoutError> {
-        let found = self.find_message(key, message)?;
-        let signal = found.signals.iter().find(|signal| signal.name == name).ok_or_else(|| {
-            LayoutError::NoSignal {
-                key,
-                message: message.to_owned(),
-                signal: name.to_owned(),
-                similar: alike(name, found.signals.iter().map(|signal| signal.name.as_str())),
-            }
-        })?;
+        let message_found = self.find_message(key, message)?;
+        let signal =
+            message_found.signals.iter().find(|signal| signal.name == name).ok_or_else(|| {
+                LayoutError::NoSignal {
+                    key,
+                    message: message.to_owned(),
+                    signal: name.to_owned(),
+                    similar: alike(
+                        name,
+                        message_found.signals.iter().map(|signal| signal.name.as_str()),
+                    ),
+                }
+            })?;
         let full_name = format!("{message}.{name}");
-        self.format(found, signal).map_err(|reason| LayoutError::Signal {
+        self.format(message_found, signal).map_err(|reason| LayoutError::Signal {
             signal: full_name.clone(),
             line: line_of_signal(self.text, message, name),
             reason,
@@ -269,7 +275,8 @@ impl<'a> Database<'a> {
         })
     }
 
-    /// The name of the message's `VFrameFormat`: its own value, else the default of the file.
+    /// Returns the name of the message's `VFrameFormat`: its own value, else the default of the
+    /// file.
     fn frame_format(&self, id: MessageId) -> Option<String> {
         const NAME: &str = "VFrameFormat";
         let names =
@@ -282,30 +289,30 @@ impl<'a> Database<'a> {
                 _ => None,
             })?;
         let values = &self.dbc.attribute_values_message;
-        let own = values.iter().find(|value| value.name == NAME && value.message_id == id);
+        let attributes = values.iter().find(|value| value.name == NAME && value.message_id == id);
         let default = self.dbc.attribute_defaults.iter().find(|value| value.name == NAME);
-        let value = own.map(|own| &own.value).or(default.map(|default| &default.value))?;
+        let value = attributes.map(|own| &own.value).or(default.map(|default| &default.value))?;
         match value {
             AttributeValue::String(name) => Some(name.clone()),
             AttributeValue::Uint(index) => names.get(usize::try_from(*index).ok()?).cloned(),
-            // Neither a name nor an index: no format has this name, and it is refused.
+            // Neither a name nor an index: no format has this name, so it is refused.
             AttributeValue::Int(_) | AttributeValue::Double(_) => Some(String::new()),
         }
     }
 }
 
-/// can-dbc cuts an identifier without bit 31 to 16 bits, which turns one message into another: the
-/// numbers are checked where they are written.
+/// can-dbc truncates an identifier without bit 31 to 16 bits, which turns one message into another.
+/// So the numbers are checked in the text.
 fn check_ids(text: &str) -> Result<(), LayoutError> {
     const EXTENDED: u64 = 1 << 31;
-    // Where editors keep signals of no message; no frame has this identifier.
+    // Editors keep signals without a message here; no frame has this identifier.
     const INDEPENDENT: (u64, &str) = (0xC000_0000, "VECTOR__INDEPENDENT_SIG_MSG");
     for (k, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         if words.next() != Some("BO_") {
             continue;
         }
-        // What is not a number is a matter for the parser.
+        // Leave anything that is not a number to the parser.
         let Some(Ok(id)) = words.next().map(str::parse::<u64>) else { continue };
         let name = words.next().map(|word| word.trim_end_matches(':'));
         if (id, name) == (INDEPENDENT.0, Some(INDEPENDENT.1)) {
@@ -327,7 +334,7 @@ fn number(value: &NumericValue) -> f64 {
     }
 }
 
-/// The line in the parser's message, which starts ` --> line:column`.
+/// Returns the line in the parser's message, which starts ` --> line:column`.
 fn line_in(detail: &str) -> Option<usize> {
     let (_, rest) = detail.split_once("-->")?;
     rest.split(':').next()?.trim().parse().ok()
@@ -342,14 +349,15 @@ fn line_of_signal(text: &str, message: &str, signal: &str) -> Option<usize> {
     text.lines().skip(first).position(|line| starts(line, "SG_", signal, 1)).map(|k| first + k + 1)
 }
 
-/// Whether a line begins with `keyword` and its word `at` is `name`, a colon after it or not.
+/// Returns true if a line begins with `keyword` and its word `at` is `name`, with or without a
+/// colon after it.
 fn starts(line: &str, keyword: &str, name: &str, at: usize) -> bool {
     let mut words = line.split_whitespace();
     words.next() == Some(keyword)
         && words.nth(at - 1).is_some_and(|word| word.split(':').next() == Some(name))
 }
 
-/// The three names that are most like `name`.
+/// Returns the three names that are most similar to `name`.
 fn alike<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut similar: Vec<(f64, &str)> = names
         .map(|other| (strsim::normalized_damerau_levenshtein(name, other), other))

@@ -1,14 +1,14 @@
-//! Numbers to frames: what a drive and its controller would send. For the simulated robot and for
-//! tests; the service itself sends nothing.
+//! Encoding of numbers as frames that a drive and its controller would send. It serves the
+//! simulated robot and tests; the service itself sends nothing.
 
-use didim_core::{MAX_JOINTS, Reading};
+use didim_dynamics::{MAX_JOINTS, Reading};
 
 use super::field::DoesNotFit;
 use super::plan::{CompiledLayout, MessagePlan, Quantity, Role};
 use super::process_data::OPERATIONAL;
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
 
-/// What one axis puts on the bus in one cycle, in the units of the DBC file.
+/// Values that one axis sends in one cycle, in the units of the DBC file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisValues {
     /// Measured motor position.
@@ -19,11 +19,11 @@ pub struct AxisValues {
     pub reference: f64,
     /// CiA 402 status word, or the state of another kind of drive.
     pub status_word: u16,
-    /// What the drive tells besides, in the units of [`Reading`] and their order.
+    /// Additional readings of the drive, in the units of [`Reading`] and their order.
     pub readings: [f64; Reading::ALL.len()],
 }
 
-/// What all axes put on the bus in one cycle.
+/// Values that all axes send in one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CycleValues {
     /// Per axis; entries beyond the arm's axes are not read.
@@ -32,23 +32,23 @@ pub struct CycleValues {
     pub counter: u64,
 }
 
-/// A value that its signal cannot hold. Nothing is saturated or wrapped in silence.
+/// Error for a value that its signal cannot hold. Nothing is saturated or wrapped silently.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("signal `{signal}`: {reason}")]
 pub struct EncodeError {
     /// `Message.Signal`.
     pub signal: String,
-    /// What does not fit.
+    /// The value and its limits.
     #[source]
     pub reason: DoesNotFit,
 }
 
 impl CompiledLayout {
     /// Appends the frames of every message of a role, ordered by identifier, all with one stamp.
-    /// Bits that are no signal of the layout are zero.
+    /// Bits outside the signals of the layout are zero.
     ///
     /// # Errors
-    /// [`EncodeError`] where a value does not fit its signal; then nothing is appended.
+    /// [`EncodeError`] if a value does not fit its signal; then nothing is appended.
     pub fn encode(
         &self,
         role: Role,
@@ -71,10 +71,10 @@ impl CompiledLayout {
 }
 
 impl MessagePlan {
-    /// One frame of this message.
+    /// Encodes one frame of this message.
     ///
     /// # Errors
-    /// [`EncodeError`] where a value does not fit its signal.
+    /// [`EncodeError`] if a value does not fit its signal.
     pub fn encode(&self, values: &CycleValues, stamp_ns: u64) -> Result<Frame, EncodeError> {
         let mut payload = [0; MAX_PAYLOAD];
         for extraction in &self.extractions {
@@ -87,7 +87,7 @@ impl MessagePlan {
                 Quantity::NetworkState => f64::from(OPERATIONAL),
                 Quantity::Reading(reading) => axis.readings[reading as usize],
                 Quantity::Counter => {
-                    // `insert` keeps the low bits: a counter starts again at 2^width.
+                    // `insert` keeps the low bits: a counter wraps at 2^width.
                     extraction.signal.field.insert(&mut payload, values.counter);
                     continue;
                 }

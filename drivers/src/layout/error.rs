@@ -1,42 +1,43 @@
-//! Why a layout was refused.
+//! Errors that refuse a layout.
 
 use std::fmt;
 
 use crate::ethercat::CaptureError;
 
-/// Why a DBC file and a layout do not make a plan. Every variant names what is wrong and where;
+/// Reason why a DBC file and a layout give no plan. Every variant names the problem and its place;
 /// `line` counts from 1 in the DBC file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayoutError {
     /// The text is not a DBC file.
     #[error("the DBC file does not parse{}: {detail}", At(*.line))]
     Syntax {
-        /// The line, where the parser knows it.
+        /// Line number, if the parser reports it.
         line: Option<usize>,
-        /// What the parser says.
+        /// Message of the parser.
         detail: String,
     },
-    /// An identifier is neither of 11 bits nor, with bit 31 set, of 29.
+    /// An identifier has neither 11 bits nor, with bit 31 set, 29.
     #[error(
-        "line {line} of the DBC file: {id} is not a CAN identifier (11 bits; or 29 bits with 2^31 added)"
+        "line {line} of the DBC file: {id} is not a CAN identifier (11 bits; or 29 bits with 2^31 \
+        added)"
     )]
     IdOutOfRange {
         /// The line of the message.
         line: usize,
-        /// The number written there.
+        /// The number in the file.
         id: u64,
     },
-    /// Two messages have one identifier: which of them a frame is cannot be told.
+    /// Two messages have the same identifier: a frame cannot be assigned to one of them.
     #[error("the messages `{first}` and `{second}` of the DBC file have the same identifier {id}")]
     DuplicateId {
-        /// The identifier as the DBC file writes it.
+        /// The identifier in the notation of the DBC file.
         id: u32,
         /// One message.
         first: String,
         /// The other.
         second: String,
     },
-    /// Two messages, or two signals of one message, have one name.
+    /// Two messages, or two signals of one message, have the same name.
     #[error("the DBC file has two of the name `{name}`")]
     DuplicateName {
         /// The name.
@@ -49,7 +50,7 @@ pub enum LayoutError {
         message: String,
         /// Its line.
         line: Option<usize>,
-        /// What does not fit.
+        /// The mismatch.
         reason: &'static str,
     },
     /// A signal is not named as `Message.Signal`.
@@ -65,9 +66,9 @@ pub enum LayoutError {
     NoMessage {
         /// The key of the layout.
         key: &'static str,
-        /// The name looked for.
+        /// The missing name.
         message: String,
-        /// Names in the file that are like it.
+        /// Similar names in the file.
         similar: Vec<String>,
     },
     /// The message has no such signal.
@@ -77,19 +78,19 @@ pub enum LayoutError {
         key: &'static str,
         /// The message.
         message: String,
-        /// The name looked for.
+        /// The missing name.
         signal: String,
-        /// Names in the message that are like it.
+        /// Similar names in the message.
         similar: Vec<String>,
     },
-    /// A signal cannot be read as it stands in the DBC file.
+    /// A signal cannot be read as the DBC file defines it.
     #[error("signal `{signal}`{}: {reason}", At(*.line))]
     Signal {
         /// `Message.Signal`.
         signal: String,
         /// Its line.
         line: Option<usize>,
-        /// What is wrong, and what would be right.
+        /// The problem and its correction.
         reason: String,
     },
     /// Two signals of the layout read the same bits.
@@ -97,23 +98,23 @@ pub enum LayoutError {
         "`{first}` and `{second}` are the same bits of a frame; does a pattern lack `{{axis}}`?"
     )]
     Overlap {
-        /// What is read, of which axis.
+        /// The quantity and the axis.
         first: String,
         /// The other.
         second: String,
     },
-    /// A device file of the layout's nodes does not make a plan.
+    /// A device file of the layout's nodes gives no plan.
     #[error(transparent)]
     Eds(#[from] super::eds::EdsError),
-    /// The description of the layout's EtherCAT slaves does not make a plan.
+    /// The description of the layout's EtherCAT slaves gives no plan.
     #[error(transparent)]
     Network(#[from] super::slaves::NetworkError),
-    /// A key of the layout has a value that makes no sense.
+    /// A key of the layout has an invalid value.
     #[error("`{key}`: {reason}")]
     Key {
         /// The key.
         key: &'static str,
-        /// What is wrong, and what would be right.
+        /// The problem and its correction.
         reason: String,
     },
 }

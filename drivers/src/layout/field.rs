@@ -1,4 +1,4 @@
-//! Where a signal lies in a payload, and how its bits are a number.
+//! Position of a signal in a payload, and the conversion of its bits to a number.
 
 use crate::frame::MAX_PAYLOAD;
 
@@ -15,7 +15,7 @@ pub enum ByteOrder {
     BigEndian,
 }
 
-/// What the bits of a signal are.
+/// Meaning of the bits of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// An unsigned integer.
@@ -40,7 +40,7 @@ pub struct DoesNotFit {
     pub maximum: f64,
 }
 
-/// The bits of one signal, ready to be read: the bytes that hold it, the shift, the width.
+/// Bits of one signal, prepared for reading: the bytes that hold it, the shift, the width.
 ///
 /// `physical value = raw × factor + offset`, in the unit of the DBC file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +56,8 @@ pub struct Field {
 }
 
 impl Field {
-    /// The field of `width` bits at the DBC start bit `start`, or `None` where it is empty, wider
-    /// than 64 bits or reaches beyond a payload of `length` bytes.
+    /// Creates the field of `width` bits at the DBC start bit `start`. Returns `None` if it is
+    /// empty, wider than 64 bits or reaches beyond a payload of `length` bytes.
     pub fn new(
         start: u64,
         width: u64,
@@ -69,8 +69,8 @@ impl Field {
         if width == 0 || width > 64 || start >= 8 * MAX_PAYLOAD as u64 {
             return None;
         }
-        // The bits counted in the order in which they are significant: upwards for Intel; for
-        // Motorola bit 7 of byte 0 is the first, so that a field is one run in either order.
+        // Count the bits in their order of significance: upwards for Intel. For Motorola bit 7 of
+        // byte 0 is the first. So a field is one run in either order.
         let first = match order {
             ByteOrder::LittleEndian => start,
             ByteOrder::BigEndian => 8 * (start / 8) + (7 - start % 8),
@@ -97,28 +97,28 @@ impl Field {
         })
     }
 
-    /// The number of bits.
+    /// Returns the number of bits.
     pub fn width(&self) -> u8 {
         self.width
     }
 
-    /// What the bits are.
+    /// Returns the meaning of the bits.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// Factor and offset of the DBC file.
+    /// Returns factor and offset of the DBC file.
     pub fn scale(&self) -> (f64, f64) {
         (self.factor, self.offset)
     }
 
-    /// The same bits in a unit of which so many make one of the field's.
+    /// Returns the same bits in another unit; `factor` of that unit make one of the field's unit.
     #[must_use]
     pub(super) fn times(self, factor: f64) -> Self {
         Self { factor: factor * self.factor, offset: factor * self.offset, ..self }
     }
 
-    /// The bits as they are, in the low end of the result; bytes beyond the payload read as zero.
+    /// Returns the raw bits, in the low end of the result; bytes beyond the payload read as zero.
     pub fn bits(&self, payload: &[u8]) -> u64 {
         let mut word = 0u128;
         for k in 0..self.bytes {
@@ -128,20 +128,20 @@ impl Field {
         low_64(word >> self.shift) & self.mask()
     }
 
-    /// Puts the low bits of `bits` where the field lies and leaves every other bit as it was; bytes
+    /// Writes the low bits of `bits` to the place of the field and keeps every other bit. Bytes
     /// beyond the payload are not written.
     pub fn insert(&self, payload: &mut [u8], bits: u64) {
         let word = u128::from(bits & self.mask()) << self.shift;
-        let held = u128::from(self.mask()) << self.shift;
+        let held_bits = u128::from(self.mask()) << self.shift;
         for k in 0..self.bytes {
             if let Some(byte) = payload.get_mut(usize::from(self.first_byte + k)) {
                 let shift = self.byte_shift(k);
-                *byte = *byte & !low_8(held >> shift) | low_8(word >> shift);
+                *byte = *byte & !low_8(held_bits >> shift) | low_8(word >> shift);
             }
         }
     }
 
-    /// The physical value, in the unit of the DBC file. Exact up to [`EXACT_BITS`].
+    /// Returns the physical value, in the unit of the DBC file. Exact up to [`EXACT_BITS`].
     pub fn value(&self, payload: &[u8]) -> f64 {
         self.value_of(self.bits(payload))
     }
@@ -159,10 +159,10 @@ impl Field {
         raw * self.factor + self.offset
     }
 
-    /// The bits whose physical value is nearest to `value`.
+    /// Returns the bits whose physical value is nearest to `value`.
     ///
     /// # Errors
-    /// [`DoesNotFit`] where the value is not finite or beyond what the bits hold: it is never
+    /// [`DoesNotFit`] if the value is not finite or outside of the range of the bits: it is never
     /// saturated or wrapped.
     pub fn bits_for(&self, value: f64) -> Result<u64, DoesNotFit> {
         let raw = (value - self.offset) / self.factor;
@@ -187,8 +187,8 @@ impl Field {
         })
     }
 
-    /// What one count of an integer is worth, in the unit of the DBC file; 0 for a floating-point
-    /// signal.
+    /// Returns the value of one count of an integer, in the unit of the DBC file; 0 for a
+    /// floating-point signal.
     pub fn step(&self) -> f64 {
         match self.encoding {
             Encoding::Unsigned | Encoding::Signed => self.factor.abs(),
@@ -196,7 +196,7 @@ impl Field {
         }
     }
 
-    /// The number after which an integer starts again, in the unit of the DBC file; `None` for a
+    /// Returns the number at which an integer wraps, in the unit of the DBC file; `None` for a
     /// floating-point signal.
     pub fn modulus(&self) -> Option<f64> {
         match self.encoding {
@@ -207,8 +207,8 @@ impl Field {
         }
     }
 
-    /// The middle of an integer's range, in the unit of the DBC file; `None` for a floating-point
-    /// signal.
+    /// Returns the middle of an integer's range, in the unit of the DBC file; `None` for a
+    /// floating-point signal.
     pub fn middle(&self) -> Option<f64> {
         match self.encoding {
             Encoding::Signed => Some(self.offset),
@@ -219,7 +219,7 @@ impl Field {
         }
     }
 
-    /// Whether two fields of one message share a bit.
+    /// Returns true if two fields of one message share a bit.
     pub fn overlaps(&self, other: &Self) -> bool {
         let (mut a, mut b) = ([0u8; MAX_PAYLOAD], [0u8; MAX_PAYLOAD]);
         self.insert(&mut a, u64::MAX);
@@ -237,7 +237,7 @@ impl Field {
         }
     }
 
-    /// Where byte `k` of the field stands in the number.
+    /// Returns the shift of byte `k` of the field in the number.
     fn byte_shift(&self, k: u8) -> u8 {
         match self.order {
             ByteOrder::LittleEndian => 8 * k,

@@ -1,12 +1,13 @@
-//! Which bits of which frame mean what.
+//! Assignment of the bits of frames to quantities of the arm.
 //!
-//! A DBC file says where signals lie in frames; a [`LayoutSpec`] says which of them are the arm's
-//! positions, torques and references, and when each is valid. Both are read once, at start, and
-//! compiled to a [`CompiledLayout`]: a table from identifier to message and, per message, the bits of
-//! each signal. CiA 402 is a DBC file, not code; or the device files of the drives (EDS, DCF), whose
-//! PDOs are read the same way; or the description of an EtherCAT network (ENI).
+//! A DBC file defines the place of signals in frames. A [`LayoutSpec`] selects the arm's positions,
+//! torques and references from them, and defines when each is valid. Both are read once, at start,
+//! and compiled to a [`CompiledLayout`]: a table from identifier to message and, per message, the
+//! bits of each signal. CiA 402 is a DBC file, not code. The device files of the drives (EDS, DCF)
+//! may replace it; their PDOs are read the same way. So may the description of an EtherCAT network
+//! (ENI).
 //!
-//! Values here are in the units of the DBC file; [`crate::units`] makes them SI.
+//! Values here are in the units of the DBC file; [`crate::units`] converts them to SI.
 
 mod compile;
 mod compile_nodes;

@@ -1,9 +1,9 @@
-//! The compiled plan: from a frame to numbers without a name, a search or an allocation.
+//! Compiled plan: it reads numbers from a frame without names, searches or allocations.
 
 use std::fmt;
 
-use didim_core::Reading;
-use didim_core::identification::SignalTiming;
+use didim_dynamics::Reading;
+use didim_dynamics::SignalTiming;
 
 use super::dbc::{MessageFormat, SignalFormat};
 use super::field::Field;
@@ -14,10 +14,10 @@ use crate::frame::{Frame, FrameId, FrameKind};
 /// One entry for every identifier of 11 bits.
 const STANDARD_IDS: usize = 1 << 11;
 
-/// The entry of an identifier that the plan does not know.
+/// Entry of an identifier that is not in the plan.
 const NONE: u8 = u8::MAX;
 
-/// What a signal of the layout is.
+/// Quantity of a layout signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Measured motor position.
@@ -28,14 +28,14 @@ pub enum Quantity {
     Reference,
     /// CiA 402 status word.
     StatusWord,
-    /// A state of another kind of drive, which has one value where it is enabled.
+    /// State of another kind of drive; one value means enabled.
     Enabled,
-    /// Counter of the packed frame; of no axis, `axis` is 0.
+    /// Counter of the packed frame; it belongs to no axis, `axis` is 0.
     Counter,
-    /// What the EtherCAT network said of itself in the cycle: AL status, and whether the working
-    /// counters are the expected ones.
+    /// State of the EtherCAT network in the cycle: AL status, and whether the working counters
+    /// match the expected ones.
     NetworkState,
-    /// What a drive tells besides.
+    /// Additional reading of a drive.
     Reading(Reading),
 }
 
@@ -60,21 +60,21 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// What a message is to a sample.
+/// Role of a message for a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Its arrival is the instant of a sample. It carries no signal, unless signals are valid at the
-    /// arrival of their frames.
+    /// The arrival of the message is the instant of a sample. It carries no signal, unless signals
+    /// are valid at the arrival of their frames.
     Sync,
-    /// It carries what a sample cannot be without.
+    /// The message carries signals that a sample requires.
     Sample,
-    /// It carries nothing but references.
+    /// The message carries only references.
     Target,
-    /// It carries nothing but readings, and may come seldom.
+    /// The message carries only readings, and may arrive rarely.
     Reading,
 }
 
-/// The message whose arrival is the instant of a sample.
+/// Returns the message whose arrival is the instant of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SampledBy {
     /// The SYNC message.
@@ -83,7 +83,7 @@ pub enum SampledBy {
     Packed,
 }
 
-/// Why the plan cannot read a frame.
+/// Reason why the plan cannot read a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unreadable {
     /// An error report of the controller.
@@ -92,11 +92,11 @@ pub enum Unreadable {
     Remote,
     /// No message of the layout has this identifier.
     UnknownId,
-    /// A classic frame where the message is CAN FD, or the reverse.
+    /// Classic frame where the message is CAN FD, or the reverse.
     WrongFormat,
-    /// Not the length of the message.
+    /// The length differs from that of the message.
     WrongLength,
-    /// By its content something else than the message.
+    /// The content marks the frame as something else than the message.
     Excepted,
 }
 
@@ -105,16 +105,16 @@ pub enum Unreadable {
 pub struct Extraction {
     /// What it is.
     pub quantity: Quantity,
-    /// Of which axis, from 0.
+    /// Axis of the signal, from 0.
     pub axis: usize,
     /// Its bits, unit and range.
     pub signal: SignalFormat,
 }
 
 impl Extraction {
-    /// The value in the unit of the DBC file, or `None` where it is not finite or outside of the
-    /// range that the file declares. An integer's limits are taken with half a step to spare: 32767
-    /// times 0.1 is not the number that 3276.7 is.
+    /// Returns the value in the unit of the DBC file, or `None` if it is not finite or outside of
+    /// the declared range. The limits of an integer have a tolerance of half a step: 32767 times
+    /// 0.1 differs from the number 3276.7.
     pub fn value(&self, payload: &[u8]) -> Option<f64> {
         let field = &self.signal.field;
         let value = field.value(payload);
@@ -127,29 +127,30 @@ impl Extraction {
 /// One message of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MessagePlan {
-    /// What its frames look like.
+    /// Format of its frames.
     pub format: MessageFormat,
-    /// What it is to a sample.
+    /// Role for a sample.
     pub role: Role,
-    /// Its signals, in the order position, torque, reference, status word, state, readings, counter.
+    /// Its signals, in the order position, torque, reference, status word, state, readings,
+    /// counter.
     pub extractions: Vec<Extraction>,
-    /// Frames in which such an integer has one of these values carry something else.
+    /// Frames in which such an integer has one of these values carry other content.
     pub except: Vec<(Field, Vec<u16>)>,
 }
 
-/// When the signals of a plan are valid.
+/// Validity times of the signals of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Validity {
     pub(super) at_arrival: bool,
     pub(super) torque: SignalTiming,
     pub(super) reference_at_next_sync: bool,
-    /// What the references are, where they are following errors and no positions.
+    /// Kind of following error, if the references are following errors instead of positions.
     pub(super) following_error: Option<FollowingError>,
-    /// The value that the states have of drives that are enabled.
+    /// Value of the state of an enabled drive.
     pub(super) enabled: u16,
 }
 
-/// A layout ready to read frames. Immutable after it is made.
+/// A layout ready to read frames. Immutable after its creation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledLayout {
     messages: Vec<MessagePlan>,
@@ -202,37 +203,41 @@ impl CompiledLayout {
         Self { process_data: Some(process_data), ..self }
     }
 
-    /// How EtherCAT datagrams become the frames of the plan; nothing where they come as they are.
+    /// Returns the conversion of EtherCAT datagrams to the frames of the plan, or `None` if frames
+    /// arrive directly.
     pub fn process_data(&self) -> Option<&ProcessData> {
         self.process_data.as_ref()
     }
 
-    /// What the layout reads, as text: a line for each message and each datagram.
+    /// Returns a text description of the layout: a line for each message and each datagram.
     pub fn described(&self) -> String {
-        let message = |message: &MessagePlan| {
-            let signals = message.extractions.iter().map(|e| e.signal.name.as_str());
-            let signals: Vec<&str> = signals.collect();
-            format!("{} {}: {}\n", message.format.id, message.format.name, signals.join(" "))
-        };
         let datagrams = self.process_data.iter().flat_map(|data| &data.datagrams);
         let datagrams = datagrams.map(|datagram| format!("{datagram:?}\n"));
-        self.messages.iter().map(message).chain(datagrams).collect()
+        self.messages
+            .iter()
+            .map(|message: &MessagePlan| {
+                let signals = message.extractions.iter().map(|e| e.signal.name.as_str());
+                let signals: Vec<&str> = signals.collect();
+                format!("{} {}: {}\n", message.format.id, message.format.name, signals.join(" "))
+            })
+            .chain(datagrams)
+            .collect()
     }
 
-    /// How bus cycles are counted.
+    /// Returns how bus cycles are counted.
     pub fn cycles_by(&self) -> CyclesBy {
         self.cycles_by
     }
 
-    /// The messages, ordered by identifier.
+    /// Returns the messages, ordered by identifier.
     pub fn messages(&self) -> &[MessagePlan] {
         &self.messages
     }
 
-    /// The message of a frame and its index in [`Self::messages`].
+    /// Returns the message of a frame and its index in [`Self::messages`].
     ///
     /// # Errors
-    /// [`Unreadable`] says why the frame is none of the layout's.
+    /// [`Unreadable`] gives the reason why the frame does not belong to the layout.
     pub fn read(&self, frame: &Frame) -> Result<(usize, &MessagePlan), Unreadable> {
         let fd = match frame.kind {
             FrameKind::Error => return Err(Unreadable::Error),
@@ -260,8 +265,8 @@ impl CompiledLayout {
         let index = match id {
             FrameId::Standard(id) => *self.standard.get(usize::from(id))?,
             FrameId::Extended(id) => {
-                let at = self.extended.binary_search_by_key(&id, |(id, _)| *id).ok()?;
-                self.extended.get(at)?.1
+                let place = self.extended.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+                self.extended.get(place)?.1
             }
         };
         (index != NONE).then_some(usize::from(index))
@@ -277,50 +282,52 @@ impl CompiledLayout {
         self.axes
     }
 
-    /// The nominal period of the bus cycle \[ns\].
+    /// Returns the nominal period of the bus cycle \[ns\].
     pub fn period_ns(&self) -> f64 {
         self.period_ns
     }
 
-    /// When the torque acts, relative to the instant of its sample.
+    /// Returns the time at which the torque acts, relative to the instant of its sample.
     pub fn torque_timing(&self) -> SignalTiming {
         self.validity.torque
     }
 
-    /// Whether every signal is valid at the arrival of its own frame; else all are valid at the instant
-    /// of the sample, or as [`Self::torque_timing`] and [`Self::reference_at_next_sync`] say.
+    /// Returns true if every signal is valid at the arrival of its own frame. Otherwise all are
+    /// valid at the instant of the sample, or as given by [`Self::torque_timing`] and
+    /// [`Self::reference_at_next_sync`].
     pub fn at_arrival(&self) -> bool {
         self.validity.at_arrival
     }
 
-    /// The value that a [`Quantity::Enabled`] has where the drive is enabled.
+    /// Returns the value of a [`Quantity::Enabled`] of an enabled drive.
     pub fn enabled_value(&self) -> u16 {
         self.validity.enabled
     }
 
-    /// Whether a reference takes effect in the sample after the one whose cycle carries it.
+    /// Returns true if a reference takes effect in the sample after the one whose cycle carries it.
     pub fn reference_at_next_sync(&self) -> bool {
         self.validity.reference_at_next_sync
     }
 
-    /// What the references are, where they are following errors and no positions.
+    /// Returns the kind of following error, if the references are following errors instead of
+    /// positions.
     pub fn following_error(&self) -> Option<FollowingError> {
         self.validity.following_error
     }
 
-    /// The signal that carries a quantity of an axis (from 0), if the layout has it.
+    /// Returns the signal that carries a quantity of an axis (from 0), if the layout has it.
     pub fn signal(&self, quantity: Quantity, axis: usize) -> Option<&SignalFormat> {
-        let mut all = self.messages.iter().flat_map(|message| &message.extractions);
-        all.find(|e| e.quantity == quantity && e.axis == axis).map(|e| &e.signal)
+        let mut extractions = self.messages.iter().flat_map(|message| &message.extractions);
+        extractions.find(|e| e.quantity == quantity && e.axis == axis).map(|e| &e.signal)
     }
 
-    /// Whether the layout has a reference.
+    /// Returns true if the layout has a reference.
     pub fn has_reference(&self) -> bool {
         self.signal(Quantity::Reference, 0).is_some()
     }
 }
 
-/// The order in which messages are found: standard identifiers before extended ones.
+/// Returns the sort key of messages: standard identifiers before extended ones.
 fn order(id: FrameId) -> (bool, u32) {
     match id {
         FrameId::Standard(id) => (false, u32::from(id)),

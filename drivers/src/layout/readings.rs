@@ -1,6 +1,6 @@
-//! Signals of what drives tell besides, in the units that samples have them in.
+//! Signals of additional readings of drives, in the units of samples.
 
-use didim_core::Reading;
+use didim_dynamics::Reading;
 
 use super::dbc::SignalFormat;
 use super::error::LayoutError;
@@ -9,19 +9,21 @@ use super::plan::{MessagePlan, Quantity};
 use super::spec::{LayoutSpec, ReadingSpec, SignalNames};
 use crate::frame::Frame;
 
-/// The readings of a layout: its key, what it is, what the layout says of it.
+/// Returns the readings of a layout: keys, quantity and specification.
 pub(super) fn readings(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, [&'static str; 3], &ReadingSpec)> {
-    let all = [
+    let readings = [
         (Reading::Temperature, &spec.temperature),
         (Reading::SupplyVoltage, &spec.supply_voltage),
         (Reading::Mode, &spec.mode),
     ];
-    all.into_iter().filter_map(|(reading, spec)| Some((reading, keys(reading), spec.as_ref()?)))
+    readings
+        .into_iter()
+        .filter_map(|(reading, spec)| Some((reading, keys(reading), spec.as_ref()?)))
 }
 
-/// The signals of the law that commands state: of which reading, their key, their names.
+/// Returns the signals of the law in the commands: their reading, key and names.
 pub(super) fn law(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, &'static str, &SignalNames)> {
@@ -36,7 +38,7 @@ pub(super) fn law(
     signals.map(|(reading, names)| (reading, keys(reading)[0], names))
 }
 
-/// The keys of its signal, its object and its unit.
+/// Returns the keys of its signal, its object and its unit.
 fn keys(reading: Reading) -> [&'static str; 3] {
     match reading {
         Reading::Temperature => ["temperature.signal", "temperature.object", "temperature.unit"],
@@ -44,7 +46,7 @@ fn keys(reading: Reading) -> [&'static str; 3] {
             ["supply_voltage.signal", "supply_voltage.object", "supply_voltage.unit"]
         }
         Reading::Mode => ["mode.signal", "mode.object", "mode.unit"],
-        // Signals of a DBC file alone.
+        // Only signals of a DBC file.
         Reading::Stiffness => ["law.stiffness"; 3],
         Reading::Damping => ["law.damping"; 3],
         Reading::SpeedTarget => ["law.speed"; 3],
@@ -52,7 +54,7 @@ fn keys(reading: Reading) -> [&'static str; 3] {
     }
 }
 
-/// The spellings of units, and what one of them is in that of the reading.
+/// Returns the accepted unit names, each with its size in the unit of the reading.
 fn units(reading: Reading) -> &'static [(&'static str, f64)] {
     match reading {
         Reading::Temperature => {
@@ -70,10 +72,10 @@ fn units(reading: Reading) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// A signal in the unit that samples have the quantity in; another one than a reading as it is.
+/// Converts a reading's signal to the unit that samples use. Other signals stay unchanged.
 ///
 /// # Errors
-/// The unit is none of a reading, or a mode is no integer.
+/// The unit does not fit the reading, or a mode is no integer.
 pub(super) fn in_own_unit(
     quantity: Quantity,
     signal: SignalFormat,
@@ -88,9 +90,9 @@ pub(super) fn in_own_unit(
         }
         return Ok(signal);
     }
-    let known = units(reading);
-    let Some((_, factor)) = known.iter().find(|(unit, _)| *unit == signal.unit) else {
-        let names: Vec<String> = known.iter().map(|(unit, _)| format!("\"{unit}\"")).collect();
+    let units = units(reading);
+    let Some((_, factor)) = units.iter().find(|(unit, _)| *unit == signal.unit) else {
+        let names: Vec<String> = units.iter().map(|(unit, _)| format!("\"{unit}\"")).collect();
         return Err(wrong(format!(
             "a {quantity} in \"{}\"; it has to be {}",
             signal.unit,
@@ -106,8 +108,8 @@ pub(super) fn in_own_unit(
 }
 
 impl MessagePlan {
-    /// Puts the readings of a frame to those that came before; one out of its range is none.
-    pub(crate) fn read_readings(&self, frame: &Frame, readings: &mut didim_core::Readings) {
+    /// Adds the readings of a frame to the earlier ones; one out of its range is dropped.
+    pub(crate) fn read_readings(&self, frame: &Frame, readings: &mut didim_dynamics::Readings) {
         for extraction in &self.extractions {
             if let Quantity::Reading(reading) = extraction.quantity
                 && let Some(value) = extraction.value(frame.data())

@@ -1,14 +1,14 @@
-//! The system's clocks as numbers.
+//! Readings of the system's clocks.
 
 #![allow(unsafe_code, reason = "clock_gettime: std does not show CLOCK_MONOTONIC as a number")]
 
 use crate::clock::ClockPair;
 
-/// Readings tried; the one with the shortest gap between its two outer readings is kept.
+/// Number of readings; the one with the shortest gap between its two outer readings is kept.
 const TRIES: usize = 3;
 
 /// Reads CLOCK_MONOTONIC, CLOCK_REALTIME and CLOCK_MONOTONIC again, a few times, and pairs the
-/// closest ones. Neither call enters the kernel on ordinary machines.
+/// closest readings. On ordinary machines no call enters the kernel.
 pub fn clock_pair() -> ClockPair {
     let once = || {
         let before = read(libc::CLOCK_MONOTONIC);
@@ -26,8 +26,8 @@ pub fn clock_pair() -> ClockPair {
     best
 }
 
-/// CLOCK_MONOTONIC \[ns\]: the clock that [`crate::clock::ClockMap`] maps stamps to, and one for all
-/// processes of the machine.
+/// Returns CLOCK_MONOTONIC \[ns\]: the clock that [`crate::clock::ClockMap`] maps stamps to, and
+/// the same for all processes of the machine.
 pub fn monotonic_ns() -> u64 {
     read(libc::CLOCK_MONOTONIC)
 }
@@ -35,7 +35,8 @@ pub fn monotonic_ns() -> u64 {
 fn read(clock: libc::clockid_t) -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a timespec that lives through the call. The call fails only for a clock
-    // that does not exist; both of ours exist on every Linux, and `time` would keep its zeros.
+    // that does not exist. Both clocks used here exist on every Linux; on failure `time` would stay
+    // zero.
     unsafe { libc::clock_gettime(clock, &raw mut time) };
     let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
     let nanoseconds = u64::try_from(time.tv_nsec).unwrap_or(0);

@@ -1,29 +1,29 @@
 //! Control messages (cmsg(3)) of a received frame, read as bytes in safe code.
 
-/// Bytes kept for the control messages of one frame: SCM_TIMESTAMPING (64) and SO_RXQ_OVFL (24)
-/// on 64-bit machines, with room to spare.
+/// Bytes reserved for the control messages of one frame: SCM_TIMESTAMPING (64) and SO_RXQ_OVFL (24)
+/// on 64-bit machines, plus a reserve.
 pub(super) const CONTROL_BYTES: usize = 128;
 
-/// The size of C's `size_t` and `long`, which cmsghdr and timespec are made of.
+/// Size of C's `size_t` and `long`, the fields of cmsghdr and timespec.
 const WORD: usize = size_of::<usize>();
 
-/// `struct cmsghdr`: its length as `size_t`, the level and the type as `int`.
+/// Size of `struct cmsghdr`: its length as `size_t`, the level and the type as `int`.
 const HEADER: usize = WORD + 8;
 
-/// What the kernel said about a frame.
+/// Kernel data about a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ControlData {
-    /// CLOCK_REALTIME when the kernel received the frame \[ns\].
+    /// CLOCK_REALTIME at which the kernel received the frame \[ns\].
     pub(crate) software_ns: Option<u64>,
-    /// The controller's own clock when it received the frame \[ns\].
+    /// Time of the controller's own clock at which it received the frame \[ns\].
     pub(crate) hardware_ns: Option<u64>,
-    /// Frames dropped from this socket's queue since it was made, as far as it was told: the
-    /// counter wraps at 32 bits and is missing before the first drop.
+    /// Frames dropped from this socket's queue since its creation, if reported: the counter wraps
+    /// at 32 bits and is missing before the first drop.
     pub(crate) drops: Option<u32>,
 }
 
 impl ControlData {
-    /// Reads what the kernel wrote; unknown and incomplete messages are passed over.
+    /// Reads the bytes written by the kernel; unknown and incomplete messages are skipped.
     pub(super) fn parse(mut rest: &[u8]) -> Self {
         let mut data = Self::default();
         while let Some((length, level, kind)) = header(rest) {
@@ -38,7 +38,7 @@ impl ControlData {
 
     fn read(&mut self, kind: libc::c_int, message: &[u8]) {
         match kind {
-            // Three times: software, an obsolete one, hardware; zero where there is none.
+            // Three times: software, an obsolete one, hardware; zero if not available.
             libc::SCM_TIMESTAMPING => {
                 self.software_ns = time(message, 0);
                 self.hardware_ns = time(message, 2);
@@ -59,7 +59,7 @@ fn header(bytes: &[u8]) -> Option<(usize, libc::c_int, libc::c_int)> {
     (length >= HEADER).then_some((length, level, kind))
 }
 
-/// The timespec at this index \[ns\]; nothing when it is zero or not there.
+/// Returns the timespec at this index \[ns\], or `None` if it is zero or missing.
 fn time(message: &[u8], index: usize) -> Option<u64> {
     let bytes = message.get(index * 2 * WORD..)?;
     let seconds = isize::from_ne_bytes(*bytes.first_chunk()?);
@@ -110,7 +110,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_make_it_panic_or_hang(bytes in prop::collection::vec(any::<u8>(), 0..CONTROL_BYTES)) {
+        fn no_bytes_make_it_panic_or_hang(
+            bytes in prop::collection::vec(any::<u8>(), 0..CONTROL_BYTES),
+        ) {
             let _ = ControlData::parse(&bytes);
         }
 

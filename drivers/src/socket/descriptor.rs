@@ -17,23 +17,24 @@ const FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
 )]
 const PACKET_FAMILY: libc::sa_family_t = libc::AF_PACKET as libc::sa_family_t;
 
-/// Of `linux/if_packet.h`: what the host itself sends is not received; and every frame is, whoever it is for.
+/// Constants of `linux/if_packet.h`: ignore the frames that the host sends, and receive every frame
+/// for any destination.
 const PACKET_IGNORE_OUTGOING: libc::c_int = 23;
 const PACKET_ADD_MEMBERSHIP: libc::c_int = 1;
 const PACKET_MR_PROMISC: u16 = 1;
 
-/// A raw socket. It has no way to send; where the kernel can shut the write side, it is shut.
+/// A raw socket. It has no way to send. The write side is shut down if the kernel supports it.
 #[derive(Debug)]
 pub(crate) struct Socket(OwnedFd);
 
 impl Socket {
-    /// An unbound socket of CAN: it receives nothing before [`Self::bind_can`].
+    /// Creates an unbound socket of CAN: it receives nothing before [`Self::bind_can`].
     pub(crate) fn can() -> io::Result<Self> {
         Self::new(libc::PF_CAN, libc::CAN_RAW)
     }
 
-    /// An unbound socket of Ethernet (packet(7)): it receives nothing before [`Self::bind_packets`]. It takes
-    /// CAP_NET_RAW.
+    /// Creates an unbound socket of Ethernet (packet(7)): it receives nothing before
+    /// [`Self::bind_packets`]. It requires CAP_NET_RAW.
     pub(crate) fn packets() -> io::Result<Self> {
         Self::new(libc::PF_PACKET, 0)
     }
@@ -42,16 +43,16 @@ impl Socket {
         let flags = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
         // SAFETY: takes no pointers.
         let descriptor = check(unsafe { libc::socket(family, flags, protocol) })?;
-        // SAFETY: the kernel just made this descriptor and nobody else knows it.
+        // SAFETY: the kernel has just created this descriptor, and nothing else uses it.
         Ok(Self(unsafe { OwnedFd::from_raw_fd(descriptor) }))
     }
 
-    /// Starts to receive what others send of one protocol (an EtherType) on the device of this index,
-    /// whoever it is for.
+    /// Starts to receive frames of one protocol (an EtherType) that others send, for any
+    /// destination, on the device of this index.
     pub(crate) fn bind_packets(&self, device: libc::c_int, protocol: u16) -> io::Result<()> {
         self.set(libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)?;
         let [low, high] = PACKET_MR_PROMISC.to_ne_bytes();
-        // `struct packet_mreq`: the device, the kind with a length of address, and no address.
+        // `struct packet_mreq`: the device, the kind with an address length, and no address.
         let everything = [device.cast_unsigned(), u32::from_ne_bytes([low, high, 0, 0]), 0, 0];
         self.set_all(libc::SOL_PACKET, PACKET_ADD_MEMBERSHIP, &everything)?;
         // SAFETY: sockaddr_ll is plain integers; all zeros is a valid value.
@@ -74,8 +75,8 @@ impl Socket {
         // SAFETY: the address lives through the call and its length is that of its type.
         let result = unsafe { libc::bind(self.raw(), (&raw const address).cast(), length) };
         check(result)?;
-        // Most kernels cannot shut a CAN socket; then the lack of a sending call must do.
-        // SAFETY: takes no pointers.
+        // Most kernels cannot shut down a CAN socket; then the missing send function has to
+        // suffice. SAFETY: takes no pointers.
         unsafe { libc::shutdown(self.raw(), libc::SHUT_WR) };
         Ok(())
     }
@@ -115,7 +116,7 @@ impl Socket {
         Ok(value)
     }
 
-    /// For tests of the receiving side, which need somebody who sends.
+    /// Sends a packet in tests of the receiving side.
     #[cfg(test)]
     pub(crate) fn send(&self, packet: &[u8]) -> io::Result<()> {
         // SAFETY: the slice lives through the call, and the kernel only reads it.
@@ -128,18 +129,18 @@ impl Socket {
     }
 }
 
-/// A network device as the kernel knows it now.
+/// Current state of a network device in the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct DeviceState {
-    /// Its index; a device made anew under the same name gets another one.
+    /// Index of the device; a device created again under the same name has another one.
     pub(crate) index: libc::c_int,
-    /// Whether it is up.
+    /// True if the device is up.
     pub(crate) up: bool,
     /// The largest frame \[bytes\]: 16 classic CAN, 72 CAN FD, above that CAN XL.
     pub(crate) mtu: libc::c_int,
 }
 
-/// Asks through a socket for the device of this name; ENODEV when there is none.
+/// Reads the state of the device of this name through a socket; ENODEV if it does not exist.
 /// Allocates nothing.
 pub(crate) fn device_state(socket: &Socket, name: InterfaceName) -> io::Result<DeviceState> {
     // SAFETY: ifreq is integers and byte arrays; all zeros is a valid value.

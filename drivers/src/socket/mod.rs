@@ -1,8 +1,9 @@
-//! The system calls of SocketCAN, of packet sockets and of the clocks, and with them all unsafe code of this crate.
+//! System calls of SocketCAN, of packet sockets and of the clocks. All unsafe code of this crate is
+//! here.
 //!
-//! Everything here is safe to call: descriptors are owned, sizes are those of the type handed
-//! over, and what the kernel wrote is read back as bytes in safe code. There is no call that sends, but one
-//! for tests, which need somebody to listen to.
+//! Everything here is safe to call: descriptors are owned, sizes are those of the passed type, and
+//! safe code reads the kernel's output as bytes. No call sends, except one for tests, which need a
+//! sender.
 
 mod clock;
 mod control;

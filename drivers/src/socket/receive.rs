@@ -1,4 +1,4 @@
-//! Many frames with one system call.
+//! Reception of many frames with one system call.
 
 #![allow(unsafe_code, reason = "recvmmsg: neither std nor socketcan offers it")]
 
@@ -8,16 +8,16 @@ use super::Socket;
 use super::control::{CONTROL_BYTES, ControlData};
 use crate::frame::MAX_PAYLOAD;
 
-/// Frames taken by one call: 12 ms of a 5 kHz bus.
+/// Frames received by one call: 12 ms of a 5 kHz bus.
 const BATCH: usize = 64;
 
-/// Bytes of `struct canfd_frame`; a classic frame has its first 16.
+/// Size of `struct canfd_frame` \[bytes\]; a classic frame has its first 16.
 const CAN_BYTES: usize = 8 + MAX_PAYLOAD;
 
-/// Bytes of the longest Ethernet frame: 1500 with its header, and room for tags.
+/// Size of the longest Ethernet frame \[bytes\]: 1500 with its header, and space for tags.
 pub(crate) const PACKET_BYTES: usize = 1536;
 
-/// Where the kernel puts one frame. Aligned for `struct cmsghdr`.
+/// Destination of one frame from the kernel. Aligned for `struct cmsghdr`.
 #[derive(Clone, Copy)]
 #[repr(C, align(8))]
 struct Slot<const BYTES: usize> {
@@ -40,18 +40,19 @@ impl<const BYTES: usize> Slot<BYTES> {
     };
 }
 
-/// One received message as the kernel described it.
+/// One received message with the kernel's description.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Message<'a> {
-    /// `struct can_frame` or `struct canfd_frame`, told apart by its length; or an Ethernet frame.
+    /// `struct can_frame` or `struct canfd_frame`, distinguished by its length; or an Ethernet
+    /// frame.
     pub(crate) bytes: &'a [u8],
-    /// Sent by this host (MSG_DONTROUTE), through this or another socket.
+    /// True if this host sent it (MSG_DONTROUTE), through this or another socket.
     pub(crate) sent_here: bool,
     /// Stamps and drops.
     pub(crate) control: ControlData,
 }
 
-/// Frames taken from one socket and not yet handed out. All memory is made at the start.
+/// Frames received from one socket and not yet returned. All memory is allocated at the start.
 pub(crate) struct ReceiveBuffer<const BYTES: usize = CAN_BYTES> {
     slots: Box<[Slot<BYTES>]>,
     filled: usize,
@@ -63,7 +64,8 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         Self { slots: vec![Slot::EMPTY; BATCH].into_boxed_slice(), filled: 0, next: 0 }
     }
 
-    /// Takes what waits in the socket, without waiting, after the last frames are used up.
+    /// Reads the messages that wait in the socket, without blocking. Call it after the last frames
+    /// are used up.
     #[allow(clippy::unnecessary_cast, reason = "the types differ between C libraries")]
     pub(crate) fn fill(&mut self, socket: &Socket) -> io::Result<()> {
         (self.filled, self.next) = (0, 0);
@@ -82,8 +84,8 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         }
         let count = u32::try_from(BATCH).unwrap_or(0);
         // SAFETY: `headers` holds `count` headers; each points to its own vector, frame and control
-        // bytes with their true sizes. All of them outlive the call, nothing else touches them
-        // meanwhile, and the kernel writes plain bytes. The timeout may be null.
+        // bytes with their true sizes. All of them outlive the call, nothing else accesses them
+        // during it, and the kernel writes plain bytes. The timeout may be null.
         let received = unsafe {
             libc::recvmmsg(
                 socket.raw(),
@@ -105,7 +107,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         Ok(())
     }
 
-    /// The oldest message that was not handed out yet.
+    /// Returns the oldest message that was not returned yet.
     pub(crate) fn next_message(&mut self) -> Option<Message<'_>> {
         let slot = self.slots.get(self.next).filter(|_| self.next < self.filled)?;
         self.next += 1;
@@ -116,7 +118,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         })
     }
 
-    /// Whether the last [`Self::fill`] was stopped by the size of this buffer.
+    /// Returns true if the size of this buffer ended the last [`Self::fill`].
     pub(crate) fn was_full(&self) -> bool {
         self.filled == BATCH
     }

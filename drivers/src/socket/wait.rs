@@ -1,4 +1,4 @@
-//! Waiting for any of several sockets.
+//! Wait for any of several sockets.
 
 #![allow(unsafe_code, reason = "ppoll: std has no wait for several descriptors")]
 
@@ -8,8 +8,8 @@ use std::io;
 use super::Socket;
 use crate::frame::interface::MAX_INTERFACES;
 
-/// Waits until a socket has a frame or an error, or the time is up; without sockets it sleeps.
-/// An interruption by a signal counts as the end of the wait.
+/// Waits until a socket has a frame or an error, or until the time is up; without sockets it
+/// sleeps. An interruption by a signal ends the wait.
 pub(crate) fn wait_readable<'a>(
     sockets: impl Iterator<Item = &'a Socket>,
     timeout: Duration,
@@ -23,8 +23,8 @@ pub(crate) fn wait_readable<'a>(
         tv_sec: timeout.as_secs().try_into().unwrap_or(libc::time_t::MAX),
         tv_nsec: timeout.subsec_nanos() as _,
     };
-    // SAFETY: `waiting` holds as many entries as it says (negative descriptors are skipped) and
-    // outlives the call, as does `time`; a null signal mask leaves the mask alone.
+    // SAFETY: `waiting` holds the passed number of entries (negative descriptors are skipped) and
+    // outlives the call, like `time`; a null signal mask leaves the mask unchanged.
     let result = unsafe {
         libc::ppoll(
             waiting.as_mut_ptr(),

@@ -1,27 +1,28 @@
-//! A bus inside one process: what a simulated arm sends, without a kernel that knows CAN.
+//! A bus inside one process: it carries the frames of a simulated arm, without a CAN-capable
+//! kernel.
 
 use core::time::Duration;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 
-use super::{InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room};
+use super::{InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity};
 use crate::frame::Frame;
 
-/// What happens to a frame that finds the queue full.
+/// Treatment of a frame when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhenFull {
-    /// The sender waits until there is room: nothing is lost, a simulation goes as fast as it is
-    /// read.
+    /// The sender waits for free capacity: nothing is lost, and a simulation runs at the speed of
+    /// the reader.
     Wait,
-    /// The frame is dropped and counted, as a kernel does whose receive buffer is full.
+    /// The frame is dropped and counted, as in a kernel with a full receive buffer.
     Drop,
 }
 
-/// Makes a bus with a queue of `capacity` frames (at least one) and its two ends.
+/// Creates a bus with a queue of `capacity` frames (at least one) and its two ends.
 ///
-/// The queue is made here, once. The receiving end takes no lock while frames are there and
-/// allocates nothing after its first wait, in which the standard library sets up the thread's
+/// The queue is allocated here, once. The receiving end takes no lock while frames are available.
+/// It allocates nothing after its first wait, in which the standard library sets up the thread's
 /// parking place. It ends when every sender is dropped.
 pub fn in_process_bus(
     interfaces: &[InterfaceName],
@@ -51,7 +52,7 @@ impl InProcessSender {
     /// Sends one frame, stamped and marked with its interface by the caller.
     ///
     /// # Errors
-    /// [`BusClosed`] when nobody will ever receive it.
+    /// [`BusClosed`] if there is no receiver left.
     pub fn send(&self, frame: Frame) -> Result<(), BusClosed> {
         match self.when_full {
             WhenFull::Wait => self.queue.send(frame).map_err(|_| BusClosed),
@@ -87,7 +88,7 @@ impl Source for InProcessSource {
         batch: &mut Vec<Frame>,
         timeout: Duration,
     ) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
+        if capacity(batch) == 0 {
             return Err(SourceError::NoRoom);
         }
         let mut next = match self.frames.recv_timeout(timeout) {
@@ -99,8 +100,8 @@ impl Source for InProcessSource {
             self.counters.frames += 1;
             self.counters.error_frames += u64::from(frame.is_error());
             batch.push(frame);
-            // An end is told by the next call, after these frames.
-            next = if room(batch) == 0 { None } else { self.frames.try_recv().ok() };
+            // The next call reports an end, after these frames.
+            next = if capacity(batch) == 0 { None } else { self.frames.try_recv().ok() };
         }
         Ok(Received::Frames)
     }

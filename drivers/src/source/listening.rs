@@ -1,36 +1,38 @@
-//! What sockets that listen have in common: how frames are waited for, stamps, drops and the receive buffer.
+//! Common code of receiving sockets: waiting for frames, stamps, drops and the receive buffer.
 
 use core::time::Duration;
 use std::io;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use super::{Received, SourceError, room};
+use super::{Received, SourceError, capacity};
 use crate::clock::HardwareClock;
 use crate::frame::Frame;
 use crate::socket::{Message, Socket};
 
-/// System calls that one attempt to take frames may cost, whatever the kernel answers.
+/// Largest number of system calls of one attempt to receive frames, regardless of the kernel's
+/// answers.
 pub(super) const MOST_CALLS: u32 = 8;
 
-/// The longest single wait, so that a caller without a timeout still notices an interface that
-/// went away without a word.
+/// Longest single wait, so that a caller without a timeout still detects an interface that vanished
+/// silently.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
-/// A source that listens at sockets, between two waits.
+/// A source that receives from sockets, between two waits.
 pub(super) trait Listening {
-    /// What went wrong since the last call.
+    /// Returns the failure since the last call.
     fn take_failure(&mut self) -> Option<SourceError>;
 
-    /// Moves frames into the batch; returns whether there were any.
+    /// Moves frames into the batch; returns true if there were any.
     fn take(&mut self, batch: &mut Vec<Frame>) -> bool;
 
-    /// Looks at the devices behind the sockets, for what the sockets did not tell.
+    /// Checks the devices behind the sockets for changes that the sockets did not report.
     fn supervise(&mut self);
 
-    /// When to come back without a frame; nothing where all interfaces are there and up.
+    /// Returns the time until the next call without a frame, or `None` if all interfaces are
+    /// present and up.
     fn retry_in(&self) -> Option<Duration>;
 
-    /// Waits for a frame, at most so long.
+    /// Waits for a frame, at most for the given time.
     fn wait(&self, at_most: Duration) -> Result<(), SourceError>;
 }
 
@@ -40,7 +42,7 @@ pub(super) fn receive(
     batch: &mut Vec<Frame>,
     timeout: Duration,
 ) -> Result<Received, SourceError> {
-    if room(batch) == 0 {
+    if capacity(batch) == 0 {
         return Err(SourceError::NoRoom);
     }
     let started = Instant::now();
@@ -52,24 +54,24 @@ pub(super) fn receive(
         if source.take(batch) {
             return Ok(Received::Frames);
         }
-        let left = timeout.saturating_sub(started.elapsed());
-        if waited || left.is_zero() {
-            // Silence is when the state of the interfaces is worth a look.
+        let remaining = timeout.saturating_sub(started.elapsed());
+        if waited || remaining.is_zero() {
+            // During silence the state of the interfaces is worth a check.
             source.supervise();
         }
         if let Some(failure) = source.take_failure() {
             return Err(failure);
         }
-        if left.is_zero() {
+        if remaining.is_zero() {
             return Ok(Received::Silence);
         }
         let wait = source.retry_in().map_or(LONGEST_WAIT, |retry| retry.min(LONGEST_WAIT));
-        source.wait(left.min(wait))?;
+        source.wait(remaining.min(wait))?;
         waited = true;
     }
 }
 
-/// Has the kernel say with each frame when it came, and how many it dropped.
+/// Makes the kernel report the arrival time of each frame, and the number of dropped frames.
 pub(super) fn ask_for_stamps_and_drops(socket: &Socket) -> io::Result<()> {
     socket.set(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
     let stamps = libc::SOF_TIMESTAMPING_RX_SOFTWARE
@@ -82,34 +84,34 @@ pub(super) fn ask_for_stamps_and_drops(socket: &Socket) -> io::Result<()> {
     Ok(())
 }
 
-/// Asks for a buffer of this size and returns what was granted \[bytes\].
+/// Requests a buffer of this size and returns the granted size \[bytes\].
 pub(super) fn set_receive_buffer(socket: &Socket, wanted: u32) -> io::Result<u32> {
-    // The kernel doubles what it is told, for its own book-keeping, and reports the double.
+    // The kernel doubles the requested size for its own book-keeping, and reports the double.
     let half = (wanted / 2).min(u32::MAX >> 2);
     let force = socket.set(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, half);
     if force.is_err() {
-        // Without CAP_NET_ADMIN the kernel cuts it to net.core.rmem_max, without a word.
+        // Without CAP_NET_ADMIN the kernel silently limits it to net.core.rmem_max.
         socket.set(libc::SOL_SOCKET, libc::SO_RCVBUF, half)?;
     }
     let granted = socket.get(libc::SOL_SOCKET, libc::SO_RCVBUF)?;
     Ok(u32::try_from(granted).unwrap_or(0))
 }
 
-/// The kernel's drop counter of one socket, unwrapped.
+/// Drop counter of the kernel for one socket, unwrapped.
 #[derive(Debug, Default)]
 pub(super) struct DropCounter {
     last: u32,
 }
 
 impl DropCounter {
-    /// Frames dropped since the last reading.
+    /// Returns the frames dropped since the last reading.
     pub(super) fn advance(&mut self, total: u32) -> u64 {
         let new = total.wrapping_sub(core::mem::replace(&mut self.last, total));
         u64::from(new)
     }
 }
 
-/// CLOCK_REALTIME of the arrival, by the controller's clock where it has one.
+/// Returns CLOCK_REALTIME of the arrival, by the controller's clock if it has one.
 pub(super) fn stamp_ns(message: &Message<'_>, hardware: &mut Option<HardwareClock>) -> Option<u64> {
     let software = message.control.software_ns?;
     Some(match message.control.hardware_ns {

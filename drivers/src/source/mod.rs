@@ -1,4 +1,4 @@
-//! Where frames come from: one trait that can only receive.
+//! Sources of frames: one trait that can only receive.
 
 mod ethercat;
 mod in_process;
@@ -21,88 +21,87 @@ pub use text_log::{CandumpWriter, LineFault, StampDigits, TextLog, TextLogError,
 use crate::frame::Frame;
 pub use crate::frame::interface::{InterfaceName, InterfaceNameError, MAX_INTERFACES};
 
-/// What a call to [`Source::receive`] brought.
+/// Result of a call to [`Source::receive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// At least one frame was appended to the batch.
     Frames,
-    /// The time ran out with nothing on the bus.
+    /// The time ran out without frames on the bus.
     Silence,
     /// The source is exhausted: the end of a log, or a bus whose every sender is gone. Every
-    /// further call says so again.
+    /// further call returns this again.
     End,
 }
 
-/// Whose time the stamps of a source are.
+/// Clock of the stamps of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StampClock {
     /// The computer's CLOCK_REALTIME, which is set and slewed while frames arrive: map it with
     /// [`crate::clock`] before comparing stamps.
     Realtime,
-    /// The source's own, which never steps: that of a log, or of a simulation.
+    /// The source's own clock, which never steps: that of a log, or of a simulation.
     Own,
 }
 
 /// A receive-only source of frames.
 ///
-/// Frames of one interface keep their order. A failure that leaves frames already read does not
-/// swallow them: they are handed out first, and the next call reports the failure.
+/// Frames of one interface keep their order. A failure does not discard frames that are already
+/// read: they are returned first, and the next call reports the failure.
 pub trait Source: Send {
     /// Waits at most `timeout` for frames and appends them to `batch`, never beyond its capacity
     /// (no allocation).
     ///
     /// # Errors
-    /// See [`SourceError`]; [`SourceError::is_recoverable`] tells whether to call again.
+    /// See [`SourceError`]; [`SourceError::is_recoverable`] is true if the call may be repeated.
     fn receive(
         &mut self,
         batch: &mut Vec<Frame>,
         timeout: Duration,
     ) -> Result<Received, SourceError>;
 
-    /// What was counted since the source was opened.
+    /// Returns the counters since the source was opened.
     fn counters(&self) -> SourceCounters;
 
-    /// The interfaces, in the order that [`Frame::interface`] counts them.
+    /// Returns the interfaces, in the order of their indices in [`Frame::interface`].
     fn interfaces(&self) -> &[InterfaceName];
 
-    /// Whose time the stamps are.
+    /// Returns the clock of the stamps.
     fn stamp_clock(&self) -> StampClock;
 
-    /// What to add to stamps of an own clock for nanoseconds after 1970-01-01T00:00:00Z, if that is what they tell: those of a
-    /// recording are of the clock that nobody sets.
+    /// Returns the offset from stamps of an own clock to nanoseconds after 1970-01-01T00:00:00Z, if
+    /// they represent such a time. Stamps of a recording use the clock that is never set.
     fn since_1970_ns(&self) -> i64 {
         0
     }
 }
 
-/// What a source counted since it was opened, over all its interfaces.
+/// Counters of a source since it was opened, over all its interfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SourceCounters {
-    /// Frames handed out, error frames included.
+    /// Frames returned, including error frames.
     pub frames: u64,
-    /// Frames dropped before this source because nobody read in time: by the kernel for want of
-    /// room in the receive buffer, or by an in-process bus that may overflow. The kernel tells
-    /// with the next frame that it queues after the loss.
+    /// Frames dropped before this source because they were not read in time. The kernel drops them
+    /// if the receive buffer is full, an in-process bus if it may overflow. The kernel reports the
+    /// loss with the next frame that it queues.
     pub queue_drops: u64,
     /// Error frames of the controller.
     pub error_frames: u64,
-    /// Times an interface was found down.
+    /// Number of times that an interface was found down.
     pub link_down: u64,
-    /// Times an interface had vanished and was opened again.
+    /// Number of times that a vanished interface was opened again.
     pub reopened: u64,
-    /// Frames passed over: of an interface that was not asked for, or of a kind that is not
-    /// understood (CAN XL). With EtherCAT, packets that bring no process data of the layout, such as
-    /// those of mailboxes.
+    /// Skipped frames: of an interface that was not requested, or of an unknown kind (CAN XL). With
+    /// EtherCAT, packets without process data of the layout, such as those of mailboxes.
     pub passed_over: u64,
-    /// Frames without a stamp of the kernel, stamped when they were read instead.
+    /// Frames without a stamp of the kernel; they were stamped when they were read.
     pub stamped_late: u64,
 }
 
 impl SourceCounters {
-    /// These and others together, of several interfaces or of several files.
+    /// Returns the sum of both, for several interfaces or several files.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
-        // Without `..`: a count that is added to the structure is added here.
+        // Without `..`, so that a new counter cannot be forgotten here.
         Self {
             frames: self.frames + other.frames,
             queue_drops: self.queue_drops + other.queue_drops,
@@ -115,10 +114,11 @@ impl SourceCounters {
     }
 }
 
-/// Why a source could not deliver.
+/// Reason why a source could not deliver.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
-    /// The batch has no room. A mistake of the caller: hand over a batch with spare capacity.
+    /// The batch has no free capacity. This is an error of the caller: pass a batch with spare
+    /// capacity.
     #[error("the batch has no room for a frame: empty it, or make it with a capacity")]
     NoRoom,
     /// A log could not be read.
@@ -136,8 +136,8 @@ pub enum SourceError {
 }
 
 impl SourceError {
-    /// Whether a further call may bring frames. An unusable line of a log is passed over by the
-    /// next call: a caller that must not lose frames stops here all the same.
+    /// Returns true if a further call may return frames. The next call skips an unusable line of a
+    /// log. A caller that must not lose frames stops here nevertheless.
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::NoRoom => true,
@@ -149,8 +149,8 @@ impl SourceError {
     }
 }
 
-/// The free places of a batch.
-fn room(batch: &Vec<Frame>) -> usize {
+/// Returns the free capacity of a batch.
+fn capacity(batch: &Vec<Frame>) -> usize {
     batch.capacity() - batch.len()
 }
 

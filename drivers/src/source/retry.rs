@@ -1,9 +1,9 @@
-//! When an interface that vanished is looked for again.
+//! Schedule of the attempts to reopen a vanished interface.
 
 use core::time::Duration;
 use std::time::Instant;
 
-/// Waits between attempts: doubled from the first to the last.
+/// Waiting time between attempts: doubled from the first to the last.
 pub(super) const FIRST: Duration = Duration::from_millis(20);
 const LAST: Duration = Duration::from_secs(2);
 
@@ -20,15 +20,15 @@ impl Retry {
         Self { at: now + FIRST, delay: FIRST }
     }
 
-    /// An attempt failed now.
+    /// Schedules the next attempt after a failure at `now`.
     #[must_use]
     pub(super) fn failed(self, now: Instant) -> Self {
         let delay = (2 * self.delay).min(LAST);
         Self { at: now + delay, delay }
     }
 
-    /// How long until the next attempt: nothing when it is due.
-    pub(super) fn left(&self, now: Instant) -> Duration {
+    /// Returns the time until the next attempt: zero when it is due.
+    pub(super) fn remaining(&self, now: Instant) -> Duration {
         self.at.saturating_duration_since(now)
     }
 }
@@ -43,9 +43,9 @@ mod tests {
         let (mut now, mut retry, mut waits) = (start, Retry::first(start), Vec::new());
         // An hour without the interface.
         while now - start < Duration::from_secs(3_600) {
-            waits.push(retry.left(now));
-            now += retry.left(now);
-            assert!(retry.left(now).is_zero() && retry.left(now + LAST).is_zero());
+            waits.push(retry.remaining(now));
+            now += retry.remaining(now);
+            assert!(retry.remaining(now).is_zero() && retry.remaining(now + LAST).is_zero());
             retry = retry.failed(now);
         }
         let ms = |ms| Duration::from_millis(ms);

@@ -1,9 +1,9 @@
-//! Why gains were refused.
+//! Errors that refuse gains.
 
-/// Why gains were refused. Axes count from 1.
+/// Reason why gains were refused. Axes count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UnitsError {
-    /// Not one drive per axis.
+    /// The number of drives differs from the number of axes.
     #[error("`drives`: {found} for {axes} axes; give one per axis, in their order")]
     Drives {
         /// Axes of the layout.
@@ -11,7 +11,7 @@ pub enum UnitsError {
         /// Drives given.
         found: usize,
     },
-    /// A number that no drive has.
+    /// A number is impossible for a drive.
     #[error("drive {axis}: `{key}` is {value}; it has to be {expected}")]
     Number {
         /// The axis.
@@ -20,13 +20,13 @@ pub enum UnitsError {
         key: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// Allowed values.
         expected: &'static str,
     },
     /// The DBC file has the signal in another unit than the gain expects.
     #[error(
-        "drive {axis}: the gain expects {expected}, and `{signal}` of the DBC file is in \"{unit}\"; \
-         choose the scale for that unit, or correct the unit in the DBC file"
+        "drive {axis}: the gain expects {expected}, and `{signal}` of the DBC file is in \
+         \"{unit}\"; choose the scale for that unit, or correct the unit in the DBC file"
     )]
     WrongUnit {
         /// The axis.
@@ -35,10 +35,10 @@ pub enum UnitsError {
         signal: String,
         /// The unit there.
         unit: String,
-        /// The units that would match.
+        /// Units that would match.
         expected: String,
     },
-    /// A signal that does not wrap was said to.
+    /// A signal is configured to wrap, but cannot.
     #[error("drive {axis}: `wraps = \"modulo\"`, and `{signal}` is not an integer")]
     NoModulus {
         /// The axis.

@@ -1,16 +1,16 @@
-//! Drive units to SI, with the provenance of every gain.
+//! Conversion of drive units to SI, with the provenance of every gain.
 //!
 //! A gain that is wrong by a factor gives parameters that are wrong by that factor and fit
-//! perfectly, so nothing here has a default: the sign, the zero, what a rated current is and where
-//! the number comes from are all written in the cell file, and the unit that a gain expects is
-//! checked against the unit in the DBC file.
+//! perfectly. So nothing here has a default. The cell file contains the sign, the zero, the meaning
+//! of the rated current and the provenance of the number. The unit that a gain expects is checked
+//! against the unit in the DBC file.
 
 mod error;
 mod spec;
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use didim_core::MAX_JOINTS;
+use didim_dynamics::MAX_JOINTS;
 
 pub use error::UnitsError;
 pub use spec::{
@@ -20,7 +20,7 @@ pub use spec::{
 
 use crate::layout::{CompiledLayout, Quantity, SignalFormat};
 
-/// The spellings of a unit in DBC files, the first of them ours.
+/// Spellings of a unit in DBC files; the first is that of this program.
 const COUNT: &[&str] = &["count", "counts", "inc", "increments"];
 const RAD: &[&str] = &["rad"];
 const DEG: &[&str] = &["deg", "°", "degree", "degrees"];
@@ -28,10 +28,10 @@ const AMPERE: &[&str] = &["A"];
 const PER_MILLE: &[&str] = &["per mille", "permille", "‰", "0.1 %", "0.1%"];
 const NM: &[&str] = &["Nm", "N·m", "N.m", "N*m"];
 
-/// What a positive gain may be.
+/// Allowed values of a positive gain.
 const POSITIVE: &str = "finite and greater than 0";
 
-/// The gains of one axis, checked.
+/// Checked gains of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct AxisScale {
     rad_per_unit: f64,
@@ -39,12 +39,12 @@ struct AxisScale {
     modulo: bool,
     position: Range,
     reference: Range,
-    /// The angle of one unit of a following error, where references are such.
+    /// Angle of one unit of a following error, if references are following errors.
     following_rad: Option<f64>,
     nm_per_unit: f64,
 }
 
-/// The range of an integer, in the unit of the DBC file; infinite for a floating-point signal.
+/// Range of an integer, in the unit of the DBC file; infinite for a floating-point signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Range {
     length: f64,
@@ -58,17 +58,17 @@ impl Default for Range {
 }
 
 impl Range {
-    fn of(signal: &SignalFormat) -> Self {
+    fn from_signal(signal: &SignalFormat) -> Self {
         match (signal.field.modulus(), signal.field.middle()) {
             (Some(length), Some(middle)) => Self { length, middle },
             _ => Self::default(),
         }
     }
 
-    /// `value` moved by whole ranges to within half a range of `middle`.
+    /// Returns `value` shifted by multiples of the range to within half a range of `middle`.
     fn around(self, middle: f64, value: f64) -> f64 {
         if self.length.is_finite() {
-            // Half a range below the middle is in the range, half a range above is not.
+            // Half a range below the middle belongs to the range, half a range above does not.
             value - self.length * ((value - middle) / self.length + 0.5).floor()
         } else {
             value
@@ -76,7 +76,7 @@ impl Range {
     }
 }
 
-/// Drive units to SI and back, for every axis of a layout.
+/// Conversion of drive units to SI and back, for every axis of a layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scales {
     axes: [AxisScale; MAX_JOINTS],
@@ -86,7 +86,7 @@ impl Scales {
     /// Checks the gains against the units of the layout.
     ///
     /// # Errors
-    /// [`UnitsError`] names the drive and what does not fit.
+    /// [`UnitsError`] names the drive and the mismatch.
     pub fn new(drives: &[DriveSpec], layout: &CompiledLayout) -> Result<Self, UnitsError> {
         if drives.len() != layout.axes() {
             return Err(UnitsError::Drives { axes: layout.axes(), found: drives.len() });
@@ -102,13 +102,14 @@ impl Scales {
         self.axes.get(axis).copied().unwrap_or_default()
     }
 
-    /// The motor angle of a measured position \[rad\]. Axes count from 0.
+    /// Returns the motor angle of a measured position \[rad\]. Axes count from 0.
     pub fn position_rad(&self, axis: usize, value: f64) -> f64 {
         let scale = self.axis(axis);
         scale.angle(scale.position, value)
     }
 
-    /// The motor angle of a reference \[rad\], which a following error is away from the measured angle.
+    /// Returns the motor angle of a reference \[rad\]. A following error is added to the measured
+    /// angle.
     pub fn reference_rad(&self, axis: usize, value: f64, position_rad: f64) -> f64 {
         let scale = self.axis(axis);
         match scale.following_rad {
@@ -117,28 +118,28 @@ impl Scales {
         }
     }
 
-    /// The motor torque \[N·m\].
+    /// Returns the motor torque \[N·m\].
     pub fn torque_nm(&self, axis: usize, value: f64) -> f64 {
         self.axis(axis).nm_per_unit * value
     }
 
-    /// Whether an axis can have moved from one angle to another between two samples: a step of half
-    /// the integer's range is a wrap, not a motion.
+    /// Returns true if an axis can have moved from one angle to another between two samples. A step
+    /// of half the integer's range is a wrap, not a motion.
     pub fn is_continuous(&self, axis: usize, from_rad: f64, to_rad: f64) -> bool {
         let scale = self.axis(axis);
         let half = 0.5 * scale.position.length.min(scale.reference.length);
         (to_rad - from_rad).abs() < half * scale.rad_per_unit.abs()
     }
 
-    /// The position that a drive reports at a motor angle \[unit of the DBC file\]; for the
+    /// Returns the position that a drive reports at a motor angle \[unit of the DBC file\]; for the
     /// simulated robot and for tests.
     pub fn position_value(&self, axis: usize, angle_rad: f64) -> f64 {
         let scale = self.axis(axis);
         scale.value(scale.position, angle_rad)
     }
 
-    /// The reference that a controller sends for a motor angle \[unit of the DBC file\], or the following
-    /// error that a drive at a measured angle reports.
+    /// Returns the reference that a controller sends for a motor angle \[unit of the DBC file\].
+    /// For following errors, returns the error that a drive at a measured angle reports.
     pub fn reference_value(&self, axis: usize, angle_rad: f64, position_rad: f64) -> f64 {
         let scale = self.axis(axis);
         match scale.following_rad {
@@ -147,7 +148,7 @@ impl Scales {
         }
     }
 
-    /// The torque that a drive reports \[unit of the DBC file\].
+    /// Returns the torque that a drive reports \[unit of the DBC file\].
     pub fn torque_value(&self, axis: usize, torque_nm: f64) -> f64 {
         torque_nm / self.axis(axis).nm_per_unit
     }
@@ -179,15 +180,15 @@ fn axis_scale(
         ..AxisScale::default()
     };
     for quantity in [Quantity::Position, Quantity::Reference] {
-        // A layout may be without a reference; the compiler has made sure of the position.
+        // A layout may have no reference; the compiler guarantees the position.
         let Some(signal) = layout.signal(quantity, axis) else { continue };
         check_unit(axis, signal, units)?;
         if let (Quantity::Reference, Some(error)) = (quantity, layout.following_error()) {
-            // A difference has neither a zero nor a range that it could wrap in.
+            // A difference has neither a zero nor a range in which it could wrap.
             scale.following_rad = Some(error.sign() * scale.rad_per_unit);
             continue;
         }
-        let range = Range::of(signal);
+        let range = Range::from_signal(signal);
         if scale.modulo && !range.length.is_finite() {
             return Err(UnitsError::NoModulus { axis: axis + 1, signal: signal.name.clone() });
         }
@@ -235,7 +236,8 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
             let current = positive(axis, "torque.scale.rated_current_a", rated_current_a)?;
             let constant =
                 positive(axis, "torque.scale.torque_constant_nm_per_a", torque_constant_nm_per_a)?;
-            // The current as the torque constant counts it: amplitude = √2 · effective value.
+            // Convert the current to the value that the torque constant uses: amplitude = √2 ·
+            // effective value.
             let current = match (current_is, torque_constant_is) {
                 (CurrentValue::Rms, CurrentValue::Peak) => current * SQRT_2,
                 (CurrentValue::Peak, CurrentValue::Rms) => current / SQRT_2,

@@ -1,4 +1,4 @@
-//! What a cell file says about the gains of its drives.
+//! Gain settings of the drives in a cell file.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,19 +16,19 @@ pub struct DriveSpec {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionGain {
-    /// What one unit of the DBC file is.
+    /// Size of one unit of the DBC file.
     pub scale: PositionScale,
-    /// 1, or −1 where the drive counts against the direction of the robot file.
+    /// 1, or −1 if the drive counts against the direction of the robot file.
     pub sign: Sign,
     /// The value, in the unit of the DBC file, at which the motor angle of the robot file is 0.
     pub zero: f64,
-    /// What to do where the integer starts again.
+    /// Treatment of a wrap of the integer.
     pub wraps: Wraps,
-    /// Where the numbers come from.
+    /// Provenance of the numbers.
     pub provenance: Provenance,
 }
 
-/// What one unit of a position is.
+/// Size of one unit of a position.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PositionScale {
@@ -42,12 +42,12 @@ pub enum PositionScale {
     Deg,
 }
 
-/// What to do where the integer of a position starts again.
+/// Treatment of a wrap of the integer of a position.
 ///
-/// The travel of a robot's axis is limited. Where it is shorter than the range of the integer, the
-/// difference from `zero` modulo that range is the angle, whatever the number of times the counter
-/// has wrapped before: nothing has to be remembered, so the angle is right after a restart too. An
-/// axis whose travel is longer than the range cannot be told from the bits at all.
+/// The travel of a robot's axis is limited. If it is shorter than the range of the integer, the
+/// angle is the difference from `zero` modulo that range. The number of earlier wraps has no
+/// effect. No state has to be stored, so the angle is also correct after a restart. If the travel
+/// of an axis is longer than the range, the bits cannot identify its angle at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wraps {
@@ -61,15 +61,15 @@ pub enum Wraps {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueGain {
-    /// What one unit of the DBC file is.
+    /// Size of one unit of the DBC file.
     pub scale: TorqueScale,
-    /// 1, or −1 where the drive's torque is against the direction of the robot file.
+    /// 1, or −1 if the drive's torque is against the direction of the robot file.
     pub sign: Sign,
-    /// Where the numbers come from.
+    /// Provenance of the numbers.
     pub provenance: Provenance,
 }
 
-/// What one unit of a torque is.
+/// Size of one unit of a torque.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TorqueScale {
@@ -82,23 +82,24 @@ pub enum TorqueScale {
     PerMilleOfRatedCurrent {
         /// Rated current of the motor (6075h) \[A\].
         rated_current_a: f64,
-        /// Which value of the current that is.
+        /// Kind of current value.
         current_is: CurrentValue,
         /// Torque constant \[N·m/A\].
         torque_constant_nm_per_a: f64,
-        /// Per ampere of which value.
+        /// Kind of current value to which the torque constant applies.
         torque_constant_is: CurrentValue,
     },
     /// The torque of one count \[N·m\].
     NmPerCount(f64),
-    /// The DBC file's factor gives a current in A, which is worth so much torque \[N·m/A\]: torque
-    /// constant, gear and whatever the drive's firmware makes of a current, in one number.
+    /// Torque per ampere \[N·m/A\], if the DBC file's factor gives a current in A. The number
+    /// includes the torque constant, the gear and the current conversion of the drive's firmware.
     NmPerA(f64),
     /// The DBC file's factor already gives N·m.
     Nm,
 }
 
-/// Which value of a sinusoidal phase current: vendors disagree, and it is a factor of √2.
+/// Kind of value of a sinusoidal phase current: vendors disagree, and the difference is a factor of
+/// √2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CurrentValue {
@@ -148,7 +149,7 @@ impl From<Sign> for i64 {
     }
 }
 
-/// Where a number comes from: a data sheet with its page, an object read from the drive, a
+/// Provenance of a number: a data sheet with its page, an object read from the drive, a
 /// measurement. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(try_from = "String", into = "String")]

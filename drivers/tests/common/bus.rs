@@ -1,21 +1,23 @@
 //! Six drives and a controller that put known numbers on the bus.
 #![allow(clippy::cast_possible_truncation, reason = "periods fit")]
 
-use didim_core::JointSample;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::layout::{CompiledLayout, CycleValues, Role, SampledBy};
 use didim_drivers::units::Scales;
+use didim_dynamics::JointSample;
 
 /// Somewhere in 2026, as live stamps are.
 pub(crate) const EPOCH_NS: u64 = 1_790_000_000_000_000_000;
 
 /// 8,192 counts per revolution and 2 N·m of rated torque, for every axis.
-pub(crate) const DRIVES: &str = r#"
+pub(crate) const DRIVES: &str = "
 [[drives]]
-position = { scale = { counts_per_revolution = 8192 }, sign = 1, zero = 0, wraps = "refuse", provenance = "test" }
-torque = { scale = { per_mille_of_rated_torque = { rated_torque_nm = 2.0 } }, sign = 1, provenance = "test" }
-"#;
+position = { scale = { counts_per_revolution = 8192 }, sign = 1, zero = 0, wraps = \"refuse\", \
+    provenance = \"test\" }
+torque = { scale = { per_mille_of_rated_torque = { rated_torque_nm = 2.0 } }, sign = 1, \
+    provenance = \"test\" }
+";
 
 /// The same torque for the packed frame, whose DBC file has counts.
 pub(crate) fn packed_drives() -> String {

@@ -102,7 +102,8 @@ impl Pcapng {
         self.sdo(station, &request, &[0x60, low, high, sub, 0, 0, 0, 0]);
     }
 
-    /// PDOs, each with its objects as index, sub-index and bits in one number, and their assignment.
+    /// PDOs, each with its objects as index, sub-index and bits in one number, and their
+    /// assignment.
     pub(crate) fn pdos(&mut self, station: u16, assignment: u16, pdos: &[(u16, &[u32])]) {
         for (pdo, objects) in pdos {
             self.download(station, *pdo, 0, 0);

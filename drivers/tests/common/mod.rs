@@ -12,7 +12,8 @@ axes = 6
 rate_hz = 250.0
 sync = "SYNC"
 position = { signal = "TPDO1_{axis}.PositionActualValue", valid = "instant" }
-torque = { signal = "TPDO1_{axis}.TorqueDemand", valid = { held = { hold_us = 4000.0, delay_us = 0.0 } } }
+torque.signal = "TPDO1_{axis}.TorqueDemand"
+torque.valid = { held = { hold_us = 4000.0, delay_us = 0.0 } }
 reference = { signal = "RPDO1_{axis}.TargetPosition", valid = "next-sync" }
 status_word = "TPDO1_{axis}.StatusWord"
 "#;

@@ -24,7 +24,7 @@ pub(crate) fn conforms<R: Rig>(rig: &R) {
     every_kind_of_frame_arrives_in_order_with_its_interface(rig);
     a_batch_never_grows(rig);
     a_batch_without_room_is_refused(rig);
-    silence_is_told_in_time(rig);
+    silence_is_reported_in_time(rig);
     nothing_is_allocated_after_start(rig);
 }
 
@@ -37,7 +37,7 @@ pub(crate) fn numbered(count: u32) -> Vec<Frame> {
     (0..count)
         .map(|n| {
             let frame = Frame::classic(FrameId::Standard(0x181), &n.to_le_bytes()).unwrap();
-            frame.at(u64::from(n) * 1_000_000)
+            frame.with_stamp(u64::from(n) * 1_000_000)
         })
         .collect()
 }
@@ -75,7 +75,9 @@ fn every_kind_of_frame_arrives_in_order_with_its_interface<R: Rig>(rig: &R) {
     ]
     .map(Result::unwrap);
     let sent: Vec<Frame> = (0u8..60)
-        .map(|n| kinds[usize::from(n) % 6].on(n / 3 % 2).at(u64::from(n) * 1_000_001))
+        .map(|n| {
+            kinds[usize::from(n) % 6].on_interface(n / 3 % 2).with_stamp(u64::from(n) * 1_000_001)
+        })
         .collect();
     let names = interfaces(&["vcan0", "vcan1"]);
     let mut source = rig.bring(&names, &sent);
@@ -85,13 +87,13 @@ fn every_kind_of_frame_arrives_in_order_with_its_interface<R: Rig>(rig: &R) {
     assert_eq!(received.len(), sent.len());
 
     for interface in 0..2 {
-        let of = |frames: &[Frame]| -> Vec<Frame> {
-            let strip = |frame: &Frame| if R::KEEPS_STAMPS { *frame } else { frame.at(0) };
-            // Whoever shares the host with the sender sees its frames as transmitted.
+        let round_trip = |frames: &[Frame]| -> Vec<Frame> {
+            let strip = |frame: &Frame| if R::KEEPS_STAMPS { *frame } else { frame.with_stamp(0) };
+            // A socket on the sender's host sees its frames as transmitted.
             let strip = |frame: &Frame| Frame { direction: sent[0].direction, ..strip(frame) };
             frames.iter().filter(|frame| frame.interface == interface).map(strip).collect()
         };
-        assert_eq!(of(&received), of(&sent));
+        assert_eq!(round_trip(&received), round_trip(&sent));
         let stamps: Vec<u64> =
             received.iter().filter(|f| f.interface == interface).map(|f| f.stamp_ns).collect();
         assert!(stamps.is_sorted(), "stamps of interface {interface}: {stamps:?}");
@@ -134,7 +136,7 @@ fn a_batch_without_room_is_refused<R: Rig>(rig: &R) {
     assert_eq!(take(&mut *source, 3).iter().map(number).collect::<Vec<_>>(), [0, 1, 2]);
 }
 
-fn silence_is_told_in_time<R: Rig>(rig: &R) {
+fn silence_is_reported_in_time<R: Rig>(rig: &R) {
     if !R::LIVE {
         return;
     }

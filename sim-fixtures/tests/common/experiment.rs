@@ -1,13 +1,15 @@
-//! The simulated arm's record as an experiment, the paper's settings, and a robot that is nearly its.
+//! The simulated arm's record as an experiment, the paper's settings, and a robot that is nearly
+//! its.
 
 use std::fmt::Write as _;
 
-use didim_core::control::SimulatedController;
-use didim_core::identification::{
-    DecimationFilter, Experiment, Options, PositionFilter, SignalTiming, Signals, Start,
+use didim_dynamics::SignalTiming;
+use didim_dynamics::control::SimulatedController;
+use didim_dynamics::robot::Robot;
+use didim_dynamics::trajectory::{MoveSequence, RandomMoves};
+use didim_identification::identification::{
+    DecimationFilter, Experiment, Options, PositionFilter, Start,
 };
-use didim_core::robot::Robot;
-use didim_core::trajectory::{MoveSequence, RandomMoves};
 use didim_sim::{Scenario, tx40_paper};
 
 /// The shipped motion, or random moves of these seeds, none of them chosen.
@@ -54,7 +56,7 @@ pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
 pub(crate) fn experiment_after(scenario: &Scenario, rest: usize) -> Experiment {
     let hold_s = scenario.controller().timing.sample_period_s();
     let record = scenario.record_with_rests(rest, rest).unwrap();
-    let signals = Signals::of_motors(&record);
+    let signals = record.motor_signals();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
@@ -85,8 +87,8 @@ pub(crate) fn regression(parameters: Option<Vec<String>>, cutoff_hz: f64) -> Opt
     options
 }
 
-/// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters, one
-/// row in 125, and the controller that this scenario has.
+/// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters,
+/// one row in 125, and the controller that this scenario has.
 pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> Options {
     let mut options = regression(Some(listed(described)), cutoff_hz);
     options.controller = Some(SimulatedController::Cabinet {
@@ -100,9 +102,9 @@ pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -
     options
 }
 
-/// The paper's robot with nominal parameters 15 % beside the true ones: larger where `pattern` has a bit
-/// set, counted from the first parameter, and smaller elsewhere.
-pub(crate) fn beside(scenario: &Scenario, pattern: u64) -> Robot {
+/// The paper's robot with nominal parameters 15 % off the true ones: larger where `pattern` has a
+/// bit set, counted from the first parameter, and smaller otherwise.
+pub(crate) fn with_nominal_error(scenario: &Scenario, pattern: u64) -> Robot {
     let file = include_str!("../../../config/robots/tx40.toml");
     let (geometry, _) = file.split_once("[nominal]").unwrap();
     let mut text = format!("{geometry}[nominal]\n");

@@ -8,17 +8,20 @@ pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Syn
     let threads = std::thread::available_parallelism().unwrap().get();
     let next = AtomicUsize::new(0);
     let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let take = || {
-            let mut done = Vec::new();
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                if index >= count {
-                    return done;
-                }
-                done.push((index, work(index)));
-            }
-        };
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(take)).collect();
+        let workers: Vec<_> = (0..threads)
+            .map(|_| {
+                scope.spawn(|| {
+                    let mut done = Vec::new();
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        if index >= count {
+                            return done;
+                        }
+                        done.push((index, work(index)));
+                    }
+                })
+            })
+            .collect();
         workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect()
     });
     results.sort_by_key(|(index, _)| *index);
@@ -26,11 +29,15 @@ pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Syn
 }
 
 #[test]
-fn results_are_in_order_whoever_is_first() {
-    let work = |index: usize| {
-        // The first ones take longest.
-        std::thread::sleep(std::time::Duration::from_micros(200_u64.saturating_sub(index as u64)));
-        index
-    };
-    assert_eq!(in_parallel(200, work), (0..200).collect::<Vec<_>>());
+fn results_are_in_order_whichever_program_is_first() {
+    assert_eq!(
+        in_parallel(200, |index: usize| {
+            // The first ones take longest.
+            std::thread::sleep(std::time::Duration::from_micros(
+                200_u64.saturating_sub(index as u64),
+            ));
+            index
+        }),
+        (0..200).collect::<Vec<_>>()
+    );
 }

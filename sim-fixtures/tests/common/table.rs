@@ -1,18 +1,28 @@
 //! Tables of the documents: what was measured stands there, and stays true.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-const DOCUMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs");
+/// The folder of the documents, relative to the root of the repository.
+const DOCUMENTS: &str = "docs/evidence";
 /// Set to 1, the tables are written instead of compared.
 const WRITE: &str = "DIDIM_WRITE_DOCS";
 
-/// Whether the tables are written. A study that takes long runs as a whole only then; otherwise a part
-/// of it says whether the table is still of this code.
+/// Whether the tables are written. A study that takes long runs as a whole only then; otherwise a
+/// part of it says whether the table is still of this code.
 pub(crate) fn writing() -> bool {
     std::env::var(WRITE).is_ok_and(|value| value == "1")
 }
+
+/// Returns the path of a file among the documents.
+fn document_path(name: &str) -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder =
+        package.ancestors().map(|folder| folder.join(DOCUMENTS)).find(|path| path.is_dir());
+    folder.expect("the repository has the folder of the documents").join(name)
+}
+
 /// Tests run side by side and write one file.
 static DOCUMENT_LOCK: Mutex<()> = Mutex::new(());
 
@@ -24,7 +34,7 @@ pub(crate) struct Column {
     /// As a share of the number.
     pub(crate) relative: f64,
     /// Known to the whole study alone: written, and not compared.
-    whole: bool,
+    complete: bool,
 }
 
 impl Column {
@@ -35,35 +45,35 @@ impl Column {
 
     /// A column of numbers that may differ by this much.
     pub(crate) fn within(title: &'static str, absolute: f64) -> Self {
-        Self { title, absolute, relative: 0.0, whole: false }
+        Self { title, absolute, relative: 0.0, complete: false }
     }
 
     /// A column of numbers that may differ by this share.
     pub(crate) fn share(title: &'static str, relative: f64) -> Self {
-        Self { title, absolute: 0.0, relative, whole: false }
+        Self { title, absolute: 0.0, relative, complete: false }
     }
 
     /// A column that takes the whole study.
     pub(crate) fn of_the_whole(title: &'static str) -> Self {
-        Self { whole: true, ..Self::exact(title) }
+        Self { complete: true, ..Self::exact(title) }
     }
 
     /// Whether two cells agree, word by word.
-    fn agrees(&self, found: &str, stated: &str) -> bool {
-        if self.whole {
+    fn agrees(&self, found: &str, configured: &str) -> bool {
+        if self.complete {
             return true;
         }
-        let (found, stated): (Vec<_>, Vec<_>) =
-            (found.split_whitespace().collect(), stated.split_whitespace().collect());
-        found.len() == stated.len()
-            && found.iter().zip(&stated).all(|(found, stated)| {
-                match (found.parse::<f64>(), stated.parse::<f64>()) {
-                    (Ok(found), Ok(stated)) => {
-                        let allowed = self.absolute.max(self.relative * stated.abs());
+        let (found, configured_value): (Vec<_>, Vec<_>) =
+            (found.split_whitespace().collect(), configured.split_whitespace().collect());
+        found.len() == configured_value.len()
+            && found.iter().zip(&configured_value).all(|(found, configured_value)| {
+                match (found.parse::<f64>(), configured_value.parse::<f64>()) {
+                    (Ok(found), Ok(configured_value)) => {
+                        let allowed = self.absolute.max(self.relative * configured_value.abs());
                         // Numbers in decimal differ by the last bit more than they seem to.
-                        (found - stated).abs() <= allowed + 1e-9
+                        (found - configured_value).abs() <= allowed + 1e-9
                     }
-                    _ => found == stated,
+                    _ => found == configured_value,
                 }
             })
     }
@@ -71,7 +81,7 @@ impl Column {
 
 /// A table with its name in a document.
 pub(crate) struct Table {
-    /// The document's file in docs/.
+    /// The document's file in docs/evidence.
     pub(crate) document: &'static str,
     pub(crate) name: &'static str,
     pub(crate) columns: Vec<Column>,
@@ -99,8 +109,8 @@ impl Table {
         self.compare(None);
     }
 
-    /// Compares the rows that there are with those of the document that begin with the same `keys` cells; where tables are
-    /// written, these are the whole.
+    /// Compares the rows that there are with those of the document that begin with the same `keys`
+    /// cells; where tables are written, these are the whole.
     ///
     /// # Panics
     /// When one is not there, or they differ by more than the columns allow.
@@ -110,7 +120,7 @@ impl Table {
 
     fn compare(&self, keys: Option<usize>) {
         let _lock = DOCUMENT_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let path = Path::new(DOCUMENTS).join(self.document);
+        let path = document_path(self.document);
         let document = std::fs::read_to_string(&path).unwrap();
         let begin = format!("<!-- {} -->\n", self.name);
         let end = format!("<!-- end of {} -->", self.name);
@@ -121,39 +131,39 @@ impl Table {
             std::fs::write(path, text).unwrap();
             return;
         }
-        let stated: Vec<Vec<&str>> = (document[start..stop].lines().skip(2))
+        let rows: Vec<Vec<&str>> = (document[start..stop].lines().skip(2))
             .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
             .collect();
         let mut wrong = String::new();
         assert!(!self.rows.is_empty(), "rows of {}", self.name);
         if keys.is_none() {
-            assert_eq!(stated.len(), self.rows.len(), "rows of {}", self.name);
+            assert_eq!(rows.len(), self.rows.len(), "rows of {}", self.name);
         }
         for (index, row) in self.rows.iter().enumerate() {
-            let stated = match keys {
-                None => &stated[index],
-                Some(keys) => (stated.iter().find(|stated| stated[..keys] == row[..keys]))
-                    .unwrap_or_else(|| panic!("docs/{} has no row {row:?}", self.document)),
+            let stated_row = match keys {
+                None => &rows[index],
+                Some(keys) => (rows.iter().find(|configured| configured[..keys] == row[..keys]))
+                    .unwrap_or_else(|| panic!("{DOCUMENTS}/{} has no row {row:?}", self.document)),
             };
-            assert_eq!(stated.len(), row.len(), "columns of {}", self.name);
-            for ((cell, stated), column) in row.iter().zip(stated).zip(&self.columns) {
-                if !column.agrees(cell, stated) {
-                    writeln!(wrong, "{row:?}: {} is {cell}, not {stated}", column.title).unwrap();
+            assert_eq!(stated_row.len(), row.len(), "columns of {}", self.name);
+            for ((cell, expected), column) in row.iter().zip(stated_row).zip(&self.columns) {
+                if !column.agrees(cell, expected) {
+                    writeln!(wrong, "{row:?}: {} is {cell}, not {expected}", column.title).unwrap();
                 }
             }
         }
         assert!(
             wrong.is_empty(),
-            "docs/{} differs in {}; if the change is meant, {WRITE}=1 writes it:\n{wrong}",
+            "{DOCUMENTS}/{} differs in {}; if the change is meant, {WRITE}=1 writes it:\n{wrong}",
             self.document,
             self.name
         );
     }
 }
 
-/// Writes a figure beside the document, where the tables are written too.
+/// Writes a figure next to the document, where the tables are written too.
 pub(crate) fn write_figure(name: &str, svg: impl FnOnce() -> String) {
-    let path = Path::new(DOCUMENTS).join("figures").join(name);
+    let path = document_path("figures").join(name);
     if writing() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, svg()).unwrap();

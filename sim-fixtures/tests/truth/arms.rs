@@ -1,16 +1,17 @@
 //! Arms with an error of their own, whose statements are wrong by a draw as well.
 
-use didim_core::identification::{Experiment, SignalTiming, Signals, Tolerances};
-use didim_core::robot::Robot;
-use didim_core::simulation::{
+use didim_dynamics::robot::Robot;
+use didim_dynamics::simulation::{
     Cogging, FlexibleMode, MaxwellSlip, NoiseConfig, Stribeck, Unmodelled,
 };
+use didim_dynamics::{SignalTiming, Signals};
+use didim_identification::identification::{Experiment, Tolerances};
 use didim_sim::{PlaybackConfig, Scenario, tx40_paper};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 
-use super::stated::Statements;
+use super::statements::Statements;
 use crate::common::experiment::{MOTIONS, REST, on_random_moves};
 
 const SCENARIO: &str = include_str!("../../scenarios/tx40-paper.toml");
@@ -20,13 +21,13 @@ const FILE: &str = include_str!("../../../config/robots/tx40.toml");
 const COUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 32.0, 32.0]";
 const UNCOUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 0.0, 32.0]";
 
-/// Coulomb friction grows by some such share of the load in a joint of an industrial robot: Bittencourt,
-/// Wernholt, Sander-Tavallaey and Brogårdh, *An extended friction model to capture load and temperature
-/// effects in robot joints*, 2010.
+/// Coulomb friction grows by some such share of the load in a joint of an industrial robot:
+/// Bittencourt, Wernholt, Sander-Tavallaey and Brogårdh, *An extended friction model to capture
+/// load and temperature effects in robot joints*, 2010.
 const LOAD_SHARE: f64 = 0.0234;
 
-/// Of Coulomb friction, what lags at reversals, and F_max/k \[rad\]: twice that way turns it, at 20 rad/s²
-/// 20 ms after the joint.
+/// Of Coulomb friction, what lags at reversals, and F_max/k \[rad\]: twice that way turns it, at 20
+/// rad/s² 20 ms after the joint.
 const LAGGING: f64 = 0.5;
 const WAY_RAD: f64 = 0.002;
 
@@ -104,17 +105,18 @@ impl Own {
         file.replace("fv_m6", "# fv_m6").replace("fc_m6", "# fc_m6")
     }
 
-    /// The true value of a parameter: the coefficient in the arm's own law, at speed and load zero. With the
-    /// coupling left out, joint 6 is motor 6, and a parameter is what a joint has when it moves alone in
-    /// these coordinates. A joint's viscous friction contains that of its motor, see core/src/dynamics/drives.rs.
+    /// The true value of a parameter: the coefficient in the arm's own law, at speed and load zero.
+    /// With the coupling left out, joint 6 is motor 6, and a parameter is what a joint has when it
+    /// moves alone in these coordinates. A joint's viscous friction contains that of its motor, see
+    /// crates/dynamics/src/dynamics/drives.rs.
     pub(crate) fn truth(self, name: &str) -> f64 {
-        let of = |name: &str| tx40_paper().unwrap().truth_of(name).unwrap();
+        let truth_of = |name: &str| tx40_paper().unwrap().truth_of(name).unwrap();
         match (self, name) {
-            (Self::Coupling, "ia5") => of("ia5") - of("ia6"),
-            (Self::Coupling, "fv5") => of("fv5") + of("fv6") - 2.0 * of("fv_m6"),
-            (Self::Coupling, "fc5") => of("fc5") + of("fc6"),
-            (Self::Coupling, "fc6") => of("fc6") + of("fc_m6"),
-            _ => of(name),
+            (Self::Coupling, "ia5") => truth_of("ia5") - truth_of("ia6"),
+            (Self::Coupling, "fv5") => truth_of("fv5") + truth_of("fv6") - 2.0 * truth_of("fv_m6"),
+            (Self::Coupling, "fc5") => truth_of("fc5") + truth_of("fc6"),
+            (Self::Coupling, "fc6") => truth_of("fc6") + truth_of("fc_m6"),
+            _ => truth_of(name),
         }
     }
 
@@ -186,11 +188,10 @@ impl Arm {
     pub(crate) fn new(own: Own, seed: u64) -> Self {
         let statements = Statements::draw(&Tolerances::default(), 6, seed);
         // What lags is a part of Coulomb friction.
-        let coulomb = |name: &str| {
+        let robot = statements.arm(FILE).with_scaled_nominal(|name: &str| {
             let of_joint = name.starts_with("fc") && name != "fc_m6";
             if own == Own::Hysteresis && of_joint { 1.0 - LAGGING } else { 1.0 }
-        };
-        let robot = statements.arm(FILE).with_scaled_nominal(coulomb);
+        });
         let mut scenario = Scenario::from_toml(SCENARIO, robot).unwrap().with_seed(seed);
         if let Some(unmodelled) = own.unmodelled(seed) {
             scenario = scenario.with_unmodelled(unmodelled).unwrap();
@@ -207,33 +208,34 @@ impl Arm {
     /// What is recorded of it on one of three motions, as the robot file has it.
     pub(crate) fn experiment(&self, robot: &Robot, motion: usize, length: Length) -> Experiment {
         let scenario = self.scenario.clone();
-        let one = scenario.samples();
+        let length_of_one = scenario.samples();
         let (scenario, samples) = match (length, MOTIONS[motion]) {
-            (Length::Study, None) => (scenario, one),
-            (Length::Study, Some(seed)) => (on_random_moves(scenario, seed, 14), one),
+            (Length::Study, None) => (scenario, length_of_one),
+            (Length::Study, Some(seed)) => (on_random_moves(scenario, seed, 14), length_of_one),
             (Length::FiftyTimes, _) => {
-                (on_random_moves(scenario, LONG_MOTIONS[motion], 50 * 14), 50 * one)
+                (on_random_moves(scenario, LONG_MOTIONS[motion], 50 * 14), 50 * length_of_one)
             }
         };
         self.recorded(scenario, robot, samples)
     }
 
     /// The same arm without noise on another motion.
-    pub(crate) fn elsewhere(&self, robot: &Robot) -> Experiment {
+    pub(crate) fn other_motion(&self, robot: &Robot) -> Experiment {
         let quiet = self.scenario.clone().with_noise(NoiseConfig::with_seed(self.seed)).unwrap();
         let samples = quiet.samples();
         self.recorded(on_random_moves(quiet, OTHER_MOTION, 14), robot, samples)
     }
 
-    /// The motion with a rest before and after it, as [`experiment`](crate::common::experiment::experiment)
-    /// has it, recorded with what is stated wrongly.
+    /// The motion with a rest before and after it, as
+    /// [`experiment`](crate::common::experiment::experiment) has it, recorded with what is stated
+    /// wrongly.
     fn recorded(&self, scenario: Scenario, robot: &Robot, samples: usize) -> Experiment {
         let hold_s = scenario.controller().timing.sample_period_s();
         let rest_s = REST as f64 * hold_s;
         let rests = PlaybackConfig { lead_in_s: rest_s, tail_s: rest_s, cycles: Some(1) };
         let scenario = scenario.with_playback(rests).unwrap();
         let record = scenario.played_loop().unwrap().run(REST + samples + REST).unwrap();
-        let mut signals = Signals::of_motors(&record);
+        let mut signals = record.motor_signals();
         drop(record);
         self.statements.record(&mut signals, scenario.robot().transmission());
         let every = if self.own == Own::Rate { SLOW } else { 1 };

@@ -1,7 +1,7 @@
 //! What is simulated: parameters, noise and its colour.
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::simulation::NoiseConfig;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::simulation::NoiseConfig;
 use didim_sim::{Scenario, tx40_paper, tx40_physical};
 
 use crate::common::experiment::listed;
@@ -39,7 +39,7 @@ pub(crate) struct Cell {
 
 impl Cell {
     /// Every cell, in the order of the table.
-    pub(crate) fn all() -> Vec<Self> {
+    pub(crate) fn read_all() -> Vec<Self> {
         let mut cells = Vec::new();
         for parameters in [Parameters::Paper, Parameters::Physical] {
             for noise in [Noise::Low, Noise::High] {

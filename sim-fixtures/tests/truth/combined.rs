@@ -1,13 +1,13 @@
-//! Every stated error drawn from its tolerance, and errors of the arm's own: is the truth within the
-//! combined uncertainty, and are good results called good?
+//! Every stated error drawn from its tolerance, and errors of the arm's own: is the truth within
+//! the combined uncertainty, and are good results called good?
 
 use std::fmt::Write as _;
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{
     Estimate, Experiment, KnownModel, Method, Options, Start, identify, predict,
 };
-use didim_core::robot::Robot;
 use didim_sim::tx40_paper;
 
 use super::arms::{Arm, Length, Own};
@@ -31,16 +31,16 @@ const GOOD: f64 = 0.06;
 struct Outcome {
     /// Value less truth, and combined uncertainty, of every parameter.
     errors: Vec<(String, f64, f64)>,
-    /// The first reason why it is not called good for monitoring and prediction, if it is not.
+    /// The first reason why it is not called usable for monitoring and prediction, if it is not.
     refused: Option<String>,
-    /// The error of its torque elsewhere, as it says.
-    foretold: f64,
+    /// The error of its torque outside the recorded motion, as it reports.
+    predicted: f64,
     /// That of its torque on another motion.
-    elsewhere: f64,
+    extrapolation: f64,
 }
 
 impl Outcome {
-    fn new(estimate: &Estimate, own: Own, elsewhere: f64) -> Self {
+    fn new(estimate: &Estimate, own: Own, extrapolation: f64) -> Self {
         let errors = estimate
             .parameters
             .iter()
@@ -50,13 +50,13 @@ impl Outcome {
         Self {
             errors: errors.collect(),
             refused: reasons.next().map(ToString::to_string),
-            foretold: estimate.elsewhere.relative_error,
-            elsewhere,
+            predicted: estimate.extrapolation.relative_error,
+            extrapolation,
         }
     }
 
     fn is_good(&self) -> bool {
-        self.elsewhere <= GOOD
+        self.extrapolation <= GOOD
     }
 
     /// Share of parameters within two combined uncertainties \[%\].
@@ -74,10 +74,10 @@ impl Outcome {
     /// One run, for who wants more than the table has.
     fn line(&self) -> String {
         let mut text = format!(
-            "{:.1} % within 2, torque elsewhere {:.2} % (foretold {:.2}), {}; error/u",
+            "{:.1} % within 2, torque outside the motion {:.2} % (predicted {:.2}), {}; error/u",
             self.within_2(),
-            100.0 * self.elsewhere,
-            100.0 * self.foretold,
+            100.0 * self.extrapolation,
+            100.0 * self.predicted,
             self.refused.as_deref().unwrap_or("accepted")
         );
         for (name, error, u) in &self.errors {
@@ -118,23 +118,26 @@ impl Trial {
 
     fn estimate(&self, method: Method) -> Result<Estimate, String> {
         let options = self.options(method);
-        let found = identify(method, &self.robot, &self.base, &self.experiment, &options);
-        found.map(|found| found.estimate).map_err(|error| error.to_string())
+        let identified = identify(method, &self.robot, &self.base, &self.experiment, &options);
+        identified.map(|found| found.estimate).map_err(|error| error.to_string())
     }
 
     /// What each method makes of it; the reason where there is no result.
     fn outcomes(&self, methods: &[Method]) -> Vec<Result<Outcome, String>> {
-        let elsewhere = self.arm.elsewhere(&self.robot);
+        let other_motion = self.arm.other_motion(&self.robot);
         let options = self.options(Method::IdimLs);
-        let of_method = |method: &Method| {
-            let estimate = self.estimate(*method)?;
-            let values = estimate.parameters.iter().map(|p| (p.name.as_str(), p.value));
-            let values: Vec<_> = values.collect();
-            let model = KnownModel { parameters: &values, kept: &[], uncertainty: None };
-            let predicted = predict(&self.robot, &self.base, &elsewhere, &options, model).unwrap();
-            Ok(Outcome::new(&estimate, self.own, predicted.error.relative_error))
-        };
-        methods.iter().map(of_method).collect()
+        methods
+            .iter()
+            .map(|method: &Method| {
+                let estimate = self.estimate(*method)?;
+                let values = estimate.parameters.iter().map(|p| (p.name.as_str(), p.value));
+                let values: Vec<_> = values.collect();
+                let model = KnownModel { parameters: &values, fixed: &[], uncertainty: None };
+                let predicted =
+                    predict(&self.robot, &self.base, &other_motion, &options, model).unwrap();
+                Ok(Outcome::new(&estimate, self.own, predicted.error.relative_error))
+            })
+            .collect()
     }
 }
 
@@ -150,15 +153,15 @@ struct Figures {
     good: usize,
     good_accepted: usize,
     /// The largest error on another motion, of all results and of those accepted.
-    elsewhere: [f64; 2],
+    extrapolation: [f64; 2],
     /// The parameter that is most often beyond two uncertainties, and how often.
     beyond: Option<(String, usize)>,
 }
 
 impl Figures {
     fn new(runs: &[&Result<Outcome, String>]) -> Self {
-        let found: Vec<&Outcome> = runs.iter().filter_map(|run| run.as_ref().ok()).collect();
-        let errors: Vec<_> = found.iter().flat_map(|run| &run.errors).collect();
+        let outcomes: Vec<&Outcome> = runs.iter().filter_map(|run| run.as_ref().ok()).collect();
+        let errors: Vec<_> = outcomes.iter().flat_map(|run| &run.errors).collect();
         let within = errors.iter().filter(|(_, error, u)| error.abs() <= 2.0 * u).count();
         let mut ratios: Vec<f64> = errors.iter().map(|(_, error, u)| u / error.abs()).collect();
         ratios.sort_by(f64::total_cmp);
@@ -170,20 +173,20 @@ impl Figures {
             }
         }
         beyond.sort_by_key(|(_, times)| core::cmp::Reverse(*times));
-        let accepted = || found.iter().filter(|run| run.refused.is_none());
+        let accepted = || outcomes.iter().filter(|run| run.refused.is_none());
         let largest = |errors: &mut dyn Iterator<Item = f64>| errors.fold(0.0, f64::max);
         Self {
             runs: runs.len(),
-            without_result: runs.len() - found.len(),
+            without_result: runs.len() - outcomes.len(),
             within_2: 100.0 * within as f64 / errors.len() as f64,
-            worst: found.iter().map(|run| run.within_2()).fold(100.0, f64::min),
+            worst: outcomes.iter().map(|run| run.within_2()).fold(100.0, f64::min),
             median: ratios[ratios.len() / 2],
             accepted: accepted().count(),
-            good: found.iter().filter(|run| run.is_good()).count(),
+            good: outcomes.iter().filter(|run| run.is_good()).count(),
             good_accepted: accepted().filter(|run| run.is_good()).count(),
-            elsewhere: [
-                largest(&mut found.iter().map(|run| run.elsewhere)),
-                largest(&mut accepted().map(|run| run.elsewhere)),
+            extrapolation: [
+                largest(&mut outcomes.iter().map(|run| run.extrapolation)),
+                largest(&mut accepted().map(|run| run.extrapolation)),
             ],
             beyond: beyond.into_iter().next(),
         }
@@ -193,13 +196,13 @@ impl Figures {
     fn missed(&self, over_all: bool) -> Vec<&'static str> {
         let least = if over_all { 95.0 } else { 85.0 };
         let good = 100 * self.good_accepted >= 95 * self.good;
-        let kept = [
+        let limits = [
             (self.within_2 >= least, "within 2"),
             (self.median <= 4.0, "median"),
             (!over_all || good, "good accepted"),
             (self.without_result == 0, "no result"),
         ];
-        kept.into_iter().filter(|(kept, _)| !kept).map(|(_, name)| name).collect()
+        limits.into_iter().filter(|(fixed, _)| !fixed).map(|(_, name)| name).collect()
     }
 
     /// The columns that take the whole study.
@@ -213,8 +216,8 @@ impl Figures {
             format!("{:.1}", self.median),
             format!("{} of {}", self.accepted, self.runs),
             format!("{} of {}", self.good_accepted, self.good),
-            format!("{:.1}", 100.0 * self.elsewhere[0]),
-            format!("{:.1}", 100.0 * self.elsewhere[1]),
+            format!("{:.1}", 100.0 * self.extrapolation[0]),
+            format!("{:.1}", 100.0 * self.extrapolation[1]),
             beyond.map_or("none".to_owned(), |(name, times)| {
                 format!("{name}, {times} of {}", self.runs)
             }),
@@ -241,35 +244,36 @@ fn of_method<'a>(
     runs.filter_map(|found| found[method].as_ref()).collect()
 }
 
-/// Which results of a cell contradict what is stated. With the coupling left out the controller is one of other
-/// joints than the recorded: DIDIM has to say so, whatever its model predicts.
+/// Which results of a cell contradict what is stated. With the coupling left out the controller is
+/// one of other joints than the recorded: DIDIM has to say so, whatever its model predicts.
 fn contradicted(own: Own, method: Method) -> bool {
     own == Own::Coupling && method == Method::Didim
 }
 
-/// The whole study at one length, with so many runs a cell of each method, and what misses its limits.
+/// The whole study at one length, with so many runs a cell of each method, and what misses its
+/// limits.
 fn study(length: Length, runs: [usize; 2]) -> (Vec<Vec<String>>, Vec<String>) {
     let most = runs[0].max(runs[1]);
-    let found = in_parallel(Own::ALL.len() * most, |index| -> Found {
+    let results = in_parallel(Own::ALL.len() * most, |index| -> Found {
         // All cells in turn, so that a study that is stopped has said something of each.
         let (run, own) = (index / Own::ALL.len(), Own::ALL[index % Own::ALL.len()]);
         let wanted = METHODS.into_iter().zip(runs).filter(|(_, runs)| run < *runs);
         let methods: Vec<Method> = wanted.map(|(method, _)| method).collect();
         let started = std::time::Instant::now();
-        let mut found = Trial::new(own, run, length).outcomes(&methods).into_iter();
-        let found = METHODS.map(|method| methods.contains(&method).then(|| found.next())?);
-        for (method, outcome) in METHODS.into_iter().zip(&found) {
+        let mut outcomes = Trial::new(own, run, length).outcomes(&methods).into_iter();
+        let outcomes = METHODS.map(|method| methods.contains(&method).then(|| outcomes.next())?);
+        for (method, outcome) in METHODS.into_iter().zip(&outcomes) {
             let Some(outcome) = outcome else { continue };
             let said = outcome.as_ref().map_or_else(Clone::clone, Outcome::line);
             println!("{own:?}, run {}, {}: {said}", run + 1, name(method));
         }
         println!("{:.0} s", started.elapsed().as_secs_f64());
-        found
+        outcomes
     });
     let (mut rows, mut missed) = (Vec::new(), Vec::new());
     for (index, method) in METHODS.into_iter().enumerate() {
         let cells = || Own::ALL.into_iter().enumerate();
-        let runs_of = |cell: usize| found.iter().skip(cell).step_by(Own::ALL.len());
+        let runs_of = |cell: usize| results.iter().skip(cell).step_by(Own::ALL.len());
         let mut add = |what: &str, over_all: bool, excused: bool, runs: Vec<&Result<_, _>>| {
             let Some(first) = runs.first() else { return };
             let figures = Figures::new(&runs);
@@ -286,7 +290,7 @@ fn study(length: Length, runs: [usize; 2]) -> (Vec<Vec<String>>, Vec<String>) {
             add(own.description(), false, false, of_method(runs_of(cell), index));
         }
         let excused = cells().any(|(_, own)| contradicted(own, method));
-        add("all of these", true, excused, of_method(found.iter(), index));
+        add("all of these", true, excused, of_method(results.iter(), index));
         if excused {
             let others = cells().filter(|(_, own)| !contradicted(*own, method));
             let runs = of_method(others.flat_map(|(cell, _)| runs_of(cell)), index);
@@ -317,8 +321,8 @@ fn table(name: &'static str, rows: Vec<Vec<String>>) -> Table {
     Table { document: "truth.md", name, columns, rows }
 }
 
-/// Every cell by both methods at the study's length. Where the table is not written, the first run says
-/// whether it is of this code: by IDIM-LS in every cell, by DIDIM in one.
+/// Every cell by both methods at the study's length. Where the table is not written, the first run
+/// says whether it is of this code: by IDIM-LS in every cell, by DIDIM in one.
 #[test]
 fn combined_uncertainties_hold_the_truth_and_good_results_are_accepted() {
     if writing() {
@@ -330,17 +334,19 @@ fn combined_uncertainties_hold_the_truth_and_good_results_are_accepted() {
         return;
     }
     let rows = in_parallel(Own::ALL.len(), |cell| {
-        let own = Own::ALL[cell];
-        let trial = Trial::new(own, 0, Length::Study);
-        let methods = if own == Own::Nothing { &METHODS[..] } else { &METHODS[..1] };
-        let row = |method: &Method| {
-            let outcome = Outcome::new(&trial.estimate(*method).unwrap(), own, 0.0);
-            let keys = [own.description().to_owned(), name(*method)];
-            let found = [format!("{:.4}", outcome.rms())];
-            let of_the_whole = core::iter::repeat_n("–".to_owned(), 10);
-            keys.into_iter().chain(found).chain(of_the_whole).collect()
-        };
-        methods.iter().map(row).collect::<Vec<Vec<String>>>()
+        let error_kind = Own::ALL[cell];
+        let trial = Trial::new(error_kind, 0, Length::Study);
+        let methods = if error_kind == Own::Nothing { &METHODS[..] } else { &METHODS[..1] };
+        methods
+            .iter()
+            .map(|method: &Method| {
+                let outcome = Outcome::new(&trial.estimate(*method).unwrap(), error_kind, 0.0);
+                let keys = [error_kind.description().to_owned(), name(*method)];
+                let result_row = [format!("{:.4}", outcome.rms())];
+                let of_the_whole = core::iter::repeat_n("–".to_owned(), 10);
+                keys.into_iter().chain(result_row).chain(of_the_whole).collect()
+            })
+            .collect::<Vec<Vec<String>>>()
     });
     table("combined", rows.concat()).check_part(2);
 }

@@ -20,8 +20,8 @@ struct Point {
     expected: f64,
 }
 
-/// The best cut-off depends on the noise; what the verdict expects of the bias is what it is. A cut-off that
-/// smooths and one that does not, unless the table is written.
+/// The best cut-off depends on the noise; what the verdict expects of the bias is what it is. A
+/// cut-off that smooths and one that does not, unless the table is written.
 #[test]
 fn the_verdict_knows_what_the_position_filter_does() {
     let cutoffs_hz: &[f64] = if writing() { &CUTOFFS_HZ } else { &[50.0, 200.0] };
@@ -33,12 +33,14 @@ fn the_verdict_knows_what_the_position_filter_does() {
         let (noise, seed) = (NOISES[index / SEEDS], index % SEEDS + 1);
         let scenario = cell(noise).scenario(seed as u64);
         let experiment = experiment(&scenario);
-        let run = |method: &super::methods::Method| {
-            let estimate = (method.identify)(scenario.robot(), &base, &experiment, &names);
-            let expected = estimate.position_bias.as_ref().unwrap().deviations.abs();
-            (Run::new(&estimate, &scenario), expected)
-        };
-        methods.iter().map(run).collect::<Vec<_>>()
+        methods
+            .iter()
+            .map(|method: &super::methods::Method| {
+                let estimate = (method.identify)(scenario.robot(), &base, &experiment, &names);
+                let expected = estimate.position_bias.as_ref().unwrap().deviations.abs();
+                (Run::new(&estimate, &scenario), expected)
+            })
+            .collect::<Vec<_>>()
     });
     let (mut points, mut rows) = (Vec::new(), Vec::new());
     for (noise, runs) in NOISES.into_iter().zip(runs.chunks(SEEDS)) {
@@ -49,13 +51,18 @@ fn the_verdict_knows_what_the_position_filter_does() {
             // The mean of 8 has a standard error of 0.35; the largest of 28 is beyond two of them
             // without any bias.
             if mean.abs() > 2.0 {
-                let what = format!("{noise:?}, {cutoff_hz} Hz: {expected} for {mean} of {name}");
+                let description =
+                    format!("{noise:?}, {cutoff_hz} Hz: {expected} for {mean} of {name}");
                 // It is in the combined uncertainty.
-                assert!(summary.within_2_combined >= 85.0, "{what}: {}", summary.within_2_combined);
+                assert!(
+                    summary.within_2_combined >= 85.0,
+                    "{description}: {}",
+                    summary.within_2_combined
+                );
                 // Smoothing is expected to within a factor of two; of noise too much, which
                 // saturates friction where the power law goes on.
                 let most = if noise == Noise::Low { 2.0 } else { 10.0 };
-                assert!((0.5..most).contains(&(expected / mean.abs())), "{what}");
+                assert!((0.5..most).contains(&(expected / mean.abs())), "{description}");
             }
             rows.push(vec![
                 if noise == Noise::Low { "low" } else { "high" }.to_owned(),
@@ -84,17 +91,17 @@ fn the_verdict_knows_what_the_position_filter_does() {
 
 const PANEL: (f64, f64) = (400.0, 260.0);
 /// Room for the labels: left, top, right, bottom.
-const ROOM: [f64; 4] = [48.0, 56.0, 26.0, 40.0];
+const MARGINS: [f64; 4] = [48.0, 56.0, 26.0, 40.0];
 const LARGEST_Z: f64 = 10.0;
 const SMALLEST_Z: f64 = 0.1;
 
 /// Bias over cut-off, a panel per noise level, both scales logarithmic.
 fn figure(points: &[Point]) -> String {
-    let [left, top, right, bottom] = ROOM;
+    let [left_margin, top, right, bottom] = MARGINS;
     let (width, height) = PANEL;
-    let (wide, tall) = (width - left - right, height - top - bottom);
+    let (wide, tall) = (width - left_margin - right, height - top - bottom);
     let [first, last] = [CUTOFFS_HZ[0], CUTOFFS_HZ[CUTOFFS_HZ.len() - 1]];
-    let x = |hz: f64| left + (hz / first).ln() / (last / first).ln() * wide;
+    let x = |hz: f64| left_margin + (hz / first).ln() / (last / first).ln() * wide;
     let y = |z: f64| {
         let z = z.clamp(SMALLEST_Z, LARGEST_Z);
         top + (LARGEST_Z / z).ln() / (LARGEST_Z / SMALLEST_Z).ln() * tall
@@ -116,22 +123,22 @@ fn figure(points: &[Point]) -> String {
         writeln!(svg, "<g transform=\"translate({} 0)\">", panel as f64 * width).unwrap();
         writeln!(
             svg,
-            "<text x=\"{left}\" y=\"20\" font-weight=\"600\">{name}: largest bias of 28 parameters \
-             [σ]</text><path class=\"found\" d=\"M{left} 38h24\"/><text x=\"{}\" y=\"42\">found\
-             </text><path class=\"expected\" d=\"M{} 38h24\"/><text x=\"{}\" y=\"42\">expected by \
-             the verdict</text>",
-            left + 30.0,
-            left + 80.0,
-            left + 110.0
+            "<text x=\"{left_margin}\" y=\"20\" font-weight=\"600\">{name}: largest bias of 28 \
+             parameters [σ]</text><path class=\"found\" d=\"M{left_margin} 38h24\"/><text x=\"{}\" \
+             y=\"42\">found</text><path class=\"expected\" d=\"M{} 38h24\"/><text x=\"{}\" \
+             y=\"42\">expected by the verdict</text>",
+            left_margin + 30.0,
+            left_margin + 80.0,
+            left_margin + 110.0
         )
         .unwrap();
         for z in [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
             writeln!(
                 svg,
-                "<path class=\"grid\" style=\"stroke-width:1\" d=\"M{left} {0:.1}h{wide}\"/>\
+                "<path class=\"grid\" style=\"stroke-width:1\" d=\"M{left_margin} {0:.1}h{wide}\"/>\
                  <text x=\"{1}\" y=\"{2:.1}\" text-anchor=\"end\">{z}</text>",
                 y(z),
-                left - 6.0,
+                left_margin - 6.0,
                 y(z) + 4.0
             )
             .unwrap();
@@ -150,11 +157,11 @@ fn figure(points: &[Point]) -> String {
             let points = points.map(|(hz, point)| format!("{:.1} {:.1}", x(*hz), y(value(point))));
             format!("M{}", points.collect::<Vec<_>>().join("L"))
         };
-        let found = curve(&|point| point.summary.largest_mean.0.abs());
+        let figure = curve(&|point| point.summary.largest_mean.0.abs());
         let expected = curve(&|point| point.expected);
         writeln!(
             svg,
-            "<path class=\"expected\" d=\"{expected}\"/><path class=\"found\" d=\"{found}\"/></g>"
+            "<path class=\"expected\" d=\"{expected}\"/><path class=\"found\" d=\"{figure}\"/></g>"
         )
         .unwrap();
     }

@@ -1,6 +1,6 @@
 //! How far estimates are from the truth, in standard deviations.
 
-use didim_core::identification::Estimate;
+use didim_identification::identification::Estimate;
 use didim_sim::Scenario;
 
 /// One estimate against the truth.
@@ -16,11 +16,14 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn new(estimate: &Estimate, scenario: &Scenario) -> Self {
-        let deviation = |p: &didim_core::identification::ParameterEstimate| {
-            let truth = scenario.truth_of(&p.name).unwrap();
-            (p.name.clone(), (p.value - truth) / p.standard_deviation)
-        };
-        let deviations: Vec<(String, f64)> = estimate.parameters.iter().map(deviation).collect();
+        let deviations: Vec<(String, f64)> = estimate
+            .parameters
+            .iter()
+            .map(|p: &didim_identification::identification::ParameterEstimate| {
+                let truth = scenario.truth_of(&p.name).unwrap();
+                (p.name.clone(), (p.value - truth) / p.standard_deviation)
+            })
+            .collect();
         let classical = (deviations.iter().zip(&estimate.parameters))
             .map(|((_, z), p)| (z * p.standard_deviation / p.classical_standard_deviation).powi(2))
             .sum();
@@ -84,10 +87,11 @@ pub(crate) struct Summary {
 impl Summary {
     pub(crate) fn new<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
         let runs: Vec<_> = runs.collect();
-        let all: Vec<f64> =
+        let deviations: Vec<f64> =
             runs.iter().flat_map(|run| run.deviations.iter().map(|(_, z)| *z)).collect();
         let share = |limit: f64| {
-            100.0 * all.iter().filter(|z| z.abs() <= limit).count() as f64 / all.len() as f64
+            100.0 * deviations.iter().filter(|z| z.abs() <= limit).count() as f64
+                / deviations.len() as f64
         };
         let count = runs.len() as f64;
         let names: Vec<&String> = runs[0].deviations.iter().map(|(name, _)| name).collect();
@@ -95,7 +99,7 @@ impl Summary {
             runs.iter().map(|run| run.deviations[index].1).sum::<f64>() / count
         };
         let means: Vec<f64> = (0..names.len()).map(mean).collect();
-        let mean_square = all.iter().map(|z| z * z).sum::<f64>() / all.len() as f64;
+        let mean_square = deviations.iter().map(|z| z * z).sum::<f64>() / deviations.len() as f64;
         let squared_mean = means.iter().map(|m| m * m).sum::<f64>() / means.len() as f64;
         let (index, _) = (means.iter().enumerate())
             .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))
@@ -104,14 +108,14 @@ impl Summary {
             rms: mean_square.sqrt(),
             classical_rms: {
                 let sum: f64 = runs.iter().map(|run| run.classical).sum();
-                (sum / all.len() as f64).sqrt()
+                (sum / deviations.len() as f64).sqrt()
             },
             within_2: share(2.0),
             within_3: share(3.0),
             largest_mean: (means[index], names[index].clone()),
             within_2_combined: {
                 let covered: usize = runs.iter().map(|run| run.covered).sum();
-                100.0 * covered as f64 / all.len() as f64
+                100.0 * covered as f64 / deviations.len() as f64
             },
             // (count / (count − 1)) makes the variance about an estimated mean unbiased.
             scatter: ((mean_square - squared_mean) * count / (count - 1.0)).sqrt(),
@@ -121,12 +125,12 @@ impl Summary {
 
     /// The limits that are not kept.
     pub(crate) fn missed(&self) -> Vec<Limit> {
-        let kept = |limit: &Limit| match limit {
+        let is_within = |limit: &Limit| match limit {
             Limit::Rms => (0.9..=1.1).contains(&self.rms),
             Limit::Within2 => (92.0..=98.0).contains(&self.within_2),
             Limit::Within3 => self.within_3 >= 99.0,
             Limit::Mean => self.largest_mean.0.abs() <= 0.7,
         };
-        Limit::ALL.into_iter().filter(|limit| !kept(limit)).collect()
+        Limit::ALL.into_iter().filter(|limit| !is_within(limit)).collect()
     }
 }

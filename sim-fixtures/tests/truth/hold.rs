@@ -14,7 +14,7 @@ const INERTIAS: [&str; 6] = ["zz1r", "zz2r", "ia3", "ia4", "ia5", "ia6"];
 /// One drive inertia in one run.
 struct Figures {
     /// z with the hold honoured, and with it ignored.
-    held: f64,
+    fixed: f64,
     ignored: f64,
     standard_deviation: f64,
 }
@@ -27,20 +27,20 @@ fn ignoring_the_hold_biases_drive_inertias_and_the_default_does_not() {
     let (base, names) = (CELL.parameters.base(), CELL.parameters.names());
     let runs = in_parallel(SEEDS, |index| {
         let scenario = CELL.scenario(index as u64 + 1);
-        let held = experiment(&scenario);
-        let ignored = hold_ignored(held.clone());
-        let [held, ignored] = [held, ignored]
+        let honoured = experiment(&scenario);
+        let ignored = hold_ignored(honoured.clone());
+        let [fixed, ignored] = [honoured, ignored]
             .map(|experiment| (method.identify)(scenario.robot(), &base, &experiment, &names));
         INERTIAS.map(|name| {
             let truth = scenario.truth_of(name).unwrap();
-            let of = |estimate: &didim_core::identification::Estimate| {
+            let inertia_of = |estimate: &didim_identification::identification::Estimate| {
                 estimate.parameters.iter().find(|p| p.name == name).unwrap().clone()
             };
-            let (held, ignored) = (of(&held), of(&ignored));
-            let standard_deviation = held.standard_deviation;
+            let (fixed_value, ignored) = (inertia_of(&fixed), inertia_of(&ignored));
+            let standard_deviation = fixed_value.standard_deviation;
             // Both in the same σ, so that their difference is the bias.
             let z = |value| (value - truth) / standard_deviation;
-            Figures { held: z(held.value), ignored: z(ignored.value), standard_deviation }
+            Figures { fixed: z(fixed_value.value), ignored: z(ignored.value), standard_deviation }
         })
     });
     let scenario = CELL.parameters.scenario();
@@ -50,16 +50,19 @@ fn ignoring_the_hold_biases_drive_inertias_and_the_default_does_not() {
         let mean = |figure: &dyn Fn(&Figures) -> f64| {
             runs.iter().map(|run| figure(&run[index])).sum::<f64>() / SEEDS as f64
         };
-        let (held, ignored) = (mean(&|f| f.held), mean(&|f| f.ignored));
+        let (fixed_value, ignored) = (mean(&|f| f.fixed), mean(&|f| f.ignored));
         let viscous = scenario.truth_of(&format!("fv{}", index + 1)).unwrap();
         let expected = mean(&|f| 0.5 * period_s * viscous / f.standard_deviation);
         // The mean of 10 has a standard error of 1.12/√10 = 0.35.
-        assert!(held.abs() < 3.0 * 0.35, "{name}: {held}");
+        assert!(fixed_value.abs() < 3.0 * 0.35, "{name}: {fixed_value}");
         // Coulomb friction, which comes early too, adds to the bias by viscous friction.
-        assert!(ignored - held > 0.9 * expected && ignored > 5.0, "{name}: {ignored}, {expected}");
+        assert!(
+            ignored - fixed_value > 0.9 * expected && ignored > 5.0,
+            "{name}: {ignored}, {expected}"
+        );
         rows.push(vec![
             name.to_owned(),
-            format!("{held:.2}"),
+            format!("{fixed_value:.2}"),
             format!("{ignored:.2}"),
             format!("{expected:.2}"),
         ]);

@@ -1,8 +1,8 @@
 //! What is held against the truth.
 
-use didim_core::dynamics::BaseParameters;
-use didim_core::identification::{self, Estimate, Experiment, Start};
-use didim_core::robot::Robot;
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{self, Estimate, Experiment, Start};
 use didim_sim::tx40_paper;
 
 use super::cells::{Cell, Noise};
@@ -21,7 +21,7 @@ pub(crate) struct Method {
     pub(crate) distorts: bool,
     /// Whether it simulates the closed loop.
     pub(crate) simulates: bool,
-    /// The limits that it is known to miss in a cell, and whose reason stands beside.
+    /// Limits that it is known to miss in a cell. The reason stands in the table.
     pub(crate) excused: fn(Cell) -> &'static [Limit],
 }
 

@@ -1,5 +1,5 @@
 //! The simulated arm's parameters are known: what do the methods make of them, and do their
-//! standard deviations say how wrong they are? docs/truth.md shows the tables.
+//! standard deviations say how wrong they are? docs/evidence/truth.md shows the tables.
 
 mod arms;
 mod cells;
@@ -10,7 +10,7 @@ mod hold;
 mod methods;
 mod model_errors;
 mod monitoring;
-mod stated;
+mod statements;
 
 use crate::common::experiment::experiment;
 use crate::common::parallel::in_parallel;
@@ -31,22 +31,24 @@ fn seeds() -> usize {
     }
 }
 
-/// Every cell by every method: z of all parameters over all seeds, held to the limits where the table is
-/// written.
+/// Every cell by every method: z of all parameters over all seeds, held to the limits where the
+/// table is written.
 #[test]
 fn standard_deviations_say_how_far_the_truth_is() {
-    let (cells, methods, seeds) = (Cell::all(), methods(), seeds());
+    let (cells, methods, seeds) = (Cell::read_all(), methods(), seeds());
     let arms: Vec<_> = cells.iter().map(|c| (c.parameters.base(), c.parameters.names())).collect();
     let runs = in_parallel(cells.len() * seeds, |index| -> Vec<Run> {
         let (cell, seed) = (index / seeds, index % seeds + 1);
         let scenario = cells[cell].scenario(seed as u64);
         let experiment = experiment(&scenario);
         let (base, names) = &arms[cell];
-        let run = |method: &methods::Method| {
-            let estimate = (method.identify)(scenario.robot(), base, &experiment, names);
-            Run::new(&estimate, &scenario)
-        };
-        methods.iter().map(run).collect()
+        methods
+            .iter()
+            .map(|method: &methods::Method| {
+                let estimate = (method.identify)(scenario.robot(), base, &experiment, names);
+                Run::new(&estimate, &scenario)
+            })
+            .collect()
     });
     let (mut rows, mut not_excused) = (Vec::new(), Vec::new());
     for (cell, runs) in cells.iter().zip(runs.chunks(seeds)) {
@@ -56,8 +58,9 @@ fn standard_deviations_say_how_far_the_truth_is() {
             let missed = summary.missed();
             let excused = (method.excused)(*cell);
             // What is biased has to be within the combined uncertainty.
-            let told = summary.largest_mean.0.abs() <= 0.7 || summary.within_2_combined >= 95.0;
-            if !told || !missed.iter().all(|limit| excused.contains(limit)) {
+            let is_covered =
+                summary.largest_mean.0.abs() <= 0.7 || summary.within_2_combined >= 95.0;
+            if !is_covered || !missed.iter().all(|limit| excused.contains(limit)) {
                 not_excused.push(format!("{row:?}, {}: {missed:?} {summary:?}", method.name));
             }
             let missed: Vec<_> = missed.into_iter().map(Limit::name).collect();

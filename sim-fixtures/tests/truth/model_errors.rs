@@ -1,8 +1,8 @@
 //! Experiments whose model is wrong, each in one way.
 
-use didim_core::identification::{Estimate, Experiment};
-use didim_core::robot::SignModel;
-use didim_core::simulation::{Stribeck, Unmodelled};
+use didim_dynamics::robot::SignModel;
+use didim_dynamics::simulation::{Stribeck, Unmodelled};
+use didim_identification::identification::{Estimate, Experiment};
 use didim_sim::{Payload, Scenario};
 
 use super::cells::{Cell, Noise, Parameters};
@@ -17,8 +17,8 @@ const SEEDS: usize = 3;
 /// What the result can make of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Expected {
-    /// It is within what is taken for possible: nothing speaks against the result, and its combined uncertainty
-    /// covers the truth.
+    /// It is within what is taken for possible: nothing speaks against the result, and its combined
+    /// uncertainty covers the truth.
     Covered,
     /// Something stated is contradicted, or the controller is not the recorded one: named.
     Refused,
@@ -166,7 +166,7 @@ impl Effect {
             relative_error: relative.sum::<f64>() / estimates.len() as f64,
             covered: summary.within_2_combined,
             applicable: summary.applicable,
-            most_wanted: estimates[0].0.freedoms[0].freedom.to_string(),
+            most_wanted: estimates[0].0.nuisance_parameters[0].nuisance.to_string(),
             reasons: estimates
                 .iter()
                 .map(|(estimate, _)| {
@@ -190,12 +190,14 @@ fn effects(wrongs: &[Wrong], methods: &[Method]) -> Vec<(Wrong, usize, Effect)> 
         if wrong == Wrong::Hold {
             experiment = hold_ignored(experiment);
         }
-        let run = |method| {
-            let estimate = wrong.identify(method, &scenario, &experiment);
-            let run = Run::new(&estimate, &scenario);
-            (estimate, run)
-        };
-        methods.iter().map(run).collect::<Vec<_>>()
+        methods
+            .iter()
+            .map(|method| {
+                let estimate = wrong.identify(method, &scenario, &experiment);
+                let run = Run::new(&estimate, &scenario);
+                (estimate, run)
+            })
+            .collect::<Vec<_>>()
     });
     let mut effects = Vec::new();
     for (&wrong, runs) in wrongs.iter().zip(runs.chunks(SEEDS)) {
@@ -207,8 +209,8 @@ fn effects(wrongs: &[Wrong], methods: &[Method]) -> Vec<(Wrong, usize, Effect)> 
     effects
 }
 
-/// What is wrong is within the combined uncertainty, or refused by its name, or beyond what is stated and
-/// in no data. One of each, unless the table is written.
+/// What is wrong is within the combined uncertainty, or refused by its name, or beyond what is
+/// stated and in no data. One of each, unless the table is written.
 #[test]
 fn errors_put_in_on_purpose_are_covered_or_named() {
     // The paper's position filter is an error of its own, and has its own table.

@@ -1,9 +1,9 @@
-//! Two results of one arm that has not changed: what the model lacks sets them apart where their motions differ, and must
-//! not be taken for a change.
+//! Two results of one arm that has not changed: what the model lacks sets them apart where their
+//! motions differ, and must not be taken for a change.
 
-use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{Estimate, Experiment, Method, identify};
-use didim_core::robot::Robot;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{Estimate, Experiment, Method, identify};
 
 use super::arms::{Arm, Length, Own};
 use crate::common::experiment::regression;
@@ -18,7 +18,8 @@ const CUTOFF_HZ: f64 = 200.0;
 /// Standard deviations from which on a difference counts as drift.
 const LIMIT: f64 = 4.0;
 
-/// The differences between two results over their standard deviations, without the model's part and with it.
+/// The differences between two results over their standard deviations, without the model's part and
+/// with it.
 type Deviations = Vec<[f64; 2]>;
 
 /// The first motion again with other noise, and two other motions, each against the first.
@@ -54,35 +55,36 @@ fn differences(own: Own, run: usize) -> [Deviations; 3] {
 #[test]
 fn an_arm_that_has_not_changed_raises_no_alarm_on_another_motion() {
     let runs = if writing() { RUNS } else { 1 };
-    let found =
+    let deviations_found =
         in_parallel(CELLS.len() * runs, |index| differences(CELLS[index / runs], index % runs));
     let mut rows = Vec::new();
     let mut outside = Vec::new();
-    for (cell, found) in CELLS.iter().zip(found.chunks(runs)) {
+    for (cell, found) in CELLS.iter().zip(deviations_found.chunks(runs)) {
         let motions: [(&str, &[usize]); 2] = [("the same", &[0]), ("another", &[1, 2])];
         for (motion, which) in motions {
-            let of = |found: &[[Deviations; 3]], part: usize| -> Vec<f64> {
-                let all = found.iter().flat_map(|run| which.iter().flat_map(|at| &run[*at]));
-                all.map(|deviations| deviations[part]).collect()
-            };
+            fn largest_of(found: &[[Deviations; 3]], part: usize, which: &[usize]) -> Vec<f64> {
+                let all_deviations =
+                    found.iter().flat_map(|run| which.iter().flat_map(|at| &run[*at]));
+                all_deviations.map(|deviations| deviations[part]).collect()
+            }
             let rms = |z: &[f64]| (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
-            let beyond = |z: &[f64]| {
+            fn beyond(z: &[f64]) -> String {
                 let count = z.iter().filter(|z| z.abs() > LIMIT).count();
                 format!("{:.1}", 100.0 * count as f64 / z.len() as f64)
-            };
-            let [noise, whole] = [0, 1].map(|part| of(found, part));
-            let largest = whole.iter().fold(0.0, |largest: f64, z| largest.max(z.abs()));
+            }
+            let [noise, total] = [0, 1].map(|part| largest_of(found, part, which));
+            let largest = total.iter().fold(0.0, |largest: f64, z| largest.max(z.abs()));
             if largest > LIMIT {
                 outside.push(format!("{}, {motion}: {largest:.1}", cell.description()));
             }
             rows.push(vec![
                 cell.description().to_owned(),
                 motion.to_owned(),
-                format!("{:.3}", rms(&of(&found[..1], 1))),
+                format!("{:.3}", rms(&largest_of(&found[..1], 1, which))),
                 format!("{:.2}", rms(&noise)),
                 beyond(&noise),
-                format!("{:.2}", rms(&whole)),
-                beyond(&whole),
+                format!("{:.2}", rms(&total)),
+                beyond(&total),
                 format!("{largest:.1}"),
             ]);
         }

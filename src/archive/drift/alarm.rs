@@ -1,20 +1,21 @@
-//! The alarm of one parameter: raised when it stays outside its band, cleared when it is back.
+//! The alarm of one parameter. It is raised if the parameter stays outside its band, and cleared
+//! when the parameter is back.
 
 use super::Change;
 use crate::archive::store::Timestamp;
 
-/// The alarm is cleared only within this share of the band, so that a parameter at its edge does not
-/// raise and clear it all the time.
+/// The alarm is cleared only within this share of the band. A parameter at the edge therefore does
+/// not raise and clear it repeatedly.
 const BACK_WITHIN: f64 = 0.75;
 
-/// The state of one parameter.
+/// Alarm state of one parameter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Alarm {
-    /// Consecutive results that speak for a change of the state: outside while it is clear, well
-    /// inside while it is raised.
+    /// Number of consecutive results that support a state change: outside the band while the alarm
+    /// is clear, well inside it while the alarm is raised.
     turning: u32,
-    /// The first of the consecutive results outside.
-    left: Option<Timestamp>,
+    /// Time of the first of the consecutive results outside the band.
+    exited: Option<Timestamp>,
     raised: bool,
 }
 
@@ -28,8 +29,8 @@ pub enum AlarmEvent {
 }
 
 impl Alarm {
-    /// Takes the next result, of which `results` in a row change the state. A change that is no
-    /// number is passed over.
+    /// Processes the next result. `results` results in a row change the state. A change that is NaN
+    /// is ignored.
     pub fn handle_change(
         &mut self,
         change: &Change,
@@ -44,12 +45,12 @@ impl Alarm {
         if !changes {
             self.turning = 0;
             if !self.raised {
-                self.left = None;
+                self.exited = None;
             }
             return None;
         }
         if !self.raised && self.turning == 0 {
-            self.left = Some(time);
+            self.exited = Some(time);
         }
         self.turning += 1;
         if self.turning < results {
@@ -60,12 +61,12 @@ impl Alarm {
         if self.raised {
             return Some(AlarmEvent::Raised);
         }
-        self.left = None;
+        self.exited = None;
         Some(AlarmEvent::Cleared)
     }
 
-    /// Since when the parameter is outside, if the alarm is raised.
+    /// Returns the time since which the parameter is outside its band, if the alarm is raised.
     pub fn since(&self) -> Option<Timestamp> {
-        self.left.filter(|_| self.raised)
+        self.exited.filter(|_| self.raised)
     }
 }

@@ -1,39 +1,41 @@
-//! The baseline: a result that later ones are compared with, in `baseline.json` of the state folder.
+//! The baseline in `baseline.json` of the state folder: the result that later results are compared
+//! with.
 
 use std::fs;
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use didim_core::identification::ModelUncertainty;
+use didim_identification::identification::ModelUncertainty;
 use serde::{Deserialize, Serialize};
 
-use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, Known, Timestamp};
+use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, ModelContext, Timestamp};
 use crate::files::{TextError, read_bytes, replace};
 
-/// Version of the file's layout.
+/// Version of the file layout.
 pub const BASELINE_SCHEMA: u32 = 1;
 
 const NAME: &str = "baseline.json";
 
-/// A result to compare with, whole: it may be older than any result that is kept.
+/// A complete result to compare with. It may be older than any kept result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// [`BASELINE_SCHEMA`].
     pub schema: u32,
-    /// When it was made the baseline.
+    /// Time at which it was made the baseline.
     pub set: Timestamp,
-    /// The result's line of the history.
+    /// History line of the result.
     pub result: HistoryLine,
-    /// What its file knew beside that.
+    /// Additional data from the result file.
     #[serde(flatten)]
-    pub known: Known,
+    pub available: ModelContext,
 }
 
-/// Why a baseline cannot be read or set.
+/// Error when reading or setting a baseline.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineError {
-    /// The file system refused. Check the permissions of the folder, which the service's user owns.
+    /// The file system refused access. Check the permissions of the folder, which the service's
+    /// user owns.
     #[error("cannot {action} {}: {cause}; run the command as the service's user", path.display())]
     Io {
         /// What was tried.
@@ -43,7 +45,7 @@ pub enum BaselineError {
         /// The system's error.
         cause: io::Error,
     },
-    /// It cannot be read. Check its permissions, or set the baseline anew.
+    /// The file cannot be read. Check its permissions, or set the baseline again.
     #[error(
         "cannot read {}: {cause}; check its permissions, or set one with `didim baseline set`",
         path.display()
@@ -54,8 +56,11 @@ pub enum BaselineError {
         /// The system's error.
         cause: io::Error,
     },
-    /// The file was not written by this program. Set the baseline anew.
-    #[error("{} is no baseline of this program: {problem}; set one with `didim baseline set`", path.display())]
+    /// The file was not written by this program. Set the baseline again.
+    #[error(
+        "{} is no baseline of this program: {problem}; set one with `didim baseline set`",
+        path.display()
+    )]
     Format {
         /// The file.
         path: PathBuf,
@@ -66,20 +71,26 @@ pub enum BaselineError {
 
 impl Baseline {
     /// Makes a result the baseline as of now.
-    pub fn of(result: HistoryLine) -> Self {
-        Self { schema: BASELINE_SCHEMA, set: Timestamp::now(), result, known: Known::default() }
+    pub fn from_result(result: HistoryLine) -> Self {
+        Self {
+            schema: BASELINE_SCHEMA,
+            set: Timestamp::now(),
+            result,
+            available: ModelContext::default(),
+        }
     }
 
-    /// How far errors of the model may set a later result apart from it, where both say.
+    /// Returns how far model errors may move a later result away from the baseline. `None` if
+    /// either of the two does not report its model errors.
     pub fn against(&self, later: &ModelUncertainty) -> Option<Against> {
-        let deviations = later.difference_deviations(self.known.model_uncertainty.as_ref()?)?;
+        let deviations = later.difference_deviations(self.available.model_uncertainty.as_ref()?)?;
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let standard_deviations = deviations.iter().map(|deviation| *deviation as f32).collect();
         let HistoryLine { result, time, .. } = self.result;
         Some(Against { result, time, standard_deviations })
     }
 
-    /// The baseline of a folder of results, if there is one.
+    /// Reads the baseline of a results folder, if there is one.
     ///
     /// # Errors
     /// [`BaselineError`].
@@ -106,20 +117,20 @@ impl Baseline {
         Ok(Some(baseline))
     }
 
-    /// Makes it the baseline of a folder.
+    /// Writes this as the baseline of a folder.
     ///
     /// # Errors
-    /// [`BaselineError::Io`]; the one of before is untouched.
+    /// [`BaselineError::Io`]; the previous baseline is unchanged.
     pub fn write(&self, folder: &Path) -> Result<(), BaselineError> {
         let path = folder.join(NAME);
-        let at = |action, cause| BaselineError::Io { action, path: path.clone(), cause };
+        let io_error = |action, cause| BaselineError::Io { action, path: path.clone(), cause };
         let mut json =
-            serde_json::to_vec_pretty(self).map_err(|error| at("write", error.into()))?;
+            serde_json::to_vec_pretty(self).map_err(|error| io_error("write", error.into()))?;
         json.push(b'\n');
-        replace(&path, |out| out.write_all(&json)).map_err(|cause| at("write", cause))
+        replace(&path, |out| out.write_all(&json)).map_err(|cause| io_error("write", cause))
     }
 
-    /// Removes the baseline of a folder; false when there is none.
+    /// Removes the baseline of a folder. Returns false if there is none.
     ///
     /// # Errors
     /// [`BaselineError::Io`].
@@ -133,30 +144,30 @@ impl Baseline {
     }
 }
 
-/// Notices when the baseline of a folder is set or cleared by another process.
+/// Detects that another process has set or cleared the baseline of a folder.
 #[derive(Debug)]
 pub struct BaselineWatch {
     folder: PathBuf,
-    /// What tells one file from the next; nothing before the first look.
+    /// Properties that distinguish one file from the next. `None` before the first check.
     seen: Option<Option<(u64, i64, i64, u64)>>,
 }
 
 impl BaselineWatch {
-    /// Of a folder; the first look finds a change.
+    /// Watches a folder. The first check reports a change.
     pub fn new(folder: &Path) -> Self {
         Self { folder: folder.to_owned(), seen: None }
     }
 
-    /// Lets the next look find a change.
+    /// Makes the next check report a change.
     pub fn forget(&mut self) {
         self.seen = None;
     }
 
-    /// The baseline, if it is another one, or none any more, since the last look.
+    /// Returns the baseline if it was replaced or removed since the last check.
     ///
     /// # Errors
     /// [`BaselineError`], once per change.
-    pub fn look(&mut self) -> Option<Result<Option<Baseline>, BaselineError>> {
+    pub fn poll(&mut self) -> Option<Result<Option<Baseline>, BaselineError>> {
         let now = fs::metadata(self.folder.join(NAME))
             .ok()
             .map(|data| (data.ino(), data.mtime(), data.mtime_nsec(), data.len()));

@@ -1,11 +1,11 @@
-//! Which result becomes the baseline.
+//! Selection of the result that becomes the baseline.
 
 use std::path::Path;
 
 use super::{Baseline, BaselineError};
 use crate::archive::store::{HistoryError, HistoryLine, read_history, read_known};
 
-/// Why a result does not become the baseline.
+/// Reason why a result does not become the baseline.
 #[derive(Debug, thiserror::Error)]
 pub enum ChooseError {
     /// The history cannot be read.
@@ -14,59 +14,60 @@ pub enum ChooseError {
     /// The baseline cannot be written.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
-    /// No result is good for monitoring. Wait for one that is, or look at the reasons of the verdicts.
-    #[error("no result in the history is good for monitoring; {known}")]
+    /// No result is usable for monitoring. Wait for one that is, or look at the reasons of the
+    /// verdicts.
+    #[error("no result in the history is usable for monitoring; {available}")]
     NoneGood {
         /// What there is.
-        known: String,
+        available: String,
     },
-    /// The result is not good for monitoring. Choose another.
+    /// The result is not usable for monitoring. Choose another.
     #[error(
-        "result {result} is not good for monitoring, so that no result can be compared with it; \
+        "result {result} is not usable for monitoring, so that no result can be compared with it; \
          choose another, `didim history` lists them"
     )]
     NotGood {
         /// Its number.
         result: u64,
     },
-    /// There is no such result. Choose another.
-    #[error("result {result} is not in the history; {known}")]
+    /// No result has this number. Choose another.
+    #[error("result {result} is not in the history; {available}")]
     Unknown {
-        /// The number that was asked for.
+        /// Requested number.
         result: u64,
         /// What there is.
-        known: String,
+        available: String,
     },
 }
 
 /// Makes a result of the folder's history its baseline: the one with this number, or the last one
-/// that is good for monitoring.
+/// that is usable for monitoring.
 ///
 /// # Errors
 /// [`ChooseError`]; the previous baseline stays.
 pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
     let result = choose(folder, result)?;
-    let known = read_known(folder, result.result);
-    let baseline = Baseline { known, ..Baseline::of(result) };
+    let context = read_known(folder, result.result);
+    let baseline = Baseline { available: context, ..Baseline::from_result(result) };
     baseline.write(folder)?;
     Ok(baseline)
 }
 
 fn choose(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError> {
     let (lines, _) = read_history(folder)?;
-    let known = match (lines.first(), lines.last()) {
+    let available = match (lines.first(), lines.last()) {
         (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),
         _ => "it is empty".to_owned(),
     };
-    // Numbers begin anew in an emptied folder: the last one of a number is meant.
+    // Numbers restart in an emptied folder: the last result with a number is meant.
     let mut newest_first = lines.into_iter().rev();
     let Some(result) = number else {
         let good = newest_first.find(HistoryLine::is_good_for_monitoring);
-        return good.ok_or(ChooseError::NoneGood { known });
+        return good.ok_or(ChooseError::NoneGood { available });
     };
     match newest_first.find(|line| line.result == result) {
         Some(line) if line.is_good_for_monitoring() => Ok(line),
         Some(_) => Err(ChooseError::NotGood { result }),
-        None => Err(ChooseError::Unknown { result, known }),
+        None => Err(ChooseError::Unknown { result, available }),
     }
 }

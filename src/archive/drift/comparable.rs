@@ -1,78 +1,79 @@
-//! Which results may be compared with a baseline.
+//! Check of which results may be compared with a baseline.
 
 use crate::archive::store::HistoryLine;
 
-/// Payloads that differ by less are the same one \[kg\]: what a bench balance tells.
+/// Payloads with a smaller difference count as the same \[kg\]: the resolution of a bench balance.
 const SAME_PAYLOAD_KG: f64 = 0.01;
-/// Names that are listed where parameters differ.
+/// Maximum number of names that are listed if parameters differ.
 const NAMES: usize = 6;
 
-/// Why a result is not compared with another.
+/// Reason why a result is not compared with another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotComparable {
-    /// It is not good for monitoring.
-    #[error("result {result} is not good for monitoring")]
+    /// It is not usable for monitoring.
+    #[error("result {result} is not usable for monitoring")]
     NotGood {
         /// Its number.
         result: u64,
     },
-    /// They are of two robots. Set a new baseline.
+    /// The results are of two different robots. Set a new baseline.
     #[error("result {result} is of the robot {robot}, result {other} of {other_robot}")]
     OtherRobot {
-        /// Number of the later one.
+        /// Number of the later result.
         result: u64,
         /// Its robot.
         robot: String,
-        /// Number of the one it would be compared with.
+        /// Number of the result to compare with.
         other: u64,
         /// Its robot.
         other_robot: String,
     },
-    /// Errors of the model affect each method differently. Set a new baseline.
+    /// Model errors affect each method differently. Set a new baseline.
     #[error("result {result} is by {method}, result {other} by {other_method}")]
     OtherMethod {
-        /// Number of the later one.
+        /// Number of the later result.
         result: u64,
         /// Its method.
         method: String,
-        /// Number of the one it would be compared with.
+        /// Number of the result to compare with.
         other: u64,
         /// Its method.
         other_method: String,
     },
-    /// The names stand for other sums of parameters: the robot file has changed. Set a new baseline.
+    /// The names represent other sums of parameters because the robot file has changed. Set a new
+    /// baseline.
     #[error(
         "the base parameters of result {result} are regrouped in another way than those of result \
          {other}"
     )]
     OtherRegrouping {
-        /// Number of the later one.
+        /// Number of the later result.
         result: u64,
-        /// Number of the one it would be compared with.
+        /// Number of the result to compare with.
         other: u64,
     },
-    /// Leaving a parameter out changes the others. Set a new baseline.
+    /// Omitting a parameter changes the others. Set a new baseline.
     #[error("result {result} has other parameters than result {other} ({names})")]
     OtherParameters {
-        /// Number of the later one.
+        /// Number of the later result.
         result: u64,
-        /// Number of the one it would be compared with.
+        /// Number of the result to compare with.
         other: u64,
-        /// Parameters that only one of them has: `+` the later one, `−` the other.
+        /// Parameters that only one of them has: `+` for the later result, `−` for the other.
         names: String,
     },
-    /// Another mass was noted. Note with the next window what is carried now, or set a baseline with
-    /// this payload.
+    /// Another payload mass was noted. Note the current payload with the next window, or set a
+    /// baseline with this payload.
     #[error(
         "a payload of {payload_kg} kg was noted with result {result}, {} with result {other}",
         other_kg.map_or("none".to_owned(), |kg| format!("one of {kg} kg"))
     )]
     OtherPayload {
-        /// Number of the later one.
+        /// Number of the later result.
         result: u64,
         /// Its payload \[kg\].
         payload_kg: f64,
-        /// Number of the one it would be compared with.
+        /// Number of the result to compare with.
         other: u64,
         /// Its payload \[kg\].
         other_kg: Option<f64>,
@@ -80,20 +81,20 @@ pub enum NotComparable {
 }
 
 impl NotComparable {
-    /// Whether no later result will be comparable either, if nothing is done.
+    /// Returns true if later results will not be comparable either unless somebody acts.
     pub fn is_lasting(&self) -> bool {
         !matches!(self, Self::NotGood { .. } | Self::OtherPayload { .. })
     }
 }
 
-/// Whether a result may be compared with an earlier one, the baseline as a rule.
+/// Checks that a result may be compared with an earlier one, usually the baseline.
 ///
-/// A result with which no payload was noted carries what the baseline did: most windows have no note.
-/// A baseline with which none was noted carries none: a payload that was noted with the result alone is
-/// another one, unless it is 0 kg.
+/// A result without a noted payload is assumed to carry the baseline's payload: most windows have
+/// no note. A baseline without a noted payload is assumed to carry none. A payload noted only with
+/// the result then is a different one, unless it is 0 kg.
 ///
 /// # Errors
-/// [`NotComparable`] says why not.
+/// [`NotComparable`] gives the reason.
 pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotComparable> {
     let (result, other) = (line.result, baseline.result);
     if !line.is_good_for_monitoring() {

@@ -1,4 +1,4 @@
-//! The results day by day: what a trend is formed of.
+//! Results by day: the input of a trend.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::archive::store::{HistoryLine, Timestamp};
 
 const DAY_S: u64 = 86_400;
 
-/// Weighted sums of a parameter's results of one day.
+/// Weighted sums over a parameter's results of one day.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     /// Σ w with w = 1/σ².
@@ -18,24 +18,26 @@ struct Sums {
     value: f64,
 }
 
-/// The last days that have results, each with the weighted means of its results.
+/// The last days with results, each with the weighted means of its results.
 ///
-/// How friction moves while an arm warms up is common to the results of a day: days, not results, are
-/// what scatters independently of each other, and an arm with a hundred results a day has a trend as
-/// one with a single result a day has.
+/// Friction changes while an arm warms up, and all results of a day share this effect. Independent
+/// scatter therefore exists between days, not between results. An arm with a hundred results a day
+/// has the same trend as one with a single result a day.
 #[derive(Clone, Debug)]
 pub(super) struct Days {
-    /// Times are days since then.
+    /// Time zero: times are days since this instant.
     origin: Timestamp,
     parameters: Vec<String>,
-    /// By days since 1970 in UTC, in whatever order the results came; sums as the parameters are.
+    /// Sums by day since 1970 in UTC, whatever the order of the results. The sums are in the order
+    /// of the parameters.
     days: BTreeMap<u64, Vec<Sums>>,
     /// Days to keep.
     keep: usize,
 }
 
 impl Days {
-    /// With the results of one line, from whose time days are counted, of the parameters that it has.
+    /// Starts with the results of one line. Days are counted from its time, and its parameters are
+    /// tracked.
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
         let parameters = first.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let mut days = Self { origin: first.time, parameters, days: BTreeMap::new(), keep };
@@ -43,14 +45,16 @@ impl Days {
         days
     }
 
-    /// Takes a result. One that was stored while the clock was not set has no day, and is left out;
-    /// so is a parameter without a finite value and a positive standard deviation.
+    /// Adds a result. A result stored while the clock was not set has no day and is left out. A
+    /// parameter without a finite value and a positive standard deviation is left out as well.
     pub(super) fn add(&mut self, line: &HistoryLine) {
         if !line.time.is_set() {
             return;
         }
-        let none = || vec![Sums::default(); self.parameters.len()];
-        let sums = self.days.entry(line.time.unix_s() / DAY_S).or_insert_with(none);
+        let sums = self
+            .days
+            .entry(line.time.unix_s() / DAY_S)
+            .or_insert_with(|| vec![Sums::default(); self.parameters.len()]);
         let time = line.time.days_after(self.origin);
         for (name, sums) in self.parameters.iter().zip(sums) {
             let Some(found) = line.parameter(name) else { continue };
@@ -66,12 +70,12 @@ impl Days {
         }
     }
 
-    /// The straight line through the days of a parameter, each at the weighted mean of its times with
-    /// σ = 1/√(Σ 1/σ²). Three days are more than 24 hours.
+    /// Fits the straight line through the days of a parameter. Each day is a point at the weighted
+    /// mean of its times, with σ = 1/√(Σ 1/σ²). Three days are more than 24 hours.
     pub(super) fn trend(&self, parameter: &str) -> Option<Trend> {
-        let at = self.parameters.iter().position(|name| name == parameter)?;
+        let index = self.parameters.iter().position(|name| name == parameter)?;
         let sums =
-            self.days.values().filter_map(|day| day.get(at)).filter(|sums| sums.weight > 0.0);
+            self.days.values().filter_map(|day| day.get(index)).filter(|sums| sums.weight > 0.0);
         let point = |sums: &Sums| {
             (sums.time / sums.weight, sums.value / sums.weight, sums.weight.sqrt().recip())
         };

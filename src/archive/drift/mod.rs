@@ -1,8 +1,8 @@
-//! Drift: how the parameters of later results differ from those of a baseline.
+//! Drift: the differences between the parameters of later results and those of a baseline.
 //!
-//! What is decided here is pure: a [`Tracker`] takes the lines of the history in their order and says
-//! what changed, so that a service that was restarted, and a command that reads the history, come to
-//! the same alarms.
+//! The decisions here are pure. A [`Tracker`] takes the lines of the history in order and reports
+//! the changes. A restarted service and a command that reads the history therefore find the same
+//! alarms.
 
 mod alarm;
 mod baseline;

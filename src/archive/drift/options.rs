@@ -1,32 +1,32 @@
-//! What counts as drift: `[service.drift]` of the cell file.
+//! Drift options: `[service.drift]` of the cell file.
 
 use serde::{Deserialize, Serialize};
 
-/// When a parameter has left its band, and for how long that has to last.
+/// Conditions under which a parameter has left its band, and the required duration.
 ///
 /// A parameter θ has left the band of its baseline θ₀ when |θ − θ₀| is more than
-/// `standard_deviations`·σ_Δ **and** more than `relative`·|θ₀|. The first says that the difference is
-/// real, the second that it matters: the standard deviation of a good window is some 0.05 %, and
-/// friction moves by several per cent between a cold and a warm arm without anything being wrong.
+/// `standard_deviations`·σ_Δ **and** more than `relative`·|θ₀|. The first condition shows that the
+/// difference is real, the second that it matters. The standard deviation of a good window is some
+/// 0.05 %. Friction changes by several per cent between a cold and a warm arm without any defect.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DriftOptions {
-    /// Half of the band in standard deviations of the difference. 4: with 28 parameters, noise alone
-    /// leaves such a band twice in a row about once in 37,000 results.
+    /// Half of the band in standard deviations of the difference. 4: with 28 parameters, noise
+    /// alone leaves such a band twice in a row about once in 37,000 results.
     pub standard_deviations: f64,
-    /// Half of the band as a share of the baseline's value. 0.1: more than the warming up of an arm
-    /// moves its friction, less than wear or a forgotten payload does.
+    /// Half of the band as a share of the baseline value. 0.1: more than the friction change of an
+    /// arm that warms up, and less than the effect of wear or a forgotten payload.
     pub relative: f64,
-    /// Consecutive results outside the band that raise the alarm, and inside that clear it. 2: one
-    /// odd window is none.
+    /// Number of consecutive results outside the band that raise the alarm, and inside that clear
+    /// it. 2: a single odd window raises no alarm.
     pub results: u32,
-    /// Days with results of which the trend is formed, the last ones. 50. The results of a day (in
-    /// UTC) are one point, their mean with the weights 1/σ²: an arm that is identified a hundred
-    /// times a day has a trend over weeks too, as far back as the history's lines reach (2,000).
+    /// Number of the last days with results that form the trend. 50. The results of a day (in UTC)
+    /// are one point: their mean with the weights 1/σ². An arm that is identified a hundred times a
+    /// day therefore has a trend over weeks too, as far back as the history's lines reach (2,000).
     pub trend_results: usize,
 }
 
-/// The most days of which a trend is formed: more than a year.
+/// Maximum number of days in a trend: more than a year.
 const MOST_RESULTS: usize = 500;
 
 impl Default for DriftOptions {
@@ -35,13 +35,13 @@ impl Default for DriftOptions {
     }
 }
 
-/// An option is outside its range: change it in the cell file.
+/// An option is outside its range. Change it in the cell file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}")]
 pub struct DriftOptionError {
-    /// The key, from the cell file's top.
+    /// Key, from the top of the cell file.
     pub key: &'static str,
-    /// What is wrong with it, and what is allowed.
+    /// The problem, and the allowed values.
     pub problem: String,
 }
 

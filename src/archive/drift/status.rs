@@ -1,33 +1,35 @@
-//! The drift in the status.
+//! Drift as part of the status.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;
 
-/// How the parameters differ from the baseline.
+/// Differences between the parameters and the baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriftStatus {
-    /// Number of the result that is the baseline.
+    /// Number of the baseline's result.
     pub baseline: u64,
-    /// When it was identified.
+    /// Time of its identification.
     pub time: Timestamp,
-    /// Whether the last result was compared with it.
+    /// True if the last result was compared with it.
     pub compared: bool,
-    /// Why it was not.
+    /// Reason why it was not compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
-    /// Whether the configuration is another than the baseline's, in what does not forbid comparing.
+    /// True if the configuration differs from the baseline's in a way that still allows a
+    /// comparison.
     #[serde(default)]
     pub reconfigured: bool,
-    /// The parameters of the last result, if it was compared.
+    /// Parameters of the last result, if it was compared.
     #[serde(default)]
     pub parameters: Vec<ParameterDrift>,
-    /// The alarms that are raised.
+    /// Raised alarms.
     pub alarms: Vec<AlarmStatus>,
 }
 
-/// One parameter of the last result beside the baseline. Values that are not numbers are null.
+/// One parameter of the last result compared with the baseline. Values that are not numbers are
+/// null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterDrift {
     /// Its name.
@@ -40,7 +42,7 @@ pub struct ParameterDrift {
     pub band_share: Option<f64>,
 }
 
-/// An alarm that is raised. Values that are not numbers are null.
+/// A raised alarm. Values that are not numbers are null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlarmStatus {
     /// The parameter.
@@ -49,22 +51,21 @@ pub struct AlarmStatus {
     pub relative_change: Option<f64>,
     /// Δ / σ_Δ.
     pub deviation_sigma: Option<f64>,
-    /// Slope of the trend as a share of θ₀ per day; nothing for results of fewer than three
-    /// days.
+    /// Slope of the trend as a share of θ₀ per day. `None` for results of fewer than three days.
     pub slope_per_day: Option<f64>,
     /// Its standard deviation.
     pub slope_sd: Option<f64>,
-    /// The first of the results that raised it.
+    /// Time of the first result that raised it.
     pub since: Timestamp,
     /// The same as a sentence.
     pub text: String,
 }
 
-/// Alarms that are reasons of their own; the others are counted.
+/// Maximum number of alarms that are listed as separate reasons. The others are counted.
 const REASONS: usize = 5;
 
 impl DriftStatus {
-    /// Why all is not well, a line per alarm as long as they are few.
+    /// Returns the reasons why the state is not good, one line per alarm as long as they are few.
     pub fn reasons(&self) -> Vec<String> {
         let alarms = self.alarms.iter().take(REASONS).map(|alarm| alarm.text.clone());
         let more = self.alarms.len().saturating_sub(REASONS);
@@ -82,7 +83,7 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl ParameterDrift {
-    pub(super) fn of(change: &Change) -> Self {
+    pub(super) fn from_change(change: &Change) -> Self {
         Self {
             parameter: change.parameter.clone(),
             relative_change: finite(change.relative()),

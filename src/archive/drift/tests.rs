@@ -20,7 +20,7 @@ fn value(name: &str, value: f64, standard_deviation: f64) -> ParameterValue {
     }
 }
 
-/// A result a day.
+/// One result per day.
 fn line(result: u64, fc3: f64) -> HistoryLine {
     HistoryLine {
         schema: HISTORY_SCHEMA,
@@ -44,11 +44,11 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
     }
 }
 
-/// Another motion shows other errors of the model: no change of the arm.
+/// Another motion excites other model errors: the arm has not changed.
 #[test]
 fn what_the_model_makes_of_a_difference_widens_the_band() {
     let (then, now) = (line(0, 6.0), line(1, 7.0));
-    let fc3 = |now: &HistoryLine| Change::all(&then, now, &DriftOptions::default()).remove(0);
+    let fc3 = |now: &HistoryLine| Change::between(&then, now, &DriftOptions::default()).remove(0);
     let outside = fc3(&now);
     close(outside.standard_deviation, 0.01 * 2_f64.sqrt(), 1e-12);
     assert!(outside.band_share() > 1.0);
@@ -59,7 +59,7 @@ fn what_the_model_makes_of_a_difference_widens_the_band() {
     let inside = fc3(&HistoryLine { against: against(&then), ..now.clone() });
     close(inside.standard_deviation, (2e-4_f64 + 0.25).sqrt(), 1e-12);
     assert!(inside.band_share() < 1.0);
-    // Of another baseline nothing is known.
+    // The contribution of the model relative to another baseline is unknown.
     assert_eq!(fc3(&HistoryLine { against: against(&line(2, 6.0)), ..now }), outside);
 }
 
@@ -68,14 +68,14 @@ fn payload(kg: f64) -> Option<Note> {
 }
 
 fn tracker() -> Tracker {
-    Tracker::new(Baseline::of(line(0, 6.0)), DriftOptions::default())
+    Tracker::new(Baseline::from_result(line(0, 6.0)), DriftOptions::default())
 }
 
 fn close(found: f64, expected: f64, relative: f64) {
     assert!((found / expected - 1.0).abs() < relative, "{found} for {expected}");
 }
 
-/// Normal numbers by the method of Box and Muller.
+/// Normally distributed numbers by the Box–Muller method.
 struct Normal(ChaCha8Rng);
 
 impl Normal {
@@ -94,14 +94,14 @@ fn a_change_has_both_deviations_and_both_limits() {
     close(change.deviations(), -6.0, 1e-12);
     close(change.relative(), 0.15, 1e-12);
     close(change.relative_deviation(), 0.025, 1e-12);
-    // 10 % of 2 are 0.2, 4 σ_Δ as well.
+    // 10 % of 2 are 0.2, and so are 4 σ_Δ.
     close(change.half_band, 0.2, 1e-12);
     close(change.band_share(), 1.5, 1e-12);
     let noisy = Change::new(&value("a", -2.0, 0.3), &value("a", -2.3, 0.4), 0.0, &options);
     close(noisy.half_band, 2.0, 1e-12);
     let time = Timestamp::from_unix_s(START_S);
     let outside = Change::new(&value("a", -2.0, 0.03), &value("a", -9.0, 0.04), 0.0, &options);
-    // The history has null for both, so that a restarted service must not tell them apart.
+    // The history stores null for both. A restarted service therefore must not distinguish them.
     for sigma in [f64::NAN, f64::INFINITY] {
         for sigmas in [(sigma, 0.4), (0.4, sigma)] {
             let then = value("a", -2.0, sigmas.0);
@@ -118,7 +118,7 @@ fn a_change_has_both_deviations_and_both_limits() {
 #[test]
 fn one_odd_result_is_no_alarm_and_two_are() {
     let mut tracker = tracker();
-    // 6.7 is 11.7 % more, 4 σ_Δ are 0.06.
+    // 6.7 is 11.7 % more; 4 σ_Δ are 0.06.
     let mut day = 0;
     let mut next = |fc3: f64| {
         day += 1;
@@ -147,8 +147,8 @@ fn what_is_not_comparable_is_said_and_changes_no_alarm() {
         line
     };
     for (line, says) in [
-        (other(&|line| line.applicable = false), "result 2 is not good for monitoring"),
-        (other(&|line| line.monitoring = Some(false)), "result 2 is not good for monitoring"),
+        (other(&|line| line.applicable = false), "result 2 is not usable for monitoring"),
+        (other(&|line| line.monitoring = Some(false)), "result 2 is not usable for monitoring"),
         (
             other(&|line| line.robot = "rx160".into()),
             "is of the robot rx160, result 0 of tx40; set a new baseline",
@@ -175,7 +175,7 @@ fn what_is_not_comparable_is_said_and_changes_no_alarm() {
         assert!(!status.compared && status.parameters.is_empty());
         let why = status.why_not.unwrap();
         assert!(why.contains(says), "{why}");
-        // The next comparable one is the second outside.
+        // The next comparable result is the second outside.
         assert_eq!(tracker.handle_line(&self::line(3, 9.0)).len(), 1);
         assert!(tracker.status().compared);
     }
@@ -190,7 +190,7 @@ fn a_payload_is_the_baselines_unless_another_is_noted() {
         (Some(2.0), Some(2.005), true),
         (Some(2.0), Some(2.1), false),
         (None, Some(2.0), false),
-        // Nothing is carried where nothing is noted with the baseline.
+        // A baseline without a noted payload carries none.
         (None, Some(0.0), true),
         (Some(0.0), Some(0.0), true),
         (Some(0.0), None, true),
@@ -206,14 +206,14 @@ fn a_payload_is_the_baselines_unless_another_is_noted() {
 fn a_restarted_tracker_comes_to_the_same_alarms() {
     let values = [6.0, 6.9, 7.0, 6.2, 6.9, 6.1, 6.1, 7.0, 7.0];
     let lines: Vec<_> = (1..).zip(values).map(|(day, fc3)| line(day, fc3)).collect();
-    let mut whole = tracker();
+    let mut uninterrupted = tracker();
     for (k, line) in lines.iter().enumerate() {
-        whole.handle_line(line);
+        uninterrupted.handle_line(line);
         let mut again = tracker();
-        // The one of the baseline and those before it are passed over.
+        // The baseline's result and earlier results are ignored.
         again.handle_line(&self::line(0, 60.0));
         lines[..=k].iter().for_each(|line| drop(again.handle_line(line)));
-        assert_eq!(again.status(), whole.status());
+        assert_eq!(again.status(), uninterrupted.status());
     }
 }
 
@@ -221,16 +221,15 @@ fn a_restarted_tracker_comes_to_the_same_alarms() {
 fn a_folder_that_was_emptied_counts_anew_and_is_still_compared() {
     let mut baseline = line(40, 6.0);
     baseline.time = Timestamp::from_unix_s(START_S);
-    let mut tracker = Tracker::new(Baseline::of(baseline), DriftOptions::default());
+    let mut tracker = Tracker::new(Baseline::from_result(baseline), DriftOptions::default());
     tracker.handle_line(&line(1, 6.0));
     assert!(tracker.status().compared);
 }
 
-// The expected numbers of both trends:
-//   from scipy.optimize import curve_fit; import numpy as np
-//   t = np.array([0,1.5,2,4,7.25,9]); s = np.array([.01,.02,.01,.015,.01,.02])
-//   (a, b), C = curve_fit(lambda t, a, b: a + b*t, t, v, sigma=s, absolute_sigma=True)
-//   print(b, C[1,1]**.5, (((v-a-b*t)/s)**2).sum())     (SciPy 1.17.1)
+// Reference values of both trends: from scipy.optimize import curve_fit; import numpy as np t =
+// np.array([0,1.5,2,4,7.25,9]); s = np.array([.01,.02,.01,.015,.01,.02]) (a, b), C =
+// curve_fit(lambda t, a, b: a + b*t, t, v, sigma=s, absolute_sigma=True) print(b, C[1,1]**.5,
+// (((v-a-b*t)/s)**2).sum()) (SciPy 1.17.1)
 const TIMES: [f64; 6] = [0.0, 1.5, 2.0, 4.0, 7.25, 9.0];
 const SIGMAS: [f64; 6] = [0.01, 0.02, 0.01, 0.015, 0.01, 0.02];
 
@@ -267,9 +266,9 @@ fn a_trend_needs_three_points_at_different_times() {
     }
 }
 
-/// The share of baselines with two results of which noise alone raises the alarm. With bands of k
-/// standard deviations both differences are standard normal, and have the baseline's noise in common:
-/// their correlation is σ₀²/(σ² + σ₀²) = 1/2.
+/// Share of baselines for which noise alone raises the alarm with two results. With bands of k
+/// standard deviations both differences are standard normal and share the baseline's noise. Their
+/// correlation is σ₀²/(σ² + σ₀²) = 1/2.
 #[test]
 fn noise_alone_raises_as_many_alarms_as_theory_says() {
     // from scipy.stats import multivariate_normal as m, norm
@@ -312,7 +311,7 @@ fn the_default_band_is_left_by_noise_as_rarely_as_it_says() {
     let options = DriftOptions::default();
     assert!((options.standard_deviations - 4.0).abs() < 1e-12);
     close(28.0 * 9.741_095_244_454_97e-7, 1.0 / 37_000.0, 0.02);
-    // However large the noise, the band is no narrower than that.
+    // The band is never narrower than 4 σ_Δ, however large the noise is.
     for sigma in [1e-6, 1e-3, 1.0, 1e3] {
         let change = Change::new(&value("a", 1.0, sigma), &value("a", 1.0, sigma), 0.0, &options);
         assert!(change.half_band >= 4.0 * change.standard_deviation);
@@ -356,7 +355,8 @@ fn a_trend_is_followed_no_further_than_it_reaches() {
         }
         tracker.sentence("fc3").unwrap()
     };
-    // 0.6 at 0.03 a day is left on day 20: four times 6 days are enough, four times 4 are not.
+    // At 0.03 a day, the band of 0.6 is left on day 20. Four times 6 days are enough, four times 4
+    // are not.
     let near = grown(6, 0.03);
     assert!(near.contains("has shrunk by 3.0 %") && near.contains(", −0.50 ±"), "{near}");
     assert!(near.contains("leaves its band on 2026-12-12 at this rate"), "{near}");
@@ -380,7 +380,7 @@ fn a_rate_per_day_needs_a_day() {
 }
 
 #[test]
-fn a_parameter_that_could_be_zero_is_told_in_its_unit() {
+fn a_parameter_that_could_be_zero_is_reported_in_its_unit() {
     let change = Change::new(
         &value("b", 0.01, 0.02),
         &value("b", -0.3, 0.02),
@@ -395,20 +395,20 @@ fn a_parameter_that_could_be_zero_is_told_in_its_unit() {
 fn a_baseline_is_whole_or_not_there_and_its_change_is_noticed_once() {
     let folder = tempfile::tempdir().unwrap();
     let mut watch = BaselineWatch::new(folder.path());
-    assert!(matches!(watch.look(), Some(Ok(None))));
-    assert!(watch.look().is_none());
-    let baseline = Baseline::of(line(3, 6.0));
+    assert!(matches!(watch.poll(), Some(Ok(None))));
+    assert!(watch.poll().is_none());
+    let baseline = Baseline::from_result(line(3, 6.0));
     baseline.write(folder.path()).unwrap();
-    let seen = watch.look().unwrap().unwrap();
+    let seen = watch.poll().unwrap().unwrap();
     assert_eq!(seen.as_ref(), Some(&baseline));
-    assert!(watch.look().is_none());
-    Baseline::of(line(4, 6.0)).write(folder.path()).unwrap();
-    assert_eq!(watch.look().unwrap().unwrap().unwrap().result.result, 4);
+    assert!(watch.poll().is_none());
+    Baseline::from_result(line(4, 6.0)).write(folder.path()).unwrap();
+    assert_eq!(watch.poll().unwrap().unwrap().unwrap().result.result, 4);
     let path = folder.path().join("baseline.json");
     std::fs::write(&path, "{\"schema\":1").unwrap();
-    let error = watch.look().unwrap().unwrap_err().to_string();
+    let error = watch.poll().unwrap().unwrap_err().to_string();
     assert!(error.contains("is no baseline") && error.contains("didim baseline set"), "{error}");
-    assert!(watch.look().is_none(), "told once");
+    assert!(watch.poll().is_none(), "reported once");
     let mut later = [Baseline { schema: 2, ..baseline.clone() }, baseline];
     later[1].result.schema = HISTORY_SCHEMA + 1;
     for later in later {
@@ -417,6 +417,6 @@ fn a_baseline_is_whole_or_not_there_and_its_change_is_noticed_once() {
     }
     assert!(Baseline::remove(folder.path()).unwrap());
     assert!(!Baseline::remove(folder.path()).unwrap());
-    assert!(matches!(watch.look(), Some(Ok(None))));
+    assert!(matches!(watch.poll(), Some(Ok(None))));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

@@ -1,4 +1,4 @@
-//! Follows the history from a baseline on.
+//! Follows the history from a baseline onwards.
 
 use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
@@ -6,16 +6,16 @@ use super::{
 };
 use crate::archive::store::{HistoryLine, Timestamp};
 
-/// A baseline, and what the results after it say.
+/// A baseline and the evaluation of the results after it.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     baseline: Baseline,
     options: DriftOptions,
     /// One per parameter of the baseline.
     alarms: Vec<Alarm>,
-    /// The baseline and those that were compared, the last `trend_results` days.
+    /// The last `trend_results` days of the baseline and the compared results.
     days: Days,
-    /// The last result that was compared.
+    /// Last compared result.
     last_compared: Option<Comparison>,
     last: Option<Result<Comparison, NotComparable>>,
 }
@@ -25,14 +25,15 @@ pub struct Tracker {
 pub struct Comparison {
     /// Its number.
     pub result: u64,
-    /// The parameters, in the model's order.
+    /// Parameter changes, in the model's order.
     pub changes: Vec<Change>,
-    /// Whether its configuration is another than the baseline's, in what does not forbid comparing.
+    /// True if the configuration differs from the baseline's in a way that still allows a
+    /// comparison.
     pub reconfigured: bool,
 }
 
 impl Tracker {
-    /// A tracker that has compared nothing yet.
+    /// Creates a tracker that has not compared anything yet.
     pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
         let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
         let days = Days::new(&baseline.result, options.trend_results);
@@ -44,15 +45,16 @@ impl Tracker {
         &self.baseline
     }
 
-    /// Whether a result came after the baseline: those before say nothing of what became of it.
+    /// Returns true if a result came after the baseline. Earlier results do not show how it
+    /// changed.
     pub fn follows(&self, line: &HistoryLine) -> bool {
         let baseline = &self.baseline.result;
-        // Numbers begin anew in an emptied folder.
+        // Numbers restart in an emptied folder.
         let later = line.result > baseline.result || line.time > baseline.time;
         later && (line.result, line.time) != (baseline.result, baseline.time)
     }
 
-    /// Takes the next line of the history and gives the alarms that changed.
+    /// Processes the next line of the history and returns the alarms that changed.
     pub fn handle_line(&mut self, line: &HistoryLine) -> Vec<(String, AlarmEvent)> {
         if !self.follows(line) {
             return Vec::new();
@@ -79,7 +81,7 @@ impl Tracker {
         events
     }
 
-    /// Compares one result with the baseline, whatever came before.
+    /// Compares one result with the baseline, independently of earlier results.
     ///
     /// # Errors
     /// [`NotComparable`].
@@ -88,42 +90,44 @@ impl Tracker {
         comparable(baseline, line)?;
         Ok(Comparison {
             result: line.result,
-            changes: Change::all(baseline, line, &self.options),
+            changes: Change::between(baseline, line, &self.options),
             reconfigured: line.configuration != baseline.configuration,
         })
     }
 
-    /// The line through the last days with results that were compared, the baseline among them: in SI
-    /// units over days since the baseline. Nothing for fewer than three days: how friction falls while
-    /// an arm warms up says nothing of how it changes from day to day.
+    /// Returns the line through the last days with compared results, including the baseline, in SI
+    /// units over days since the baseline. `None` for fewer than three days: the friction decrease
+    /// while an arm warms up does not show the change from day to day.
     pub fn trend(&self, parameter: &str) -> Option<Trend> {
         self.days.trend(parameter)
     }
 
-    /// The alarms that are raised: parameter and since when it is outside.
+    /// Returns the raised alarms: the parameter, and the time since which it is outside.
     pub fn alarms(&self) -> impl Iterator<Item = (&str, Timestamp)> {
         let named = self.baseline.result.parameters.iter().zip(&self.alarms);
         named.filter_map(|(parameter, alarm)| Some((parameter.name.as_str(), alarm.since()?)))
     }
 
-    /// The change of a parameter in the last result that was compared.
+    /// Returns the change of a parameter in the last compared result.
     pub fn last_change(&self, parameter: &str) -> Option<Change> {
         let changes = &self.last_compared.as_ref()?.changes;
         changes.iter().find(|change| change.parameter == parameter).cloned()
     }
 
-    /// A sentence for people on a parameter of the last result that was compared.
+    /// Returns a readable sentence on a parameter of the last compared result.
     pub fn sentence(&self, parameter: &str) -> Option<String> {
         let change = self.last_change(parameter)?;
         let since = self.alarms().find(|(name, _)| *name == parameter).map(|(_, since)| since);
         Some(sentence(&change, self.baseline.result.time, self.trend(parameter).as_ref(), since))
     }
 
-    /// The drift for the status.
+    /// Returns the drift for the status.
     pub fn status(&self) -> DriftStatus {
         let baseline = &self.baseline.result;
         let changes = match &self.last {
-            Some(Ok(comparison)) => comparison.changes.iter().map(ParameterDrift::of).collect(),
+            Some(Ok(comparison)) => {
+                comparison.changes.iter().map(ParameterDrift::from_change).collect()
+            }
             _ => Vec::new(),
         };
         let alarms = self.alarms().filter_map(|(name, since)| {

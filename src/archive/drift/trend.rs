@@ -3,13 +3,13 @@
 /// A weighted straight line: value(t) = `at_mean` + `slope`·(t − `mean_time`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trend {
-    /// Points: days that have results.
+    /// Number of points: days with results.
     pub points: usize,
-    /// Slope, in units of the values per unit of time.
+    /// Slope, in value units per time unit.
     pub slope: f64,
     /// Standard deviation of the slope.
     pub slope_deviation: f64,
-    /// The earliest time and the latest.
+    /// Earliest and latest time.
     pub span: (f64, f64),
     /// Weighted mean of the times.
     pub mean_time: f64,
@@ -17,20 +17,20 @@ pub struct Trend {
     pub at_mean: f64,
     /// Σ ((value − line) / σ)².
     pub chi_squared: f64,
-    /// √(χ²/(n − 2)), at least 1: by how much the points scatter more than their σ says. The
-    /// standard deviation of the slope has it as a factor.
+    /// √(χ²/(n − 2)), at least 1: the ratio of the scatter of the points to their σ. The standard
+    /// deviation of the slope includes it as a factor.
     pub scatter: f64,
 }
 
 /// Fits the line to (time, value, σ) with the weights 1/σ².
 ///
-/// slope = Σ w (t − t̄)(v − v̄) / Σ w (t − t̄)², σ_slope = s / √(Σ w (t − t̄)²), with the scale factor
-/// s = max(1, √(χ²/(n − 2))) of the Particle Data Group (Review of Particle Physics, introduction,
-/// 5.2.2): what moves the parameters from day to day beside the noise, as the temperature does,
-/// is in it.
+/// slope = Σ w (t − t̄)(v − v̄) / Σ w (t − t̄)², σ_slope = s / √(Σ w (t − t̄)²), with the scale
+/// factor s = max(1, √(χ²/(n − 2))) of the Particle Data Group (Review of Particle Physics,
+/// introduction, 5.2.2). The factor includes day-to-day effects other than noise, such as
+/// temperature.
 ///
-/// Nothing for fewer than three points, without distance in time, or where a number is none or a σ is
-/// not positive.
+/// Returns `None` for fewer than three points, if all times are equal, if a number is NaN, or if a
+/// σ is not positive.
 pub fn trend(points: &[(f64, f64, f64)]) -> Option<Trend> {
     let usable = |&(time, value, sigma): &(f64, f64, f64)| {
         time.is_finite() && value.is_finite() && sigma.is_finite() && sigma > 0.0
@@ -51,9 +51,9 @@ pub fn trend(points: &[(f64, f64, f64)]) -> Option<Trend> {
     #[expect(clippy::cast_precision_loss, reason = "a few hundred days")]
     let scatter = (chi_squared / (points.len() - 2) as f64).sqrt().max(1.0);
     let slope_deviation = scatter / spread.sqrt();
-    let found = slope.is_finite() && slope_deviation.is_finite();
+    let is_finite = slope.is_finite() && slope_deviation.is_finite();
     let times = points.iter().map(|(time, ..)| *time);
-    found.then(|| Trend {
+    is_finite.then(|| Trend {
         points: points.len(),
         slope,
         slope_deviation,

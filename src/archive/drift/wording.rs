@@ -4,13 +4,15 @@ use super::{Change, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::significant;
 
-/// A trend is followed into the future for so many times the past that it is of.
+/// A trend is extrapolated into the future by at most this multiple of its past time span.
 pub const FORECAST_SPANS: f64 = 3.0;
-/// A slope of less than this many of its standard deviations is none.
+/// A slope counts as zero if it is less than this many of its standard deviations.
 const REAL_SLOPE: f64 = 3.0;
 
+/// Returns a sentence such as
 /// `fc3 has grown by 12.3 % ± 0.4 % since the baseline of 2026-11-22, +0.41 ± 0.02 %/day, left its
-/// band on 2026-12-20`. A parameter whose baseline could be zero is told in its unit.
+/// band on 2026-12-20`.
+/// A parameter whose baseline could be zero is reported in its unit.
 pub fn sentence(
     change: &Change,
     baseline: Timestamp,
@@ -52,8 +54,9 @@ pub fn sentence(
     text
 }
 
-/// When the line of the trend leaves the band, if its slope is real and that is not further away
-/// than the trend allows to look. Times of the trend are days since the baseline.
+/// Returns the time at which the trend line leaves the band. The slope has to be real, and the time
+/// has to be within the allowed extrapolation of the trend. Times of the trend are days since the
+/// baseline.
 pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
     if trend.slope.abs() < REAL_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
         return None;
@@ -65,7 +68,7 @@ pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<T
     (leaves.is_finite() && leaves > last && leaves <= reach).then(|| baseline.plus_days(leaves))?
 }
 
-/// A number to the decimal place of the first digit of its standard deviation.
+/// Formats a number to the decimal place of the first digit of its standard deviation.
 fn to_the_digit_of(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
         return significant(value, 3);

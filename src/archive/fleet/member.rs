@@ -1,4 +1,4 @@
-//! One result of each arm, from the rows of their histories.
+//! Reads one result of each arm from the rows of their histories.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use std::str::FromStr;
 use didim_formats::{LongTableError, read_long_table};
 use serde::Serialize;
 
-/// Fewest arms: of five, the scatter is known so badly that nothing is improbable.
+/// Minimum number of arms. With five, the scatter is so uncertain that nothing is improbable.
 pub const FEWEST_ARMS: usize = 6;
 
-/// Why arms are not compared.
+/// Reason why arms are not compared.
 #[derive(Debug, thiserror::Error)]
 pub enum FleetError {
-    /// A file is none of `didim history --out`.
+    /// A file is not from `didim history --out`.
     #[error("{}: {source}; it is to be one that `didim history --out` wrote", file.display())]
     File {
         /// The file.
@@ -21,8 +21,9 @@ pub enum FleetError {
         /// What is wrong.
         source: LongTableError,
     },
-    /// A field that is no number.
-    #[error("{}: `{text}` is no number, and `{column}` is one; write the file with `didim history --out` again", file.display())]
+    /// A field is not a number.
+    #[error("{}: `{text}` is no number, and `{column}` is one; write the file with `didim history \
+        --out` again", file.display())]
     NotANumber {
         /// The file.
         file: PathBuf,
@@ -31,16 +32,16 @@ pub enum FleetError {
         /// What stands there.
         text: String,
     },
-    /// Too few arms: name the files of more.
+    /// Too few arms. Name the files of more.
     #[error(
-        "{arms} arms have a result that is good for monitoring and has no payload noted, and {FEWEST_ARMS} are the \
-         fewest whose scatter tells anything; name the histories of more"
+        "{arms} arms have a result that is usable for monitoring and has no payload noted, and \
+         {FEWEST_ARMS} are the fewest whose scatter tells anything; name the histories of more"
     )]
     TooFew {
-        /// How many there are.
+        /// Number of arms.
         arms: usize,
     },
-    /// Arms that are not of one type: compare those that are.
+    /// The arms are not of one type. Compare arms of one type only.
     #[error("{arm} is {kind}, and {other} is {other_kind}; name the histories of arms of one type")]
     OtherKind {
         /// The first arm.
@@ -54,10 +55,10 @@ pub enum FleetError {
     },
 }
 
-/// An arm with its result.
+/// An arm and its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Member {
-    /// Its cell; its file, where several have one name or none.
+    /// Name of its cell. The file name if several arms have the same cell name or none.
     pub name: String,
     /// Its robot.
     #[serde(skip)]
@@ -65,12 +66,12 @@ pub struct Member {
     /// The result's method.
     #[serde(skip)]
     pub method: String,
-    /// Hash of how the base parameters are made up.
+    /// Hash of the composition of the base parameters.
     #[serde(skip)]
     pub regrouping: String,
     /// The result's number.
     pub result: u64,
-    /// When it was stored; empty where the clock was not set.
+    /// Time at which the result was stored. Empty if the clock was not set.
     pub time: String,
     /// Its parameters.
     #[serde(skip)]
@@ -93,12 +94,13 @@ pub struct MemberParameter {
 }
 
 impl Member {
-    /// A parameter by its name.
+    /// Returns a parameter by its name.
     pub fn parameter(&self, name: &str) -> Option<&MemberParameter> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// What has to be the same for parameters of one name to be the same sums, found in the same way.
+    /// Returns the properties that have to match so that parameters of one name are the same sums,
+    /// identified in the same way.
     pub(super) fn kind(&self) -> [&str; 3] {
         [&self.robot, &self.method, &self.regrouping]
     }
@@ -126,7 +128,8 @@ const COLUMNS: [&str; 14] = [
     "payload_kg",
 ];
 
-/// The arms of these files: of each its newest result that is good for monitoring and was stored without a payload noted.
+/// The arms of these files: of each its newest result that is usable for monitoring and was stored
+/// without a payload noted.
 ///
 /// # Errors
 /// [`FleetError::File`], [`FleetError::NotANumber`].
@@ -176,7 +179,7 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
             let combined = combined
                 .map(|text| number(file, "combined_standard_deviation", &text))
                 .transpose()?;
-            // What is no number is an empty field, and none here either.
+            // A NaN is written as an empty field, and is left out here as well.
             if value.is_empty() || deviation.is_empty() {
                 continue;
             }
@@ -190,12 +193,14 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
         }
     }
     let names: Vec<String> = newest.keys().map(|(_, cell)| cell.clone()).collect();
-    let named = |((file, cell), (_, member)): ((PathBuf, String), (String, Member))| {
-        let alone = !cell.is_empty() && names.iter().filter(|name| **name == cell).count() == 1;
-        let name = if alone { cell } else { file.display().to_string() };
-        Member { name, ..member }
-    };
-    Ok(newest.into_iter().map(named).collect())
+    Ok(newest
+        .into_iter()
+        .map(|((file, cell), (_, member)): ((PathBuf, String), (String, Member))| {
+            let alone = !cell.is_empty() && names.iter().filter(|name| **name == cell).count() == 1;
+            let name = if alone { cell } else { file.display().to_string() };
+            Member { name, ..member }
+        })
+        .collect())
 }
 
 fn number<T: FromStr>(file: &Path, column: &'static str, text: &str) -> Result<T, FleetError> {

@@ -1,6 +1,6 @@
-//! Arms of one type beside each other: which parameter of which arm leaves its population.
+//! Comparison of arms of one type: which parameter of which arm leaves its population.
 //!
-//! What is decided here is pure, as drift is: it takes one result of each arm.
+//! The decisions here are pure, like those of drift: the input is one result of each arm.
 
 mod member;
 mod population;

@@ -1,25 +1,25 @@
-//! Medians over arms, and how far each arm is from them.
+//! Medians over arms, and the distance of each arm from them.
 
-use didim_core::numeric::median;
+use didim_dynamics::numeric::median;
 use serde::Serialize;
 
 use super::member::{FEWEST_ARMS, FleetError, Member, MemberParameter};
 
-/// The median absolute deviation of a normal distribution, times this, is its standard deviation.
+/// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
 const NORMAL: f64 = 1.4826;
 
 /// Arms of one type.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fleet {
-    /// Version of its layout: it changes when a key changes its meaning or goes away.
+    /// Version of the layout. It changes when a key changes its meaning or is removed.
     pub schema: u32,
     /// Their robot.
     pub robot: String,
-    /// The method of their results.
+    /// Method of their results.
     pub method: String,
-    /// Each arm: its name, and its result.
+    /// Arms, each with its name and its result.
     pub arms: Vec<Member>,
-    /// The parameters, in the order of the first arm's.
+    /// Parameters, in the order of the first arm's.
     pub parameters: Vec<FleetParameter>,
 }
 
@@ -32,68 +32,72 @@ pub struct FleetParameter {
     pub unit: String,
     /// Median of the arms.
     pub median: f64,
-    /// Their scatter, as a standard deviation: 1.4826 times the median of what they are from the median.
+    /// Scatter of the arms as a standard deviation: 1.4826 times the median absolute deviation.
     pub scatter: f64,
-    /// What one in a thousand comparisons is beyond where all arms are alike.
+    /// Limit that one in a thousand comparisons exceeds if all arms are alike.
     pub limit: f64,
-    /// Each arm, in the order of the fleet.
+    /// Arms, in the order of the fleet.
     pub arms: Vec<Standing>,
 }
 
-/// How one arm stands to the others in one parameter.
+/// Position of one arm relative to the others in one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Standing {
     /// The arm.
     pub arm: String,
     /// Its value.
     pub value: f64,
-    /// Its combined standard uncertainty, or the statistical one where it has no other.
+    /// Combined standard uncertainty, or the statistical one if there is no combined one.
     pub combined_standard_deviation: f64,
-    /// Distance from the median, in units of scatter and statistical standard deviation together.
+    /// Distance from the median, in units of the root sum square of scatter and statistical
+    /// standard deviation.
     pub deviation: f64,
-    /// The same with the combined one.
+    /// The same with the combined standard uncertainty.
     pub combined_deviation: f64,
 }
 
 impl FleetParameter {
-    /// Whether an arm has left the population.
+    /// Returns true if an arm has left the population.
     pub fn is_outside(&self, standing: &Standing) -> bool {
         standing.deviation.abs() > self.limit
     }
 
-    /// Whether it has even if all that is uncertain of its model were its own, and none common to arms of one type.
+    /// Returns true if the arm is outside even when the complete model uncertainty is specific to
+    /// this arm, and no part is common to arms of one type.
     pub fn is_outside_for_certain(&self, standing: &Standing) -> bool {
         standing.combined_deviation.abs() > self.limit
     }
 
     fn new(own: &MemberParameter, arms: &[Member]) -> Option<Self> {
-        let found = arms.iter().filter_map(|arm| Some((arm, arm.parameter(&own.name)?)));
-        let found: Vec<_> = found.filter(|(_, of)| of.value.is_finite()).collect();
-        if found.len() < FEWEST_ARMS {
+        let values = arms.iter().filter_map(|arm| Some((arm, arm.parameter(&own.name)?)));
+        let values: Vec<_> = values.filter(|(_, of)| of.value.is_finite()).collect();
+        if values.len() < FEWEST_ARMS {
             return None;
         }
-        let median_value = median(found.iter().map(|(_, of)| of.value).collect())?;
-        let away = found.iter().map(|(_, of)| (of.value - median_value).abs());
+        let median_value = median(values.iter().map(|(_, of)| of.value).collect())?;
+        let away = values.iter().map(|(_, of)| (of.value - median_value).abs());
         let scatter = NORMAL * median(away.collect())?;
-        let standing = |(arm, of): &(&Member, &MemberParameter)| {
-            let combined = of.combined_standard_deviation.unwrap_or(of.standard_deviation);
-            let deviation =
-                |uncertainty: f64| (of.value - median_value) / scatter.hypot(uncertainty);
-            Standing {
-                arm: arm.name.clone(),
-                value: of.value,
-                combined_standard_deviation: combined,
-                deviation: deviation(of.standard_deviation),
-                combined_deviation: deviation(combined),
-            }
-        };
         Some(Self {
             name: own.name.clone(),
             unit: own.unit.clone(),
             median: median_value,
             scatter,
-            limit: limit(found.len()),
-            arms: found.iter().map(standing).collect(),
+            limit: limit(values.len()),
+            arms: values
+                .iter()
+                .map(|(arm, of): &(&Member, &MemberParameter)| {
+                    let combined = of.combined_standard_deviation.unwrap_or(of.standard_deviation);
+                    let deviation =
+                        |uncertainty: f64| (of.value - median_value) / scatter.hypot(uncertainty);
+                    Standing {
+                        arm: arm.name.clone(),
+                        value: of.value,
+                        combined_standard_deviation: combined,
+                        deviation: deviation(of.standard_deviation),
+                        combined_deviation: deviation(combined),
+                    }
+                })
+                .collect(),
         })
     }
 }
@@ -102,7 +106,7 @@ impl Fleet {
     /// Compares arms.
     ///
     /// # Errors
-    /// [`FleetError`]: too few, or not of one type.
+    /// [`FleetError`]: too few arms, or not of one type.
     pub fn new(arms: Vec<Member>) -> Result<Self, FleetError> {
         let first = arms.first().filter(|_| arms.len() >= FEWEST_ARMS);
         let first = first.ok_or(FleetError::TooFew { arms: arms.len() })?;
@@ -120,25 +124,29 @@ impl Fleet {
         Ok(Self { schema: 1, robot, method, arms, parameters })
     }
 
-    /// Each parameter of each arm, the one that uses the most of its limit first.
+    /// Returns each parameter of each arm. The one that uses the largest share of its limit comes
+    /// first.
     pub fn furthest(&self) -> Vec<(&FleetParameter, &Standing)> {
-        let all = self.parameters.iter().flat_map(|of| of.arms.iter().map(move |arm| (of, arm)));
-        let mut all: Vec<_> = all.filter(|(_, arm)| arm.deviation.is_finite()).collect();
-        all.sort_by(|(of, a), (other, b)| {
+        let deviations =
+            self.parameters.iter().flat_map(|of| of.arms.iter().map(move |arm| (of, arm)));
+        let mut deviations: Vec<_> =
+            deviations.filter(|(_, arm)| arm.deviation.is_finite()).collect();
+        deviations.sort_by(|(of, a), (other, b)| {
             (b.deviation.abs() / other.limit).total_cmp(&(a.deviation.abs() / of.limit))
         });
-        all
+        deviations
     }
 
-    /// How many of them are outside.
+    /// Returns how many of them are outside.
     pub fn outside(&self) -> usize {
-        let of = |of: &FleetParameter| of.arms.iter().filter(|arm| of.is_outside(arm)).count();
-        self.parameters.iter().map(of).sum()
+        let count_outside =
+            |of: &FleetParameter| of.arms.iter().filter(|arm| of.is_outside(arm)).count();
+        self.parameters.iter().map(count_outside).sum()
     }
 }
 
-/// What 99.9 % of the deviations of arms that are alike are below, their scatter being known from themselves alone: fitted to
-/// simulated normal populations of 6 to 100 arms.
+/// Returns the limit that 99.9 % of the deviations of similar arms are below, if their scatter is
+/// estimated from the same arms. Fitted to simulated normal populations of 6 to 100 arms.
 #[expect(clippy::cast_precision_loss, reason = "arms")]
 fn limit(arms: usize) -> f64 {
     3.3 + 40.0 / (arms as f64 - 2.0)
@@ -148,7 +156,7 @@ fn limit(arms: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A fixed sequence of numbers that are as good as normal: sums of twelve uniform ones.
+    /// A fixed sequence of approximately normal numbers: sums of twelve uniform numbers.
     fn normal() -> impl FnMut() -> f64 {
         let mut state = 7_u64;
         move || {
@@ -160,7 +168,7 @@ mod tests {
         }
     }
 
-    /// Arms with parameters of 100 ± 1 and ± 0.5 of its own.
+    /// Arms with parameters of 100 ± 1 and an own uncertainty of ± 0.5.
     fn arms(count: usize, parameters: usize) -> Vec<Member> {
         let mut normal = normal();
         let mut parameter = |k: usize| MemberParameter {
@@ -193,12 +201,12 @@ mod tests {
             worn[2].parameters[4].value -= 200.0;
             let fleet = Fleet::new(worn).unwrap();
             let furthest = fleet.furthest();
-            let found: Vec<_> = furthest
+            let names: Vec<_> = furthest
                 .iter()
                 .take(2)
                 .map(|(of, arm)| (of.name.as_str(), arm.arm.as_str()))
                 .collect();
-            assert_eq!(found, [("p4", "arm 2"), ("p3", "arm 1")], "{count}");
+            assert_eq!(names, [("p4", "arm 2"), ("p3", "arm 1")], "{count}");
             let (of, first) = furthest[0];
             assert!(of.is_outside_for_certain(first) && first.deviation < 0.0);
         }
@@ -211,9 +219,12 @@ mod tests {
             arm.parameters[0].value = value;
         }
         let fleet = Fleet::new(seven).unwrap();
-        let of = &fleet.parameters[0];
-        assert_eq!((of.median, of.scatter, of.limit), (4.0, NORMAL * 2.0, 3.3 + 8.0));
-        // All alike to the last digit: what an arm's own uncertainty is decides.
+        let parameter = &fleet.parameters[0];
+        assert_eq!(
+            (parameter.median, parameter.scatter, parameter.limit),
+            (4.0, NORMAL * 2.0, 3.3 + 8.0)
+        );
+        // All are equal to the last digit: the arm's own uncertainty decides.
         let mut same = arms(6, 1);
         same.iter_mut().for_each(|arm| arm.parameters[0].value = 1.0);
         same[5].parameters[0].value = 9.0;
@@ -231,8 +242,8 @@ mod tests {
         mixed[4].method = "idim-ls".into();
         let said = said(mixed);
         assert!(said.contains("arm 4") && said.contains("idim-ls"), "{said}");
-        let mut lacking = arms(6, 2);
-        lacking[3].parameters.remove(1);
-        assert_eq!(Fleet::new(lacking).unwrap().parameters.len(), 1);
+        let mut missing = arms(6, 2);
+        missing[3].parameters.remove(1);
+        assert_eq!(Fleet::new(missing).unwrap().parameters.len(), 1);
     }
 }

@@ -1,16 +1,17 @@
-//! How far errors of the model may set one result apart from another.
+//! Possible difference between two results due to model errors.
 
 use serde::{Deserialize, Serialize};
 
 use super::timestamp::Timestamp;
 
-/// What errors of the model make of the differences to another result.
+/// Contribution of model errors to the differences from another result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Against {
-    /// Number of the other.
+    /// Number of the other result.
     pub result: u64,
-    /// When that was stored.
+    /// Time at which the other result was stored.
     pub time: Timestamp,
-    /// Their standard deviation, of each parameter in its unit. Sizes: single precision is plenty.
+    /// Standard deviation of each parameter's difference, in its unit. They are magnitudes: single
+    /// precision is sufficient.
     pub standard_deviations: Vec<f32>,
 }

@@ -1,14 +1,14 @@
-//! What a file system refuses, with what was tried on which path.
+//! File system errors, with the attempted action and the path.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::files::replace;
 
-/// Why a result could not be stored.
+/// Error when storing a result.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system refused. Check the permissions of the folder and the space left.
+    /// The file system refused. Check the permissions of the folder and the free space.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// What was tried.
@@ -18,7 +18,7 @@ pub enum StoreError {
         /// The system's error.
         cause: io::Error,
     },
-    /// Another process writes its results there: end it, or name another folder.
+    /// Another process writes its results to this folder. End it, or name another folder.
     #[error(
         "{} is in use by another process; end it, or choose another folder for the results",
         folder.display()
@@ -27,17 +27,17 @@ pub enum StoreError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The record cannot be written as JSON. A mistake of this program.
+    /// The record cannot be written as JSON. This is a program error.
     #[error("the result cannot be written as JSON: {0}")]
     Format(#[from] serde_json::Error),
 }
 
-pub(super) fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+pub(super) fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_owned();
     move |cause| StoreError::Io { action, path, cause }
 }
 
-/// Writes a file whole, in the place of the one before it.
+/// Writes a complete file and replaces the previous one.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), StoreError> {
-    replace(path, |out| out.write_all(content)).map_err(at("write", path))
+    replace(path, |out| out.write_all(content)).map_err(io_error("write", path))
 }

@@ -8,28 +8,30 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{FlockOperation, flock};
 
 use super::configurations::{ConfigurationTexts, Configurations};
-use super::error::{StoreError, at, write};
+use super::error::{StoreError, io_error, write};
 use super::history::{HistoryFile, HistoryLine, TREND_LINES};
-use super::owed::{Owed, line_of};
-use super::record::{Beside, ResultRecord};
+use super::pending::{Pending, line_of};
+use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
 use crate::files::remove_leftovers;
 
-/// Results kept unless the cell says otherwise.
+/// Number of kept results unless the cell file sets another.
 pub const DEFAULT_KEEP: usize = 1000;
 
-/// Lines of the history that a process has at hand: as many as are kept where fewer results are, so
-/// that it knows the alarms that `didim history` finds in the file. Some kilobytes each.
+/// Number of history lines that a process keeps in memory. It equals the number of lines kept on
+/// disk if fewer results are kept. The process therefore knows the alarms that `didim history`
+/// finds in the file. Some kilobytes each.
 pub(crate) const RECENT_LINES: usize = TREND_LINES;
 
 const LATEST: &str = "latest.json";
 
-/// A folder of results, `result-00000000.json` and on, each with its report of the same number
-/// (`.html`), `latest.json`, a copy of the newest, and `history.jsonl`, a line per result with its
+/// A folder of results: `result-00000000.json` and following. Each has a report of the same number
+/// (`.html`). `latest.json` is a copy of the newest. `history.jsonl` has a line per result with its
 /// date. `configurations` has a folder for each configuration that a result was made with.
 ///
-/// One process writes into it at a time: it is locked as long as this lives. The number in a name
-/// continues over restarts, so that no result is overwritten. Files with other names stay.
+/// One process writes into the folder at a time: it is locked as long as this value lives. The
+/// number in the name continues over restarts, so no result is overwritten. Files with other names
+/// stay.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -39,14 +41,14 @@ pub struct Store {
     next: u64,
     history: HistoryFile,
     /// Lines of stored results that are not in the history yet.
-    owed: Owed,
-    /// Why they are not.
+    pending: Pending,
+    /// Reason why they are not.
     refused: Option<String>,
     configurations: Configurations,
 }
 
 impl Store {
-    /// Opens the folder, making it if need be, and keeps at most `keep` results (at least one).
+    /// Opens the folder, creates it if necessary, and keeps at most `keep` results (at least one).
     ///
     /// # Errors
     /// [`StoreError::Io`] and [`StoreError::InUse`].
@@ -54,20 +56,21 @@ impl Store {
         Self::open_with_history(folder, keep).map(|(store, _)| store)
     }
 
-    /// As [`Self::open`], with the last lines of the history.
+    /// Opens the folder like [`Self::open`] and also returns the last lines of the history.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// The same as [`Self::open`].
     pub fn open_with_history(
         folder: &Path,
         keep: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
-        fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
-        let locked = File::open(folder).map_err(at("open the folder", folder))?;
-        // flock(2): the lock is of the opened folder and goes with the process, however it ends.
+        fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
+        let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
+        // flock(2): the lock belongs to the opened folder and ends with the process, however that
+        // ends.
         flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
             rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
-            other => at("lock the folder", folder)(other.into()),
+            other => io_error("lock the folder", folder)(other.into()),
         })?;
         let lines = keep.max(TREND_LINES);
         let (history, mut recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
@@ -77,19 +80,19 @@ impl Store {
             keep: keep.max(1),
             next: 0,
             history,
-            owed: Owed::of(folder),
+            pending: Pending::in_folder(folder),
             refused: None,
-            configurations: Configurations::beside_results(folder),
+            configurations: Configurations::next_to_results(folder),
         };
         store.configurations.clear_unfinished()?;
-        // What a process was writing when it died.
-        let is_ours = |name: &str| {
+        // Incomplete files of a process that died while writing.
+        remove_leftovers(folder, |name: &str| {
             let report = name.strip_suffix(".html").map(|stem| format!("{stem}.json"));
             name == LATEST
-                || Owed::is_name(name)
+                || Pending::is_name(name)
                 || index(report.as_deref().unwrap_or(name)).is_some()
-        };
-        remove_leftovers(folder, is_ours).map_err(at("clean up the folder", folder))?;
+        })
+        .map_err(io_error("clean up the folder", folder))?;
         let indices = store.indices()?;
         store.next = indices.last().map_or(0, |last| last.saturating_add(1));
         store.complete(&indices, &mut recent)?;
@@ -108,33 +111,34 @@ impl Store {
         self.configurations.keep(sha256, texts)
     }
 
-    /// Writes a result, and its line of the history, which is on disk before it: whoever is killed
-    /// from then on loses neither. Then writes its report, renews the copy and removes the oldest
-    /// beyond the number to keep; a failure of these is only logged, for the result is there, and a
-    /// line that cannot be appended yet is tried again with the next one and at the next start.
+    /// Writes a result and its history line. The line is on disk before the result: a process that
+    /// is killed afterwards loses neither. Then writes the report, renews the copy and removes the
+    /// oldest results beyond the number to keep. A failure of these steps is only logged because
+    /// the result is already stored. A line that cannot be appended yet is tried again with the
+    /// next one and at the next start.
     ///
     /// # Errors
-    /// [`StoreError`]; what was there before is untouched.
+    /// [`StoreError`]; the previous content is unchanged.
     pub fn write(
         &mut self,
         record: &ResultRecord,
-        beside: &Beside,
+        auxiliary: &Attachments,
         now: Timestamp,
     ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let number = self.next;
         let path = self.folder.join(name(number));
-        let line = HistoryLine::of(number, record, beside, now);
-        self.owed.add(line.clone());
-        let written = self.owed.write().and_then(|()| write(&path, &json));
+        let line = HistoryLine::new(number, record, auxiliary, now);
+        self.pending.add(line.clone());
+        let written = self.pending.write().and_then(|()| write(&path, &json));
         if let Err(error) = written {
-            self.owed.take_back();
+            self.pending.take_back();
             return Err(error);
         }
         self.next = self.next.saturating_add(1);
         let remembered = self.settle();
-        let report = beside.report.as_ref().map_or(Ok(()), |report| {
+        let report = auxiliary.report.as_ref().map_or(Ok(()), |report| {
             write(&self.folder.join(report_name(number)), report.as_bytes())
         });
         let copied = write(&self.folder.join(LATEST), &json);
@@ -145,39 +149,39 @@ impl Store {
         Ok(Stored { number, path, json, line })
     }
 
-    /// Finishes what a process had begun that was killed, or whose disk was full, when it had stored a
-    /// result and not yet its line of the history. Without the line that was put aside for it, one is
-    /// made of the result.
+    /// Completes the history if a previous process was killed, or its disk was full, after it had
+    /// stored a result but not its history line. If no pending line was saved for it, one is made
+    /// from the result.
     fn complete(
         &mut self,
         indices: &[u64],
         recent: &mut VecDeque<HistoryLine>,
     ) -> Result<(), StoreError> {
-        for line in self.owed.read() {
-            let known =
+        for line in self.pending.read() {
+            let is_same =
                 |other: &HistoryLine| (other.result, other.time) == (line.result, line.time);
-            if indices.contains(&line.result) && !recent.iter().any(known) {
-                self.owed.add(line);
+            if indices.contains(&line.result) && !recent.iter().any(is_same) {
+                self.pending.add(line);
             }
         }
         for number in indices.iter().copied().filter(|number| self.history.lacks(*number)) {
-            if self.owed.has(number) {
+            if self.pending.has(number) {
                 continue;
             }
             let path = self.folder.join(name(number));
             match line_of(&path, number, recent) {
-                Some(line) => self.owed.add(line),
+                Some(line) => self.pending.add(line),
                 None => {
                     tracing::warn!("{}: it cannot be added to the history", path.display())
                 }
             }
         }
-        if self.owed.is_empty() {
-            return self.owed.forget();
+        if self.pending.is_empty() {
+            return self.pending.forget();
         }
         if let Some(newest) = indices.last() {
             let path = self.folder.join(name(*newest));
-            let copied = fs::read(&path).map_err(at("read", &path));
+            let copied = fs::read(&path).map_err(io_error("read", &path));
             let copied = copied.and_then(|json| write(&self.folder.join(LATEST), &json));
             if let Err(problem) = copied {
                 tracing::warn!("{problem}");
@@ -186,82 +190,83 @@ impl Store {
         tracing::warn!(
             "{}: history lines that an earlier run did not write: {}",
             self.folder.display(),
-            self.owed.lines().len()
+            self.pending.lines().len()
         );
-        recent.extend(self.owed.lines().cloned());
+        recent.extend(self.pending.lines().cloned());
         while recent.len() > RECENT_LINES {
             recent.pop_front();
         }
-        self.owed.write()?;
+        self.pending.write()?;
         if let Err(problem) = self.settle() {
             tracing::warn!("they are not written yet: {problem}");
         }
         Ok(())
     }
 
-    /// Appends the lines that the history lacks.
+    /// Appends the lines that are missing in the history.
     ///
     /// # Errors
     /// [`StoreError::Io`]; they are tried again.
     pub fn settle(&mut self) -> Result<(), StoreError> {
-        let settled = self.owed.settle(&mut self.history);
+        let settled = self.pending.settle(&mut self.history);
         self.refused = settled.as_ref().err().map(ToString::to_string);
         settled
     }
 
-    /// How many lines the history lacks, and why it does.
-    pub fn owed(&self) -> (usize, Option<&str>) {
-        (self.owed.lines().len(), self.refused.as_deref())
+    /// Returns the number of lines that are missing in the history, and the reason.
+    pub fn pending(&self) -> (usize, Option<&str>) {
+        (self.pending.lines().len(), self.refused.as_deref())
     }
 
-    /// Removes every result beyond the number to keep that can be removed, each with its report, and
+    /// Removes every removable result beyond the number to keep, each with its report. Also removes
     /// the configurations to which no other result refers.
     fn prune(&self, current: &str) -> Result<(), StoreError> {
         let indices = self.indices()?;
         let surplus = indices.len().saturating_sub(self.keep);
         let mut removed = Ok(());
         for index in indices.into_iter().take(surplus) {
-            // The report first: without its result nobody would remove it.
+            // The report is removed first: once its result is gone, nothing would remove it.
             let report = self.folder.join(report_name(index));
             removed = removed.and(match fs::remove_file(&report) {
                 Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                    Err(at("remove", &report)(cause))
+                    Err(io_error("remove", &report)(cause))
                 }
                 _ => Ok(()),
             });
             let path = self.folder.join(name(index));
-            removed = removed.and(fs::remove_file(&path).map_err(at("remove", &path)));
+            removed = removed.and(fs::remove_file(&path).map_err(io_error("remove", &path)));
         }
         removed.and_then(|()| if surplus > 0 { self.prune_configurations(current) } else { Ok(()) })
     }
 
     /// Removes every configuration that is not the current one and to which no result refers.
-    /// There is one as a rule, and then no result is read.
+    /// Usually there is only one configuration, and then no result is read.
     fn prune_configurations(&self, current: &str) -> Result<(), StoreError> {
-        let mut unused = self.configurations.kept()?;
+        let mut unused = self.configurations.hashes()?;
         unused.retain(|sha256| sha256 != current);
-        // Whatever was made with an older configuration is among the oldest results.
+        // Results of an older configuration are among the oldest results.
         for index in self.indices()? {
             if unused.is_empty() {
                 return Ok(());
             }
             let path = self.folder.join(name(index));
-            let content = fs::read(&path).map_err(at("read", &path))?;
+            let content = fs::read(&path).map_err(io_error("read", &path))?;
             match serde_json::from_slice::<Referring>(&content) {
                 Ok(result) => unused.retain(|sha256| *sha256 != result.configuration),
-                // It may refer to any.
+                // This result may refer to any configuration.
                 Err(_) => return Ok(()),
             }
         }
         unused.iter().try_for_each(|sha256| self.configurations.remove(sha256))
     }
 
-    /// The numbers of the results in the folder, in order.
+    /// Returns the numbers of the results in the folder, in ascending order.
     fn indices(&self) -> Result<Vec<u64>, StoreError> {
-        let entries = fs::read_dir(&self.folder).map_err(at("read the folder", &self.folder))?;
+        let entries =
+            fs::read_dir(&self.folder).map_err(io_error("read the folder", &self.folder))?;
         let mut indices = Vec::new();
         for entry in entries {
-            let entry = entry.map_err(at("read the folder", &self.folder))?;
+            let entry = entry.map_err(io_error("read the folder", &self.folder))?;
             indices.extend(entry.file_name().to_str().and_then(index));
         }
         indices.sort_unstable();
@@ -269,26 +274,26 @@ impl Store {
     }
 }
 
-/// A result that is on disk.
+/// A result on disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// The number in its name.
+    /// Number in its file name.
     pub number: u64,
     /// Where.
     pub path: PathBuf,
     /// Its content.
     pub json: Vec<u8>,
-    /// Its line of the history.
+    /// Its history line.
     pub line: HistoryLine,
 }
 
-/// Of a result's file, what its configuration is.
+/// The configuration hash in a result file.
 #[derive(serde::Deserialize)]
 struct Referring {
     configuration: String,
 }
 
-/// The file of a result in a folder.
+/// Returns the path of a result file in a folder.
 pub fn result_file(folder: &Path, number: u64) -> PathBuf {
     folder.join(name(number))
 }
@@ -303,7 +308,7 @@ fn report_name(index: u64) -> String {
 
 fn index(name: &str) -> Option<u64> {
     let index = name.strip_prefix("result-")?.strip_suffix(".json")?.parse().ok()?;
-    // `result-42.json` and `result-+5.json` are not ours; after the last number comes none.
+    // `result-42.json` and `result-+5.json` are foreign files; no number follows the last one.
     (self::name(index) == name && index < u64::MAX).then_some(index)
 }
 

@@ -1,4 +1,4 @@
-//! What was identified when: a line per result in `history.jsonl`, beside the results.
+//! The history of identifications: one line per result in `history.jsonl`, next to the results.
 
 mod file;
 mod follow;
@@ -10,8 +10,8 @@ pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
 
 pub(super) use file::HistoryFile;
 
-/// Lines kept where fewer results are: a year of a result a day and more, so that a trend outlives
-/// the results that it is of.
+/// Number of kept lines if fewer results are kept: more than a year at one result a day. A trend
+/// therefore outlives its results.
 pub(super) const TREND_LINES: usize = 2000;
 
 #[cfg(test)]

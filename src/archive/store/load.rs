@@ -1,38 +1,38 @@
-//! The load on the flange, as status and history have it.
+//! The load on the flange, as shown in status and history.
 
-use didim_core::identification::{Comparison, Load, Presence, Uncertain};
+use didim_identification::identification::{Comparison, Load, Presence, Uncertain};
 use serde::{Deserialize, Serialize};
 
 use crate::text::{significant, to_uncertainty};
 
-/// Most digits of a mass.
+/// Maximum number of digits of a mass.
 const DIGITS: usize = 4;
 
-/// What the arm carries beyond what it did when its baseline was identified.
+/// Payload of the arm beyond that at the identification of its baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundLoad {
     /// Number of the baseline's result.
     pub baseline: u64,
-    /// Whether it is there.
+    /// Presence of the load.
     pub presence: Presence,
-    /// What is told of it.
+    /// Identified load.
     #[serde(flatten)]
     pub load: Load,
-    /// The payload that was noted, less that of the baseline \[kg\].
+    /// Noted payload minus that of the baseline \[kg\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub declared_kg: Option<f64>,
-    /// What is found against that.
+    /// Comparison of the identified load with the noted one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub declared: Option<Comparison>,
-    /// How it changed within the window, so that the values are of no load that was there.
+    /// Load change within the window. The values then describe no real load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed: Option<LoadChange>,
 }
 
-/// From one mass to another; none where the mass is not told.
+/// Change from one mass to another. A mass is `None` if it is not identifiable.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadChange {
-    /// When, after the first sample that counts \[s\]: it was so from there on at the latest.
+    /// Time after the first counted sample \[s\]. The change had happened by then at the latest.
     pub after_s: f64,
     /// Before \[kg\].
     pub from_kg: Option<Uncertain>,
@@ -40,7 +40,7 @@ pub struct LoadChange {
     pub to_kg: Option<Uncertain>,
 }
 
-/// A mass with its standard deviation, as text.
+/// Formats a mass with its standard deviation.
 pub fn mass_text(mass: Option<Uncertain>) -> String {
     mass.map_or("unknown mass".to_owned(), |mass| {
         let digits = to_uncertainty(mass.value, mass.standard_deviation, DIGITS);
@@ -49,7 +49,7 @@ pub fn mass_text(mass: Option<Uncertain>) -> String {
 }
 
 impl FoundLoad {
-    /// In a line: `2.03 ± 0.05 kg, 2 kg noted`.
+    /// Formats the load as a line: `2.03 ± 0.05 kg, 2 kg noted`.
     pub fn line(&self) -> String {
         let Presence { seen, mass_limit_kg, .. } = self.presence;
         let mut text = match (seen, mass_limit_kg) {

@@ -1,13 +1,14 @@
-//! Results on disk: complete or not at all, a bounded number, with what reproduces them.
+//! Results on disk: written completely or not at all, bounded in number, with the data that
+//! reproduces them.
 
 mod against;
 mod configurations;
 mod error;
 mod folder;
 mod history;
-mod known;
 mod load;
-mod owed;
+mod model_context;
+mod pending;
 mod record;
 mod samples;
 mod timestamp;
@@ -21,8 +22,8 @@ pub use history::{
     HISTORY_SCHEMA, HistoryError, HistoryFollower, HistoryLine, HistoryMark, ParameterValue,
     read_history,
 };
-pub use known::{KeptValue, Known, read_known};
 pub use load::{FoundLoad, LoadChange, mass_text};
-pub use record::{Beside, ResultRecord, WindowProvenance};
+pub use model_context::{KeptValue, ModelContext, read_known};
+pub use record::{Attachments, ResultRecord, WindowProvenance};
 pub use samples::input_sha256;
 pub use timestamp::Timestamp;

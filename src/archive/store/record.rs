@@ -1,7 +1,7 @@
-//! One result with everything needed to reproduce it.
+//! One result with all data needed to reproduce it.
 
-use didim_core::identification::Estimate;
 use didim_formats::RecordingStart;
+use didim_identification::identification::Estimate;
 use serde::Serialize;
 
 use super::against::Against;
@@ -9,54 +9,55 @@ use super::load::FoundLoad;
 use super::samples::input_sha256;
 use crate::window::{DriveReadings, Note, Window, WindowEnd};
 
-/// The content of a result file. It holds neither run time nor the date of the computation: the same input gives the
-/// same bytes. When that was recorded is a part of it.
+/// Content of a result file. It holds neither run time nor the date of the computation: the same
+/// input gives the same bytes. The time of the recording is included.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResultRecord {
-    /// Version of this record's layout.
+    /// Version of the record layout.
     pub schema: u32,
     /// Version of the program.
     pub version: &'static str,
     /// Name of the cell.
     pub cell: String,
-    /// Hash of the cell's and the robot's files as they were read.
+    /// Hash of the cell and robot files as read.
     pub configuration: String,
     /// Hash of the window's samples; see [`input_sha256`].
     pub input_sha256: String,
-    /// What it was identified from.
+    /// Source window of the identification.
     pub window: WindowProvenance,
     /// The result.
     pub estimate: Estimate,
 }
 
-/// Which samples an estimate comes from.
+/// Origin of the samples of an estimate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WindowProvenance {
-    /// Number of the window since the stream began.
+    /// Number of the window since the start of the stream.
     pub number: u64,
     /// Sequence number of its first sample.
     pub first_sequence: u64,
     /// Sequence number of its last sample.
     pub last_sequence: u64,
-    /// Sequence number of the first sample that counts.
+    /// Sequence number of the first counted sample.
     pub first_counted: u64,
     /// Samples that count.
     pub counted: usize,
     /// Sample rate \[Hz\].
     pub sample_rate_hz: f64,
-    /// What ended the window.
+    /// Cause of the window's end.
     pub end: WindowEnd,
-    /// When its first sample was recorded, by the stamps of the bus; nothing where these have no date.
+    /// Time at which its first sample was recorded, from the bus time stamps. `None` if these have
+    /// no date.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recorded: Option<RecordingStart>,
-    /// What the drives told besides along the samples that count.
+    /// Additional drive readings during the counted samples.
     #[serde(flatten)]
     pub readings: DriveReadings,
 }
 
 impl WindowProvenance {
-    /// That of a window.
-    pub fn of(window: &Window) -> Self {
+    /// Returns the provenance of a window.
+    pub fn from_window(window: &Window) -> Self {
         Self {
             number: window.number,
             first_sequence: window.first_sequence(),
@@ -78,7 +79,8 @@ impl ResultRecord {
     /// Version of the layout.
     pub const SCHEMA: u32 = 1;
 
-    /// The record for those who listen in, who have no use for what models and forecasts are made of: it is most of the file.
+    /// Returns the record for subscribers. It omits the data for models and forecasts, which are
+    /// most of the file.
     #[must_use]
     pub fn published(&self) -> Self {
         let mut record = self.clone();
@@ -87,7 +89,7 @@ impl ResultRecord {
         record
     }
 
-    /// The record of an estimate.
+    /// Creates the record of an estimate.
     pub fn new(cell: &str, configuration: &str, window: &Window, estimate: Estimate) -> Self {
         Self {
             schema: Self::SCHEMA,
@@ -95,23 +97,23 @@ impl ResultRecord {
             cell: cell.to_owned(),
             configuration: configuration.to_owned(),
             input_sha256: input_sha256(window),
-            window: WindowProvenance::of(window),
+            window: WindowProvenance::from_window(window),
             estimate,
         }
     }
 }
 
-/// What is stored of a result beside its record.
+/// Data that is stored with a result in addition to its record.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Beside {
+pub struct Attachments {
     /// A report (HTML).
     pub report: Option<String>,
-    /// What was noted with its window.
+    /// Note of its window.
     pub note: Option<Note>,
-    /// Hash of how the base parameters are made up.
+    /// Hash of the composition of the base parameters.
     pub regrouping: String,
-    /// How far the model's errors may set it apart from the baseline.
+    /// Possible difference from the baseline due to model errors.
     pub against: Option<Against>,
-    /// What the arm carried, by the baseline.
+    /// Payload relative to the baseline.
     pub load: Option<FoundLoad>,
 }

@@ -1,18 +1,18 @@
-//! The digest that shows whether two results were identified from the same samples.
+//! The digest that shows if two results were identified from the same samples.
 
 use sha2::{Digest, Sha256};
 
 use crate::text::hexadecimal;
 use crate::window::Window;
 
-/// SHA-256 over the samples of a window in hexadecimal digits.
+/// Returns the SHA-256 over the samples of a window in hexadecimal digits.
 ///
-/// Of each sample in order: the motor positions and torques of all `MAX_JOINTS` places (those
-/// without a joint are 0), a byte that is 1 when the references count, and the references if they
-/// do; every number bit for bit as an IEEE 754 double in little endian. Before them stands the number
-/// of samples (64 bits, little endian). Time stamps and absolute sequence numbers are left out: a log
-/// keeps microseconds and may begin elsewhere, and a replay of the same samples has to give the same
-/// digest.
+/// The digest covers for each sample, in order: the motor positions and torques of all `MAX_JOINTS`
+/// places (unused places are 0), a byte that is 1 when the references count, and the references if
+/// they do. Every number is an IEEE 754 double in little endian, bit for bit. The number of samples
+/// (64 bits, little endian) comes first. Time stamps and absolute sequence numbers are left out. A
+/// log stores microseconds and may start at another one. A replay of the same samples has to give
+/// the same digest.
 pub fn input_sha256(window: &Window) -> String {
     let mut digest = Sha256::new();
     digest.update((window.samples.len() as u64).to_le_bytes());
@@ -33,7 +33,7 @@ fn add(digest: &mut Sha256, values: &[f64]) {
 
 #[cfg(test)]
 mod tests {
-    use didim_core::JointSample;
+    use didim_dynamics::JointSample;
 
     use super::*;
     use crate::window::WindowEnd;
@@ -59,13 +59,14 @@ mod tests {
     #[test]
     fn it_is_that_of_the_numbers_alone() {
         let plain = input_sha256(&window(|_, _| {}));
-        // MAX_JOINTS = 8: python3 -c "import hashlib,struct as s; p=[.1]+7*[0.]; t=5*[0.]+[-2.5,0.,0.];
+        // MAX_JOINTS = 8: python3 -c "import hashlib,struct as s; p=[.1]+7*[0.];
+        // t=5*[0.]+[-2.5,0.,0.];
         // print(hashlib.sha256(s.pack('<Q',3)+3*(s.pack('<16d',*p,*t)+b'\\0')).hexdigest())"
         assert_eq!(plain, "119136d39783b59d9a0d1b262f7f0c5c63c7ad8977651541448e308a85dd11e2");
         let same = window(|k, sample| {
             sample.stamp_ns += 17;
             sample.sequence += 1_000_000;
-            // Means nothing without its flag.
+            // Without its flag, a reference has no meaning.
             sample.motor_reference_rad[0] = k as f64;
         });
         assert_eq!(input_sha256(&same), plain);

@@ -1,4 +1,4 @@
-//! An instant of the wall clock in the form of RFC 3339.
+//! A wall-clock time in the format of RFC 3339.
 
 use core::fmt;
 use core::time::Duration;
@@ -6,26 +6,27 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// An instant of the wall clock to the second, in UTC. As text it is that of RFC 3339:
+/// A wall-clock time with a resolution of one second, in UTC. The text format is RFC 3339:
 /// `2026-11-22T07:17:29Z`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Timestamp(u64);
 
-/// The last second that RFC 3339 has a text for: the end of the year 9999.
+/// The last second that RFC 3339 can represent: the end of the year 9999.
 const LAST_S: u64 = 253_402_300_799;
-/// 2020-01-01T00:00:00Z: this program is younger. A controller without a battery starts in 1970, or
-/// at the date of its image, until it is told the time.
+/// 2020-01-01T00:00:00Z, before this program existed. A controller without a battery starts in
+/// 1970, or at the date of its image, until its clock is set.
 const SET_S: u64 = 1_577_836_800;
 
 impl Timestamp {
-    /// Now. A clock before 1970 or after 9999 gives the nearest instant that has a text.
+    /// Returns the current time. A clock before 1970 or after 9999 gives the nearest representable
+    /// time.
     pub fn now() -> Self {
         Self::from_unix_s(
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
         )
     }
 
-    /// The instant this number of seconds after 1970-01-01T00:00:00Z.
+    /// Returns the time this number of seconds after 1970-01-01T00:00:00Z.
     pub fn from_unix_s(seconds: u64) -> Self {
         Self(seconds.min(LAST_S))
     }
@@ -35,18 +36,19 @@ impl Timestamp {
         self.0
     }
 
-    /// Whether it is plausible: false before 2020, when the clock was not set yet.
+    /// Returns true if the time is plausible. It is false before 2020, when the clock was not set
+    /// yet.
     pub fn is_set(self) -> bool {
         self.0 >= SET_S
     }
 
-    /// Days from another instant to this one, negative when the other is later.
+    /// Returns the days from another time to this one. Negative if the other is later.
     #[expect(clippy::cast_precision_loss, reason = "seconds until 9999 are below 2^53")]
     pub fn days_after(self, other: Self) -> f64 {
         (self.0 as f64 - other.0 as f64) / 86_400.0
     }
 
-    /// This instant plus a number of days; nothing beyond the years that have a text.
+    /// Returns this time plus a number of days. `None` outside the representable years.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -58,12 +60,12 @@ impl Timestamp {
         (0.0..=LAST_S as f64).contains(&seconds).then_some(Self(seconds as u64))
     }
 
-    /// The day alone: `2026-11-22`.
+    /// Returns the day alone: `2026-11-22`.
     pub fn date(self) -> String {
         self.to_string().chars().take(10).collect()
     }
 
-    /// Day and time to the minute, for tables: `2026-11-22 07:17`.
+    /// Returns day and time to the minute, for tables: `2026-11-22 07:17`.
     pub fn minute(self) -> String {
         self.to_string().chars().take(16).map(|c| if c == 'T' { ' ' } else { c }).collect()
     }

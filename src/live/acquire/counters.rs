@@ -1,16 +1,16 @@
-//! Counters of faults on the bus thread, but for the causes of lost frames and cycles, which the
-//! drivers declare. Each counter is declared once, here.
+//! Fault counters of the bus thread. The causes of lost frames and cycles are declared by the
+//! drivers instead. Each counter is declared once, here.
 
 use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
 
-/// A counter as it is shown.
+/// A counter for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counter {
-    /// Its name for people.
+    /// Display name.
     pub label: &'static str,
-    /// Its name as a metric.
+    /// Name as a metric.
     pub metric: &'static str,
     /// What it counts.
     pub help: &'static str,
@@ -18,7 +18,7 @@ pub struct Counter {
     pub count: u64,
 }
 
-/// For each: its key in JSON, where it is counted, its label, metric and meaning.
+/// For each counter: JSON key, source of the count, label, metric and meaning.
 macro_rules! counters {
     ($($key:ident = $($from:ident).+, $label:literal, $metric:literal, $help:literal;)+) => {
         /// Counters of faults.
@@ -33,7 +33,7 @@ macro_rules! counters {
                 Self { $($key: counts.$($from).+,)+ }
             }
 
-            /// All of them, in the order in which they are shown.
+            /// Returns all counters, in display order.
             pub fn each(&self) -> impl Iterator<Item = Counter> + use<> {
                 [$(Counter { label: $label, metric: $metric, help: $help, count: self.$key },)+]
                     .into_iter()

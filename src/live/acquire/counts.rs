@@ -1,12 +1,12 @@
-//! What the bus thread counts, and how the bus is: plain numbers.
+//! Counts and bus state of the bus thread, as plain numbers.
 
-use didim_core::Readings;
 use didim_drivers::assemble::Losses;
 use didim_drivers::clock::ClockCounters;
 use didim_drivers::source::SourceCounters;
+use didim_dynamics::Readings;
 use serde::{Deserialize, Serialize};
 
-/// The state of the bus.
+/// State of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusState {
@@ -15,9 +15,9 @@ pub enum BusState {
     Waiting,
     /// Frames come.
     Ok,
-    /// No frame for longer than the bus may be silent.
+    /// No frame for longer than the allowed silence of the bus.
     Silent,
-    /// The source fails: an interface is down or away.
+    /// The source fails: an interface is down or missing.
     Down,
     /// The log is at its end.
     Ended,
@@ -27,7 +27,7 @@ impl BusState {
     /// Every state.
     pub const ALL: [Self; 5] = [Self::Waiting, Self::Ok, Self::Silent, Self::Down, Self::Ended];
 
-    /// Its name in JSON and metrics, its label, and a sentence.
+    /// Returns its name in JSON and metrics, its label, and a sentence.
     const fn wording(self) -> [&'static str; 3] {
         match self {
             Self::Waiting => ["waiting", "no frame yet", "no frame has come yet"],
@@ -38,12 +38,12 @@ impl BusState {
         }
     }
 
-    /// Its name in JSON and metrics.
+    /// Returns its name in JSON and metrics.
     pub const fn key(self) -> &'static str {
         self.wording()[0]
     }
 
-    /// A word or two.
+    /// Returns a label of one or two words.
     pub const fn label(self) -> &'static str {
         self.wording()[1]
     }
@@ -53,44 +53,45 @@ impl BusState {
         self.wording()[2]
     }
 
-    /// Whether it is as it should be.
+    /// Returns true if the bus is in a good state.
     pub const fn is_well(self) -> bool {
         matches!(self, Self::Ok | Self::Ended)
     }
 }
 
-/// What the bus thread counted, as of one instant: plain numbers, copied as a whole.
+/// Counts of the bus thread at one instant: plain numbers, copied as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AcquisitionCounts {
-    /// The state of the bus.
+    /// State of the bus.
     pub bus: BusState,
-    /// The source's own counts.
+    /// Counts of the source.
     pub source: SourceCounters,
     /// The assembler's.
     pub losses: Losses,
-    /// Batches sent to the workers.
+    /// Number of batches sent to the workers.
     pub batches: u64,
-    /// Times the source failed.
+    /// Number of failures of the source.
     pub source_failures: u64,
-    /// What mapping the stamps of CLOCK_REALTIME counted.
+    /// Counts of mapping the CLOCK_REALTIME stamps.
     pub clock: ClockCounters,
-    /// What the drives told last besides.
+    /// Latest additional readings of the drives.
     pub readings: Readings,
-    /// Where the latencies of frames begin.
+    /// Start time of the frame latencies.
     pub frame_time: FrameTime,
-    /// Iterations of the thread's loop: they continue while the thread is healthy, frames or not.
+    /// Iterations of the thread's loop. They continue while the thread is healthy, with or without
+    /// frames.
     pub iterations: u64,
 }
 
-/// Where the way of a frame begins in [`FrameLatency`].
+/// Start time of a frame in [`FrameLatency`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameTime {
-    /// The stamp that the kernel or the controller gave the frame.
+    /// Time stamp of the frame from the kernel or the controller.
     Stamp,
-    /// When the frame was read: how long it had lain in a queue before is not known. The bus has a
-    /// time of its own (a log, an in-process bus), or frames came without a stamp
-    /// (`frames_stamped_late` of the status).
+    /// Time at which the frame was read. Its previous time in a queue is unknown. The bus has its
+    /// own time (a log, an in-process bus), or frames came without a stamp (`frames_stamped_late`
+    /// of the status).
     #[default]
     Read,
 }

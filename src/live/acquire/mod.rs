@@ -1,7 +1,8 @@
-//! The bus thread: frames in, samples out, nothing else.
+//! The bus thread: it turns frames into samples and does nothing else.
 //!
 //! After its start it allocates nothing per frame (per batch, the stream's library takes and gives
-//! back 48 bytes), takes no lock that another thread could hold it up with, and logs nothing; what it counts it leaves where the status finds it.
+//! back 48 bytes). It takes no lock on which another thread could block it, and logs nothing. It
+//! leaves its counts where the status reads them.
 
 mod counters;
 mod counts;

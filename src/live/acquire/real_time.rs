@@ -1,5 +1,5 @@
-//! A real-time priority, a processor of its own and memory that is never swapped for the bus thread,
-//! when they are granted.
+//! A real-time priority, a dedicated processor and locked memory for the bus thread, if they are
+//! granted.
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -10,23 +10,23 @@ use thread_priority::{
     set_thread_priority_and_policy, thread_native_id,
 };
 
-/// What the cell file asks for.
+/// Real-time options of the cell file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RealTimeOptions {
-    /// SCHED_FIFO priority, 1 to 99; nothing leaves the ordinary one. Keep it below the kernel's
+    /// SCHED_FIFO priority, 1 to 99. `None` keeps the ordinary priority. Keep it below the kernel's
     /// interrupt threads (50).
     #[serde(default)]
     pub priority: Option<u8>,
-    /// The only processor to run on; nothing leaves the choice to the kernel.
+    /// The only processor to run on. `None` leaves the choice to the kernel.
     #[serde(default)]
     pub cpu: Option<usize>,
-    /// Keeps the memory of the process that reads the bus from being swapped out or dropped.
+    /// Prevents the memory of the process that reads the bus from being swapped out or dropped.
     #[serde(default)]
     pub lock_memory: bool,
 }
 
-/// Whether a request was granted.
+/// Outcome of a request.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "grant")]
 pub enum Grant {
@@ -35,28 +35,28 @@ pub enum Grant {
     NotAsked,
     /// It was granted.
     Granted,
-    /// The system refused, and the thread runs without.
+    /// The system refused, and the thread runs without it.
     Refused {
-        /// The reason, with the remedy where there is one.
+        /// Reason, with the remedy if there is one.
         why: String,
     },
 }
 
-/// What the bus thread was given.
+/// Real-time properties granted to the bus thread.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RealTimeGrants {
     /// The priority.
     pub priority: Grant,
     /// The processor.
     pub cpu: Grant,
-    /// The locked memory, of the whole process.
+    /// Locked memory, for the whole process.
     #[serde(default)]
     pub memory: Grant,
 }
 
 impl RealTimeOptions {
-    /// Asks for the calling thread. A refusal is not an error: the samples carry the bus's time,
-    /// and the socket buffer covers for a late thread; but it is told.
+    /// Requests the options for the calling thread. A refusal is not an error, but is reported. The
+    /// samples carry the bus time, and the socket buffer compensates for a late thread.
     pub fn apply(self) -> RealTimeGrants {
         RealTimeGrants {
             cpu: self.cpu.map_or(Grant::NotAsked, pin),
@@ -79,7 +79,7 @@ fn pin(cpu: usize) -> Grant {
 }
 
 fn raise(priority: u8) -> Grant {
-    // The crate's own scale is the kernel's for a real-time policy: 1..=99.
+    // The crate's scale is the kernel's for a real-time policy: 1..=99.
     let wanted = ThreadPriority::try_from(priority).map_err(str::to_owned);
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let granted = wanted.and_then(|wanted| {
@@ -97,16 +97,17 @@ fn raise(priority: u8) -> Grant {
     }
 }
 
-/// Locks what is in memory, and what comes to be as it is touched: at once would mean all of every
-/// thread's stack and of the allocator's reserves, hundreds of megabytes that nobody uses. The stream's
-/// shared memory has been touched before.
+/// Locks the memory that is resident, and other memory when it is first touched. Locking all at
+/// once would include every thread's complete stack and the allocator's reserves: hundreds of
+/// unused megabytes. The stream's shared memory has been touched before.
 ///
-/// Under a limit, mlockall(2) would have a later allocation or thread fail, which the process would
-/// not survive; so it is all or nothing.
+/// With a memory limit, mlockall(2) would let a later allocation or thread fail, and the process
+/// would not survive. Therefore the function locks everything or nothing.
 fn lock() -> Grant {
     let limit = getrlimit(Resource::Memlock);
     if let (Some(current), None) = (limit.current, limit.maximum) {
-        // Up to the hard limit anybody may. What is granted is seen by what follows.
+        // Every process may raise the limit up to the hard limit. The calls below show the granted
+        // value.
         let _ = setrlimit(Resource::Memlock, Rlimit { current: None, maximum: None });
         tracing::debug!(current, "the limit of locked memory is removed");
     }
@@ -154,7 +155,7 @@ mod tests {
             assert_eq!(grants.cpu, Grant::Granted);
             let allowed = rustix::thread::sched_getaffinity(None).unwrap();
             assert_eq!((allowed.count(), allowed.is_set(0)), (1, true));
-            // Whether the priority is granted depends on the machine; what is said must be true.
+            // The machine decides if the priority is granted. The reported grant must be true.
             let policy = thread_priority::thread_schedule_policy().unwrap();
             let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
             assert_eq!(grants.priority == Grant::Granted, policy == fifo);

@@ -1,4 +1,4 @@
-//! What was counted in the last seconds: what was lost long ago and is over says nothing about now.
+//! Counts of the last seconds. Earlier losses that are over do not describe the current state.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -8,93 +8,94 @@ use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
 
-/// How far back it goes: several of the longest cycles, and short beside what people wait for.
+/// Length of the period: several of the longest cycles, and short compared with the time that
+/// people wait.
 const SPAN: Duration = Duration::from_secs(5);
 
-/// Counts that are nearer to each other than this are one.
-const APART: Duration = Duration::from_millis(500);
+/// Counts with a smaller time difference are treated as one.
+const MIN_SEPARATION: Duration = Duration::from_millis(500);
 
-/// A shorter time says nothing: a cycle takes up to a second, and is decided when it is over.
+/// A shorter time is inconclusive: a cycle takes up to a second, and is decided when it is over.
 const SETTLED_S: f64 = 2.0;
 
-/// Share of the cycles whose loss is a fault of now. A single one that is lost costs a window, which
-/// says so.
+/// Share of lost cycles above which the loss is a current fault. A single lost cycle costs a
+/// window, which is reported there.
 const TOLERATED: f64 = 0.01;
 
-/// Causes that are named, of frames and of cycles.
+/// Maximum number of named causes, for frames and for cycles each.
 const NAMED: usize = 3;
 
-/// What was counted in the last seconds.
+/// Counts of the last seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecentCounts {
-    /// Length of the time \[s\].
+    /// Length of the period \[s\].
     pub seconds: f64,
     /// Frames received.
     pub frames: u64,
     /// Samples assembled.
     pub samples: u64,
-    /// Cycles lost in which no drive was enabled.
+    /// Number of lost cycles in which no drive was enabled.
     pub cycles_idle: u64,
-    /// Frames dropped unread, by the kernel or an in-process bus.
+    /// Number of frames dropped unread, by the kernel or an in-process bus.
     pub queue_drops: u64,
-    /// Error frames of the controller.
+    /// Number of error frames of the controller.
     pub error_frames: u64,
-    /// Times the bus could not be read.
+    /// Number of failed reads of the bus.
     pub source_failures: u64,
-    /// Frames not used, by cause; causes that did not occur are left out.
+    /// Unused frames by cause. Causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
-    /// Cycles lost, by cause; likewise.
+    /// Lost cycles by cause. Causes that did not occur are left out.
     pub cycles_lost: BTreeMap<String, u64>,
 }
 
-/// How frames became samples in the last seconds.
+/// Conversion of frames into samples in the last seconds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// As they should, or there were none.
+    /// Normal conversion, or no frames.
     Well,
     /// No drive is enabled.
     Idle,
-    /// No sample came of them.
+    /// The frames gave no sample.
     Stopped {
-        /// The causes that grew, as text.
+        /// Causes whose counts grew, as text.
         causes: String,
     },
-    /// Part of the cycles gave no sample.
+    /// Some of the cycles gave no sample.
     Lossy {
         /// Cycles lost.
         lost: u64,
         /// Cycles in all.
         of: u64,
-        /// The causes that grew, as text.
+        /// Causes whose counts grew, as text.
         causes: String,
     },
 }
 
 impl RecentCounts {
-    /// The outcome of the frames.
+    /// Returns the outcome of the frames.
     pub fn flow(&self) -> Flow {
         if self.seconds < SETTLED_S || self.frames == 0 {
             return Flow::Well;
         }
-        // A silence was told while it lasted.
-        let lost = of_all_but(&self.cycles_lost, &[CycleCause::Silence]);
+        // A silence was reported while it lasted.
+        let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence]);
         if self.samples == 0 {
-            if self.cycles_idle > lost / 2 {
+            if self.cycles_idle > losses / 2 {
                 return Flow::Idle;
             }
             return Flow::Stopped { causes: self.causes() };
         }
-        // Drives that were enabled or disabled meanwhile.
-        let lost = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
-        let of = self.samples + lost;
-        if lost as f64 > TOLERATED * of as f64 {
-            return Flow::Lossy { lost, of, causes: self.causes() };
+        // Drives were enabled or disabled during the period.
+        let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
+        let total = self.samples + losses;
+        if losses as f64 > TOLERATED * total as f64 {
+            return Flow::Lossy { lost: losses, of: total, causes: self.causes() };
         }
         Flow::Well
     }
 
-    /// The causes that grew most, after what explains them.
+    /// Returns the causes whose counts grew most, after the faults that explain them.
     fn causes(&self) -> String {
         let faults = [
             (self.queue_drops, "frames dropped unread"),
@@ -104,10 +105,14 @@ impl RecentCounts {
         let faults = faults.into_iter().filter(|(count, _)| *count > 0);
         let faults = faults.map(|(count, what)| format!("{count} {what}"));
         let cycles = most(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
-        // These were good, and their cycle's cause is named.
+        // These frames were good. The cause of their cycle's loss is named.
         let frames = most(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
-        let all: Vec<String> = faults.chain(cycles).chain(frames).collect();
-        if all.is_empty() { "no cycle has begun".to_owned() } else { all.join(", ") }
+        let causes_found: Vec<String> = faults.chain(cycles).chain(frames).collect();
+        if causes_found.is_empty() {
+            "no cycle has begun".to_owned()
+        } else {
+            causes_found.join(", ")
+        }
     }
 }
 
@@ -123,17 +128,17 @@ fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
     causes.map(|(key, count)| format!("{count} {what} {}", label(key))).collect()
 }
 
-/// Remembers what was counted in the last seconds.
+/// Record of the counts of the last seconds.
 #[derive(Debug)]
 pub struct RecentWatch(VecDeque<(Instant, AcquisitionCounts)>);
 
 impl RecentWatch {
-    /// Nothing was counted before `now`.
+    /// Creates the record with no counts before `now`.
     pub fn new(now: Instant) -> Self {
         Self(VecDeque::from([(now, AcquisitionCounts::default())]))
     }
 
-    /// What was counted in the last seconds before `now`.
+    /// Returns the counts of the last seconds before `now`.
     pub fn handle_counts(&mut self, counts: &AcquisitionCounts, now: Instant) -> RecentCounts {
         let age = |then: Instant| now.saturating_duration_since(then);
         while self.0.get(1).is_some_and(|(then, _)| age(*then) >= SPAN) {
@@ -155,14 +160,14 @@ impl RecentWatch {
                 cycles_lost: by_cause(losses.cycles.since(&losses_before.cycles).by_cause()),
             }
         });
-        if self.0.back().is_none_or(|(then, _)| age(*then) >= APART) {
+        if self.0.back().is_none_or(|(then, _)| age(*then) >= MIN_SEPARATION) {
             self.0.push_back((now, *counts));
         }
         recent.unwrap_or_default()
     }
 }
 
-/// The counts by their names, without those that are zero.
+/// Returns the nonzero counts by name.
 pub(super) fn by_cause(counts: impl Iterator<Item = (&'static str, u64)>) -> BTreeMap<String, u64> {
     counts.filter(|(_, count)| *count > 0).map(|(key, count)| (key.to_owned(), count)).collect()
 }
@@ -171,7 +176,7 @@ pub(super) fn by_cause(counts: impl Iterator<Item = (&'static str, u64)>) -> BTr
 mod tests {
     use super::*;
 
-    /// Counts of a bus at 500 Hz whose every cycle has one fate, from second to second.
+    /// Counts of a bus at 500 Hz. Every cycle of a second has the same outcome.
     #[derive(Default)]
     struct Bus {
         counts: AcquisitionCounts,
@@ -223,7 +228,7 @@ mod tests {
             watch.handle_counts(&self.counts, now).flow()
         }
 
-        /// The flow after ten good seconds and eight of that fate.
+        /// Returns the flow after ten good seconds and eight seconds of that outcome.
         fn after(fate: &str) -> Flow {
             let start = Instant::now();
             let (mut bus, mut watch) = (Self::default(), RecentWatch::new(start));
@@ -233,7 +238,7 @@ mod tests {
                 last = bus.run(&mut watch, start, fate);
                 assert!(second >= 10 || last == Flow::Well, "{last:?}");
             }
-            // And all is well five seconds after it is over.
+            // The flow is good again five seconds after it is over.
             let after: Vec<Flow> = (0..6).map(|_| bus.run(&mut watch, start, "sample")).collect();
             assert_eq!(after.last(), Some(&Flow::Well), "{fate}: {after:?}");
             last
@@ -271,7 +276,7 @@ mod tests {
         let start = Instant::now();
         let (mut bus, mut watch) = (Bus::default(), RecentWatch::new(start));
         assert_eq!(bus.run(&mut watch, start, "silent drive"), Flow::Well);
-        let found = bus.run(&mut watch, start, "silent drive");
-        assert!(matches!(found, Flow::Stopped { .. }), "{found:?}");
+        let flow = bus.run(&mut watch, start, "silent drive");
+        assert!(matches!(flow, Flow::Stopped { .. }), "{flow:?}");
     }
 }

@@ -15,23 +15,24 @@ use super::state::SharedAcquisition;
 use crate::live::recording::FrameTap;
 use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 
-/// The longest the thread waits for a frame, and so the longest it takes to see a stop.
+/// Longest wait for a frame, and so the longest time until the thread sees a stop.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// How often a replay looks whether the reader has room again.
+/// Interval at which a replay checks if the reader has capacity again.
 const ROOM_POLL: Duration = Duration::from_micros(200);
-/// How often the counts are left for others.
+/// Interval at which the counts are published.
 const PUBLISH_EVERY: Duration = Duration::from_millis(50);
-/// How long the end of a living bus waits for its readers to have read it.
+/// Maximum time that the end of a live bus waits for its readers to finish reading.
 const LAST_READ: Duration = Duration::from_secs(2);
-/// Frames taken from the source at a time. Bounds what a replay can overshoot its reader's room by.
+/// Maximum number of frames taken from the source at a time. It bounds how far a replay can exceed
+/// the reader's capacity.
 const BATCH_FRAMES: usize = 256;
 
-/// What the bus thread needs.
+/// Options of the bus thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcquireOptions {
     /// The stream.
     pub stream: StreamOptions,
-    /// Whether the reader is waited for.
+    /// Pace: with or without waiting for the reader.
     pub pace: Pace,
     /// Priority and processor.
     pub real_time: RealTimeOptions,
@@ -39,33 +40,33 @@ pub struct AcquireOptions {
     pub silence_after: Duration,
 }
 
-/// Why the bus thread ended before its time.
+/// Error that ends the bus thread early.
 #[derive(Debug, thiserror::Error)]
 pub enum AcquireError {
     /// The stream failed.
     #[error(transparent)]
     Stream(#[from] StreamError),
-    /// The source failed for good, or a log has a line that cannot be read: a replay of the rest
-    /// would not be a replay.
+    /// The source failed permanently, or a log has an unreadable line. Continuing with the rest
+    /// would not be a true replay.
     #[error(transparent)]
     Source(#[from] SourceError),
 }
 
-/// How the bus thread ended.
+/// Reason for the end of the bus thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcquireEnd {
-    /// It was told to.
+    /// It was requested to stop.
     Stopped,
-    /// The log is at its end, or every sender of an in-process bus is gone.
+    /// The log is at its end, or every sender of an in-process bus is closed.
     SourceEnded,
 }
 
-/// The bus thread's state. It stays on the thread that made it.
+/// State of the bus thread. It stays on the thread that created it.
 pub struct Acquisition {
     samples: Samples<'static>,
     writer: SampleWriter,
-    /// Of each sample read together, the time of the frame that completed it \[ns, CLOCK_MONOTONIC\].
-    /// Empty between two turns, and kept for its memory.
+    /// Time of the frame that completed each sample, for the samples read together \[ns,
+    /// CLOCK_MONOTONIC\]. Empty between two steps, and reused to avoid allocations.
     completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
@@ -76,7 +77,7 @@ pub struct Acquisition {
 }
 
 impl Acquisition {
-    /// Makes the ports, then asks for priority and processor.
+    /// Creates the ports, then requests priority and processor.
     ///
     /// # Errors
     /// [`AcquireError::Stream`].
@@ -93,7 +94,7 @@ impl Acquisition {
             StampClock::Own => FrameTime::Read,
         };
         let counts = AcquisitionCounts { frame_time, ..AcquisitionCounts::default() };
-        // Before the first latency, what it begins with.
+        // The initial counts are published before the first latency.
         shared.publish(&counts);
         let now = Instant::now();
         Ok(Self {
@@ -109,7 +110,7 @@ impl Acquisition {
         })
     }
 
-    /// Hands every frame to a recorder, with the stamp that the assembler sees.
+    /// Passes every frame to a recorder, with the stamp that the assembler sees.
     #[must_use]
     pub fn with_tap(self, tap: Option<FrameTap>) -> Self {
         let tap = tap.map(|mut tap| -> Tap<'static> {
@@ -141,7 +142,7 @@ impl Acquisition {
         end
     }
 
-    /// One turn: at most one wait, of at most 20 ms. Nothing until the source ends.
+    /// Runs one step with at most one wait of at most 20 ms. Returns `None` until the source ends.
     ///
     /// # Errors
     /// [`AcquireError`].
@@ -172,7 +173,7 @@ impl Acquisition {
             Err(error) if self.pace == Pace::Live && error.is_recoverable() => {
                 self.counts.source_failures += 1;
                 self.counts.bus = BusState::Down;
-                // A source that fails at once must not spin.
+                // A source that fails immediately must not cause a busy loop.
                 std::thread::sleep(LONGEST_WAIT.saturating_sub(now - before));
             }
             Err(error) => return Err(error.into()),
@@ -190,12 +191,13 @@ impl Acquisition {
         }
     }
 
-    /// Writes every sample of what was read.
+    /// Writes every sample of the received frames.
     fn write_samples(&mut self, now: Instant) -> Result<(), AcquireError> {
         let (read_ns, drops) = (self.samples.read_ns(), self.samples.counters().queue_drops);
-        // Where a clock is a system call, a reading for each sample would cost more than the sample:
-        // the worker is told of a time before all that was read together, and the time after all of
-        // it is counted here. Either latency is too long by what writing takes, and never too short.
+        // On some systems reading the clock is a system call. One reading per sample would then
+        // cost more than the sample. The worker therefore gets a time before all samples read
+        // together, and this code takes the time after all of them. Both latencies are too long by
+        // the writing time, and never too short.
         while let Some(Assembled { sample, completed_ns }) = self.samples.poll() {
             self.writer.write(&sample, drops, now, read_ns)?;
             self.counts.readings.update(&sample.readings);
@@ -218,7 +220,7 @@ impl Acquisition {
         self.counts.bus = BusState::Ended;
         self.count();
         self.shared.try_publish(&self.counts);
-        // The buffer lives as long as its writer.
+        // The buffer lives only as long as its writer.
         while !stop.load(Ordering::Relaxed) && !self.writer.is_drained()? {
             if self.pace == Pace::Live && (self.writer.readers() == 0 || now.elapsed() > LAST_READ)
             {

@@ -1,4 +1,4 @@
-//! What the bus thread counts, and how others read it without holding it up.
+//! Counts of the bus thread, and non-blocking access for other threads.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
@@ -13,18 +13,18 @@ use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
 use crate::window::DriveReadings;
 
-/// How long frames are under way to the buffer.
+/// Latency of frames on the way to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameLatency {
-    /// Where the times begin; at [`FrameTime::Read`] when only some frames had no stamp.
+    /// Start of the times. It is [`FrameTime::Read`] even if only some frames had no stamp.
     pub from: FrameTime,
     /// The times.
     #[serde(flatten)]
     pub times: LatencySummary,
 }
 
-/// The bus thread's counts as others see them: it writes them now and then, and skips a turn when
-/// somebody is reading.
+/// Shared counts of the bus thread. The thread writes them from time to time, and skips an update
+/// while somebody is reading.
 #[derive(Clone, Debug, Default)]
 pub struct SharedAcquisition(Arc<Shared>);
 
@@ -52,17 +52,17 @@ impl SharedAcquisition {
         self.0.frame_to_buffer.record(ns);
     }
 
-    /// What the thread was given; nothing before it runs.
+    /// Returns the properties granted to the thread. `None` before it runs.
     pub fn grants(&self) -> Option<RealTimeGrants> {
         self.0.grants.get().cloned()
     }
 
     pub(super) fn set_grants(&self, grants: RealTimeGrants) {
-        // A thread that is started a second time keeps the first word.
+        // A thread that is started a second time keeps the first value.
         let _ = self.0.grants.set(grants);
     }
 
-    /// What the recorder tells; nothing where nothing is recorded.
+    /// Returns the status of the recorder. `None` if nothing is recorded.
     pub fn recording(&self) -> Option<RecordingStatus> {
         self.0.recording.get().map(SharedRecording::snapshot)
     }
@@ -80,79 +80,80 @@ impl SharedAcquisition {
         }
     }
 
-    /// Waits for a reader, who only copies: for the last word.
+    /// Publishes the final counts. Waits for a reader, who only copies.
     pub(crate) fn publish(&self, counts: &AcquisitionCounts) {
         *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner) = *counts;
     }
 }
 
-/// The acquisition in a status snapshot.
+/// Acquisition part of a status snapshot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AcquisitionStatus {
     /// The state of the bus.
     pub bus: BusState,
-    /// Frames received, error frames included.
+    /// Number of received frames, including error frames.
     pub frames: u64,
-    /// Frames per second, over the last period of the status.
+    /// Frames per second, over the last status period.
     pub frames_per_second: f64,
     /// Samples assembled.
     pub samples: u64,
-    /// Samples per second, over the last period of the status.
+    /// Samples per second, over the last status period.
     pub samples_per_second: f64,
-    /// Batches sent to the workers.
+    /// Number of batches sent to the workers.
     pub batches: u64,
     /// Counters of faults.
     #[serde(flatten)]
     pub counters: FaultCounters,
-    /// How long it took from the frame that completed a sample (where there are SYNCs, the next one)
-    /// until the sample was in the buffer, since the start; nothing before the first. Its `from`
-    /// tells what the frame's time is. Of frames read together, up to 256, all samples count as
-    /// written with the last: too long by the time of writing, never too short. A sample that no
-    /// frame completed, but a silence, does not count.
+    /// Time from the frame that completed a sample (the next one on a bus with SYNC) until the
+    /// sample was in the buffer, since the start. `None` before the first. Its `from` gives the
+    /// start of the time. Up to 256 frames are read together, and all their samples count as
+    /// written with the last one. The time is too long by the writing time, never too short. A
+    /// sample that was completed by a silence and not by a frame does not count.
     pub frame_to_buffer: Option<FrameLatency>,
-    /// Frames not used, by cause; causes that did not occur are left out.
+    /// Unused frames by cause. Causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
-    /// Bus cycles without a sample, by cause; likewise.
+    /// Bus cycles without a sample, by cause. Causes that did not occur are left out.
     pub cycles_lost: BTreeMap<String, u64>,
-    /// What was counted in the last seconds.
+    /// Counts of the last seconds.
     pub recent: RecentCounts,
-    /// What the drives told last besides, while the bus is well: each value once.
+    /// Latest additional drive readings, while the bus is in a good state: each value once.
     #[serde(flatten)]
     pub readings: DriveReadings,
-    /// What the thread was given.
+    /// Properties granted to the thread.
     pub real_time: Option<RealTimeGrants>,
-    /// Receive buffer that the kernel granted, the smallest of all interfaces \[bytes\].
+    /// Receive buffer granted by the kernel, the smallest of all interfaces \[bytes\].
     pub receive_buffer_bytes: Option<u64>,
-    /// Receive buffer that the cell asks for \[bytes\].
+    /// Receive buffer requested by the cell \[bytes\].
     pub receive_buffer_asked_bytes: Option<u64>,
-    /// The recorder of raw frames; nothing where nothing is recorded.
+    /// Recorder of raw frames. `None` if nothing is recorded.
     pub recording: Option<RecordingStatus>,
 }
 
 /// The kernel's buffer of received frames, as the kernel accounts it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReceiveBuffer {
-    /// What the cell asks for \[bytes\].
+    /// Size requested by the cell \[bytes\].
     pub asked_bytes: u64,
-    /// What was granted, at the interface that got least \[bytes\].
+    /// Granted size at the interface with the smallest one \[bytes\].
     pub granted_bytes: u64,
 }
 
 impl AcquisitionStatus {
-    /// What came of the frames of the last seconds, while some come.
+    /// Returns the outcome of the frames of the last seconds, as long as frames arrive.
     pub fn flow(&self) -> Flow {
         if self.bus == BusState::Ok { self.recent.flow() } else { Flow::Well }
     }
 
-    /// Whether it assembles no sample and nothing is wrong with that: drives are disabled, or were just now.
+    /// Returns true if it assembles no samples without a fault: drives are disabled, or were until
+    /// just now.
     pub fn rests(&self) -> bool {
         self.bus == BusState::Ok
             && self.samples_per_second <= 0.0
             && !matches!(self.flow(), Flow::Stopped { .. })
     }
 
-    /// The counts in the form of the snapshot; rates and latencies are the status's to add.
+    /// Converts the counts to the form of the snapshot. The status adds rates and latencies.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
         let AcquisitionCounts { bus, source, losses, batches, readings, .. } = counts;
         Self {
@@ -163,7 +164,7 @@ impl AcquisitionStatus {
             counters: FaultCounters::of(counts),
             frames_unused: by_cause(losses.frames.by_cause()),
             cycles_lost: by_cause(losses.cycles.by_cause()),
-            readings: DriveReadings::of(bus.is_well().then_some(readings)),
+            readings: DriveReadings::from_cycles(bus.is_well().then_some(readings)),
             real_time,
             ..Self::default()
         }

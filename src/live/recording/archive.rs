@@ -1,4 +1,4 @@
-//! The archiver's thread: waits until the ring has the frames, and extracts them.
+//! The archiver's thread: it waits until the ring has the frames, and extracts them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,25 +11,25 @@ use super::curves::JointCurves;
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
-use super::ring::{RingError, Room};
+use super::ring::{DiskSpace, RingError};
 
-/// How often the ring is looked at while something waits for it.
+/// Interval at which the ring is polled while a request waits for it.
 const POLL: Duration = Duration::from_millis(100);
-/// How often the size of a capture is looked at.
+/// Interval at which the size of a capture is checked.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// How long the ring may take to have on disk what was on the bus.
+/// Maximum time until bus frames are on disk in the ring.
 const RING_DELAY: Duration = Duration::from_secs(4);
-/// What a recorder that is killed may not have on disk \[ns\].
+/// Duration of frames that a killed recorder may have lost \[ns\].
 const LOST_NS: u64 = 1_000_000_000;
-/// How long it may take at the end, when the recorder closes its file.
+/// Maximum time at the end, when the recorder closes its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
-/// The pause between two looks at the end.
+/// Pause between two polls at the end.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// What waits for the ring.
+/// A request that waits for the ring.
 pub(super) struct Waiting {
     kind: Kind,
-    /// Of a result its number.
+    /// Number of the result, for a result's recording.
     number: Option<u64>,
     label: String,
     stretch: Stretch,
@@ -37,16 +37,16 @@ pub(super) struct Waiting {
     deadline: Instant,
 }
 
-/// A capture that is running.
+/// A running capture.
 pub(super) struct Capture {
     name: String,
     from_ns: u64,
     since: Instant,
-    /// When its size was last looked at.
-    looked: Instant,
+    /// Time of the last check of its size.
+    polled: Instant,
 }
 
-/// The state of the thread.
+/// State of the thread.
 pub(super) struct Archive {
     pub(super) ring: PathBuf,
     pub(super) folder: PathBuf,
@@ -55,15 +55,15 @@ pub(super) struct Archive {
     pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
-    /// When this turn began.
+    /// Start time of this step.
     pub(super) now: Instant,
-    /// When the end was first seen.
+    /// Time at which the end was first seen.
     pub(super) ending: Option<Instant>,
-    /// Looks at the disk of a folder.
-    pub(super) room: fn(&Path) -> Result<Room, RingError>,
+    /// Function that measures the disk space of a folder.
+    pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
 }
 
-/// Why a recording is not kept.
+/// Reason why a recording is not kept.
 #[derive(Debug, thiserror::Error)]
 enum ArchiveError {
     #[error(transparent)]
@@ -88,7 +88,7 @@ impl Archive {
                 Err(RecvTimeoutError::Disconnected) => (None, true),
             };
             if ended {
-                // With nobody at the other end the wait above does not wait.
+                // If no sender is left, the wait above returns immediately.
                 std::thread::sleep(PAUSE);
             }
             if self.turn(request, ended, Instant::now()) {
@@ -97,7 +97,8 @@ impl Archive {
         }
     }
 
-    /// Takes a request, and keeps what is there by now; true when nothing waits at the end.
+    /// Takes a request, and keeps the recordings that are available by now. Returns true if the end
+    /// was requested and nothing waits.
     pub(super) fn turn(&mut self, request: Option<Request>, ended: bool, now: Instant) -> bool {
         self.now = now;
         if let Some(request) = request {
@@ -130,8 +131,8 @@ impl Archive {
             }
             Request::Fault { cause, stamp_ns } => {
                 let before = (stamp_ns, self.options.fault_before_s);
-                // The ring may not go back so far, and of a recorder that was killed the last second is
-                // missing: what there is counts.
+                // The ring may not reach back far enough, and a killed recorder loses its last
+                // second. The available part is sufficient.
                 let last_ns = stamp_ns.saturating_sub(LOST_NS);
                 let stretch = self.around(before, (stamp_ns, self.options.after_s));
                 let stretch = Stretch { last_ns, ..stretch };
@@ -144,7 +145,8 @@ impl Archive {
             Request::Start { name, answer } => {
                 let started = self.start_capture(name);
                 let runs = started.is_ok();
-                // Who has been told meanwhile that it is busy would not know of it.
+                // The requester may already have got the answer "busy", and would not know of the
+                // capture.
                 if answer.try_send(started).is_err() && runs {
                     self.capture = None;
                     lock(&self.shared.0).capture = None;
@@ -194,17 +196,17 @@ impl Archive {
         let from_ns = newest(&self.ring).map_err(|error| nothing(error.to_string()))?;
         let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
         lock(&self.shared.0).capture = Some(name.clone());
-        self.capture = Some(Capture { name, from_ns, since: self.now, looked: self.now });
+        self.capture = Some(Capture { name, from_ns, since: self.now, polled: self.now });
         Ok(())
     }
 
-    /// Ends the capture at what will be on disk next.
+    /// Ends the capture with the frames that will be on disk next.
     fn stop_capture(&mut self) -> Option<()> {
-        let Capture { name, from_ns, since, looked: _ } = self.capture.take()?;
+        let Capture { name, from_ns, since, polled: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
         let length = u64::try_from(self.since(since).as_nanos()).unwrap_or(u64::MAX);
-        // What was on the bus until now may be on disk a second later, and the capture began with
-        // what was on disk then.
+        // Current bus frames may be on disk up to a second later. The capture began with the frames
+        // that were on disk at its start.
         let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
         let stretch = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
         let more = [("capture".to_owned(), name.clone())].into();
@@ -216,14 +218,14 @@ impl Archive {
         Some(())
     }
 
-    /// Stops a capture before the ring loses its beginning, and before it is too long.
+    /// Stops a capture before the ring loses its beginning, and before it gets too long.
     fn watch_capture(&mut self) {
         let now = self.now;
         let Some(capture) = &mut self.capture else { return };
-        if now.saturating_duration_since(capture.looked) < LOOK_EVERY {
+        if now.saturating_duration_since(capture.polled) < LOOK_EVERY {
             return;
         }
-        capture.looked = now;
+        capture.polled = now;
         let length = now.saturating_duration_since(capture.since);
         let too_long = length.as_secs_f64() > self.options.capture_max_s;
         let from_ns = capture.from_ns;
@@ -240,21 +242,21 @@ impl Archive {
         }
     }
 
-    /// Keeps what is on disk, or gives up; false when it still has to wait.
+    /// Keeps the frames on disk, or gives up. Returns false if it still has to wait.
     fn settle(&self, one: &Waiting, ended: bool) -> bool {
         let over = ended || self.now >= one.deadline;
-        let found = match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest })
-        {
-            Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),
-            Ok(None) if over => Err(ExtractError::NotThere.into()),
-            Err(error) if over => Err(error.into()),
-            _ => return false,
-        };
-        let kept = found.and_then(|found| {
+        let run_found =
+            match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest }) {
+                Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),
+                Ok(None) if over => Err(ExtractError::NotThere.into()),
+                Err(error) if over => Err(error.into()),
+                _ => return false,
+            };
+        let archived = run_found.and_then(|found| {
             let folder =
                 ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
             let bytes = found.bytes(&self.curves);
-            if (self.room)(&self.folder)?.spare < bytes {
+            if (self.disk_space)(&self.folder)?.spare < bytes {
                 return Err(ArchiveError::NoRoom { bytes });
             }
             if !folder.make_room(bytes)? {
@@ -266,14 +268,14 @@ impl Archive {
             folder.prune(one.kind)?;
             Ok((path, frames))
         });
-        match kept {
+        match archived {
             Ok((path, frames)) => {
                 tracing::info!(frames, "recording {} is kept", path.display());
                 let mut status = lock(&self.shared.0);
                 status.waiting = status.waiting.saturating_sub(1);
-                status.kept += 1;
+                status.fixed += 1;
             }
-            Err(error) => self.shared.fail(&what(one), &error),
+            Err(error) => self.shared.fail(&describe(one), &error),
         }
         self.count();
         true
@@ -291,7 +293,7 @@ fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), Ring
     ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.size()
 }
 
-fn what(one: &Waiting) -> String {
+fn describe(one: &Waiting) -> String {
     match (one.kind, one.number) {
         (Kind::Result, number) => format!("result {}", number.unwrap_or(0)),
         (Kind::Fault, _) => format!("the fault `{}`", one.label),

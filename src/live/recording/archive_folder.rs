@@ -1,13 +1,13 @@
-//! The folder of the kept recordings: names, number, size.
+//! The folder of the kept recordings: names, number and size.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::ring::{RingError, at};
+use super::ring::{RingError, io_error};
 use crate::files::remove_leftovers;
 
-/// What a recording is kept for; its file name begins with it.
+/// Reason for keeping a recording. The file name begins with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Result,
@@ -37,27 +37,27 @@ struct ArchiveFile {
     modified: SystemTime,
 }
 
-/// A folder of recordings, of which the oldest go. Files with other names are left alone.
+/// A folder of recordings. The oldest are removed. Files with other names are left alone.
 #[derive(Debug)]
 pub(super) struct ArchiveFolder {
     folder: PathBuf,
-    /// Recordings of each kind.
+    /// Maximum number of recordings of each kind.
     keep: usize,
-    /// The most that all of them take \[bytes\].
+    /// Maximum total size \[bytes\].
     keep_bytes: u64,
 }
 
 impl ArchiveFolder {
     pub(super) fn open(folder: &Path, keep: usize, keep_bytes: u64) -> Result<Self, RingError> {
-        fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
+        fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
         let archive = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
-        // What a process was writing when it died.
+        // Incomplete files of a process that died while writing.
         remove_leftovers(folder, |name| parse(name).is_some())
-            .map_err(at("clean up the folder", folder))?;
+            .map_err(io_error("clean up the folder", folder))?;
         Ok(archive)
     }
 
-    /// Removes the oldest until `bytes` more fit; false when they never do.
+    /// Removes the oldest until `bytes` more fit. Returns false if they never fit.
     pub(super) fn make_room(&self, bytes: u64) -> Result<bool, RingError> {
         if bytes > self.keep_bytes {
             return Ok(false);
@@ -69,13 +69,13 @@ impl ArchiveFolder {
             if total.saturating_add(bytes) <= self.keep_bytes {
                 break;
             }
-            fs::remove_file(&file.path).map_err(at("remove", &file.path))?;
+            fs::remove_file(&file.path).map_err(io_error("remove", &file.path))?;
             total = total.saturating_sub(file.bytes);
         }
         Ok(true)
     }
 
-    /// Where a recording goes.
+    /// Returns the path of a recording.
     pub(super) fn path(&self, kind: Kind, number: u64, label: &str) -> PathBuf {
         let label = if label.is_empty() { String::new() } else { format!("-{label}") };
         self.folder.join(format!("{}-{number:08}{label}{END}", kind.name()))
@@ -88,29 +88,30 @@ impl ArchiveFolder {
         files.sort_by_key(|file| (file.number, file.modified));
         let surplus = files.len().saturating_sub(self.keep);
         for file in files.into_iter().take(surplus) {
-            fs::remove_file(&file.path).map_err(at("remove", &file.path))?;
+            fs::remove_file(&file.path).map_err(io_error("remove", &file.path))?;
         }
         Ok(())
     }
 
-    /// A number that none of this kind has had.
+    /// Returns a number that no recording of this kind has had.
     pub(super) fn next(&self, kind: Kind) -> Result<u64, RingError> {
         let files = self.files()?;
         let numbers = files.iter().filter(|file| file.kind == kind).map(|file| file.number);
         Ok(numbers.max().map_or(0, |last| last.saturating_add(1)))
     }
 
-    /// How many there are, and how large \[bytes\].
+    /// Returns number and total size of the recordings \[bytes\].
     pub(super) fn size(&self) -> Result<(usize, u64), RingError> {
         let files = self.files()?;
         Ok((files.len(), files.iter().map(|file| file.bytes).sum()))
     }
 
     fn files(&self) -> Result<Vec<ArchiveFile>, RingError> {
-        let entries = fs::read_dir(&self.folder).map_err(at("read the folder", &self.folder))?;
+        let entries =
+            fs::read_dir(&self.folder).map_err(io_error("read the folder", &self.folder))?;
         let mut files = Vec::new();
         for entry in entries {
-            let entry = entry.map_err(at("read the folder", &self.folder))?;
+            let entry = entry.map_err(io_error("read the folder", &self.folder))?;
             let Some((kind, number)) = entry.file_name().to_str().and_then(parse) else { continue };
             let Ok(metadata) = entry.metadata() else { continue };
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
@@ -121,11 +122,11 @@ impl ArchiveFolder {
     }
 }
 
-/// Kind and number in a name of ours.
+/// Parses kind and number from a recording's file name.
 fn parse(name: &str) -> Option<(Kind, u64)> {
     let stem = name.strip_suffix(END)?;
     let (kind, rest) = stem.split_once('-')?;
-    let kind = KINDS.into_iter().find(|known| known.name() == kind)?;
+    let kind = KINDS.into_iter().find(|candidate| candidate.name() == kind)?;
     let digits = rest.split('-').next()?;
     let number = digits.parse().ok().filter(|number| format!("{number:08}") == digits)?;
     Some((kind, number))

@@ -13,26 +13,26 @@ use super::options::{RecordingOptions, archive_folder, ring_folder};
 use super::request::{
     CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, check_capture_name, lock,
 };
-use super::ring::room;
+use super::ring::disk_space;
 use super::window::RecordedWindow;
 
-/// How long the end waits for what is still to be kept.
+/// Maximum time that the end waits for pending recordings.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
-/// How long a command waits for its answer.
+/// Maximum time that a command waits for its answer.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// What the archiver needs.
+/// Options of the archiver.
 #[derive(Clone, Debug)]
 pub struct ArchiverOptions {
-    /// Folder of everything recorded.
+    /// Folder of all recordings.
     pub folder: PathBuf,
     /// Margins, rates and bounds.
     pub recordings: RecordingOptions,
-    /// What makes the joints' curves of the frames.
+    /// Conversion of frames into joint curves.
     pub curves: JointCurves,
 }
 
-/// Takes requests. It never waits but for the answer of a capture.
+/// Receiver of requests. It waits only for the answer of a capture.
 #[derive(Clone, Debug)]
 pub struct Archiver {
     requests: SyncSender<Request>,
@@ -52,7 +52,7 @@ impl Archiver {
     /// Starts the thread.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn start(options: &ArchiverOptions) -> std::io::Result<(Self, ArchiverThread)> {
         let (requests, received) = sync_channel(QUEUE);
         let (shared, ending) = (SharedArchive::default(), Arc::new(AtomicBool::new(false)));
@@ -66,12 +66,12 @@ impl Archiver {
             capture: None,
             now: Instant::now(),
             ending: None,
-            room,
+            disk_space,
         };
-        let told = Arc::clone(&ending);
+        let thread_ending = Arc::clone(&ending);
         let thread = std::thread::Builder::new()
             .name("archiver".into())
-            .spawn(move || archive.run(&received, &told))?;
+            .spawn(move || archive.run(&received, &thread_ending))?;
         let fault_every = Duration::from_secs_f64(options.recordings.fault_every_s);
         let last_fault = Arc::default();
         Ok((Self { requests, shared, last_fault, fault_every }, ArchiverThread { thread, ending }))
@@ -87,7 +87,7 @@ impl Archiver {
         self.submit(Request::Result { number, window: window.clone() });
     }
 
-    /// Keeps what was on the bus around a fault, unless another was shortly before.
+    /// Keeps the bus frames around a fault, unless another fault occurred shortly before.
     pub fn keep_fault(&self, cause: &'static str, stamp_ns: u64, now: Instant) {
         let mut last = lock(&self.last_fault);
         if last.is_some_and(|last| now.saturating_duration_since(last) < self.fault_every) {
@@ -99,7 +99,7 @@ impl Archiver {
         self.submit(Request::Fault { cause, stamp_ns });
     }
 
-    /// Begins a capture.
+    /// Starts a capture.
     ///
     /// # Errors
     /// [`CaptureError`].
@@ -108,7 +108,7 @@ impl Archiver {
         self.ask(|answer| Request::Start { name: name.to_owned(), answer })
     }
 
-    /// Ends the capture; its recording is there some seconds later.
+    /// Ends the capture. Its recording is available some seconds later.
     ///
     /// # Errors
     /// [`CaptureError`].
@@ -137,7 +137,8 @@ impl Archiver {
 }
 
 impl ArchiverThread {
-    /// Keeps what was asked for, as far as the ring has it, and waits for that, for a while.
+    /// Keeps the requested recordings as far as the ring has them, and waits for that for a limited
+    /// time.
     pub fn finish(self) {
         self.ending.store(true, Ordering::Relaxed);
         let since = Instant::now();

@@ -1,15 +1,15 @@
-//! The joints' curves of recorded frames, for viewers of robots' data.
+//! Joint curves of recorded frames, for viewers of robot data.
 
 use std::io;
 
-use didim_core::MAX_JOINTS;
-use didim_core::robot::Transmission;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::Frame;
 use didim_drivers::source::McapWriter;
 use didim_drivers::source::mcap::{JointState, McapWriteError};
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::robot::Transmission;
 
-/// Makes joint states of frames as a replay makes samples of them, and writes both.
+/// Converter of frames into joint states, like a replay makes samples from them. It writes both.
 #[derive(Clone, Debug)]
 pub struct JointCurves {
     assembler: Assembler,
@@ -18,17 +18,18 @@ pub struct JointCurves {
 }
 
 impl JointCurves {
-    /// Of an assembler that has seen nothing yet; one name for each joint.
+    /// Creates the curves from an assembler that has seen no frames yet, and one name for each
+    /// joint.
     pub fn new(assembler: Assembler, transmission: Transmission, names: Vec<String>) -> Self {
         Self { assembler, transmission, names }
     }
 
-    /// What the joints are called in the file.
+    /// Returns the names of the joints in the file.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Writes a frame, and the state that it completes.
+    /// Writes a frame and the joint state that it completes.
     ///
     /// # Errors
     /// [`McapWriteError`].
@@ -43,10 +44,10 @@ impl JointCurves {
         self.write_state(writer)
     }
 
-    /// Writes the state of the last cycle.
+    /// Writes the joint state of the last cycle.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The same as [`Self::write`].
     pub fn finish<W: io::Write>(
         &mut self,
         writer: &mut McapWriter<W>,
@@ -73,7 +74,7 @@ impl JointCurves {
         })
     }
 
-    /// Most that the states of so long a stretch take in a file \[bytes\].
+    /// Returns the maximum file size of the joint states of a stretch of this duration \[bytes\].
     pub(super) fn bytes(&self, duration_ns: u64) -> u64 {
         #[expect(
             clippy::cast_possible_truncation,

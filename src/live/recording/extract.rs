@@ -1,4 +1,4 @@
-//! A stretch of the ring as a recording of its own.
+//! Extraction of a stretch of the ring as a separate recording.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -11,20 +11,20 @@ use super::curves::JointCurves;
 use super::ring::segments;
 use crate::files::replace;
 
-/// Stamps from one to another, both included \[ns\].
+/// Range of stamps, both ends included \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stretch {
-    /// What is wanted begins here.
+    /// Start of the wanted range.
     pub(super) from_ns: u64,
-    /// What must be there begins here.
+    /// Start of the required range.
     pub(super) first_ns: u64,
-    /// What must be there ends here.
+    /// End of the required range.
     pub(super) last_ns: u64,
-    /// What is wanted ends here.
+    /// End of the wanted range.
     pub(super) to_ns: u64,
 }
 
-/// Why nothing was extracted.
+/// Reason why nothing was extracted.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ExtractError {
     #[error("the ring {}: {cause}", folder.display())]
@@ -42,30 +42,31 @@ pub(super) enum ExtractError {
 pub(super) struct Found {
     files: Vec<(PathBuf, McapScan)>,
     stretch: Stretch,
-    /// The latest stamp on disk of this run \[ns\].
+    /// Latest stamp of this run on disk \[ns\].
     pub(super) newest_ns: u64,
-    /// Most that the frames take in the recording \[bytes\].
+    /// Maximum size of the frames in the recording \[bytes\].
     pub(super) frame_bytes: u64,
 }
 
 impl Found {
-    /// Most that the recording will have \[bytes\].
+    /// Returns the maximum size of the recording \[bytes\].
     pub(super) fn bytes(&self, curves: &JointCurves) -> u64 {
         let Stretch { from_ns, to_ns, .. } = self.stretch;
         self.frame_bytes + curves.bytes(to_ns.min(self.newest_ns).saturating_sub(from_ns))
     }
 }
 
-/// Which runs of the recorder may have a stretch.
+/// Recorder runs that may contain a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Runs {
-    /// The latest that had begun by then: its end may be on disk soon.
+    /// The latest run that had begun by then: its end may be on disk soon.
     Latest,
-    /// Whichever has it, the latest first: the acquisition may have been started again since.
+    /// Any run that contains it, the latest first: the acquisition may have been restarted since.
     Any,
 }
 
-/// Finds a stretch. Nothing when what must be there is not there, yet or any more.
+/// Finds a stretch. Returns `None` if the required range is not on disk, either not yet or no
+/// longer.
 pub(super) fn find(
     ring: &Path,
     stretch: Stretch,
@@ -103,25 +104,25 @@ pub(super) fn find(
     Ok(Some(Found { files, stretch, newest_ns, frame_bytes }))
 }
 
-/// The latest stamp on disk \[ns\] of the latest run.
+/// Returns the latest stamp on disk of the latest run \[ns\].
 pub(super) fn newest(ring: &Path) -> Result<Option<u64>, ExtractError> {
     let mut scans = newest_first(ring)?;
     Ok(scans.find_map(|(_, scan)| scan.stamps_ns()).map(|(_, last)| last))
 }
 
-/// The files that can be read; one that goes meanwhile is not there.
+/// Returns the readable files. A file that is removed in the meantime is left out.
 fn newest_first(ring: &Path) -> Result<impl Iterator<Item = (PathBuf, McapScan)>, ExtractError> {
     let failed = |cause| ExtractError::Ring { folder: ring.to_owned(), cause };
     let segments = segments(ring).map_err(failed)?;
     Ok(segments.into_iter().rev().filter_map(|segment| {
-        let scan = McapScan::of(&segment.path);
-        // The file being written gets its last name when it is whole.
+        let scan = McapScan::read(&segment.path);
+        // The file being written gets its final name when it is complete.
         let (path, scan) = match scan {
             Ok(scan) => (segment.path, scan),
             Err(_) if segment.is_part() => {
-                let whole = segment.path.with_extension("");
-                let scan = McapScan::of(&whole).ok()?;
-                (whole, scan)
+                let complete = segment.path.with_extension("");
+                let scan = McapScan::read(&complete).ok()?;
+                (complete, scan)
             }
             Err(_) => return None,
         };
@@ -135,12 +136,13 @@ fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
         info.stamp_ns(chunk.last_log_time) >= stretch.from_ns
             && info.stamp_ns(chunk.first_log_time) <= stretch.to_ns
     });
-    // A chunk's index is behind it, of 16 bytes for each message; and so is its entry in the summary.
+    // The index of a chunk follows it, with 16 bytes for each message. So does its entry in the
+    // summary.
     overlaps.map(|chunk| (chunk.end - chunk.offset) * 3 / 2 + 512).sum()
 }
 
-/// Writes a stretch into a file, with the joints' curves; tells how many frames it has. `more` is for its
-/// metadata.
+/// Writes a stretch into a file, with the joint curves, and returns the number of its frames.
+/// `more` goes into its metadata.
 pub(super) fn extract(
     found: &Found,
     path: &Path,
@@ -193,7 +195,7 @@ fn copy(
     Ok(frames)
 }
 
-/// Opens a file of the ring that may be renamed meanwhile.
+/// Opens a file of the ring, even if it is renamed in the meantime.
 fn open(
     path: &Path,
     interfaces: &[didim_drivers::source::InterfaceName],

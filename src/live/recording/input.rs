@@ -1,4 +1,5 @@
-//! Recorded frames from whatever file they are in: told by its content, not by its name.
+//! Reads recorded frames from a file of any format. The format is detected by its content, not by
+//! its name.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -17,17 +18,17 @@ use didim_drivers::source::{
 
 use super::ring::segments;
 
-/// Whether a file is an MCAP file, by its first bytes.
+/// Returns true if the first bytes of a file are those of an MCAP file.
 pub fn is_mcap(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
     read.is_ok() && magic == MAGIC
 }
 
-/// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or a capture of
-/// EtherCAT, whose frames are those that the layout makes of it.
+/// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or an
+/// EtherCAT capture. The frames of an EtherCAT capture are those that the layout derives from it.
 ///
-/// A recording without an end is read up to its last whole chunk, and a warning says so.
+/// A recording without an end is read up to its last complete chunk, with a warning.
 ///
 /// # Errors
 /// [`SourceError`]: it cannot be opened.
@@ -48,7 +49,7 @@ pub fn open_log(
 }
 
 fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {
-    if let FileEnd::Unfinished { unused_bytes } = McapScan::of(path)?.end {
+    if let FileEnd::Unfinished { unused_bytes } = McapScan::read(path)?.end {
         tracing::warn!(
             "{}: the recording is not finished: its recorder was killed, or is still writing; \
              frames outside of complete chunks are not used ({unused_bytes} bytes)",
@@ -58,13 +59,13 @@ fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSourc
     McapSource::open(path, interfaces)
 }
 
-/// The files of a ring, one after the other. Frames that are missing between two files of one run
-/// count as dropped.
+/// The files of a ring, one after the other. Frames missing between two files of one run count as
+/// dropped.
 struct RingSource {
     waiting: VecDeque<PathBuf>,
     current: McapSource,
     interfaces: Vec<InterfaceName>,
-    /// What the files before the current one counted.
+    /// Counts of the files before the current one.
     before: SourceCounters,
 }
 
@@ -82,7 +83,7 @@ impl RingSource {
         Ok(Self { waiting, current, interfaces, before: SourceCounters::default() })
     }
 
-    /// Goes on with the next file; false after the last.
+    /// Continues with the next file. Returns false after the last.
     fn advance(&mut self) -> Result<bool, McapError> {
         let Some(path) = self.waiting.pop_front() else { return Ok(false) };
         let mut next = open_recording(&path, &self.interfaces)?;

@@ -1,13 +1,14 @@
-//! Raw frames on disk: a ring of the last hours, and what is kept of it.
+//! Raw frames on disk: a ring of the last hours, and the recordings kept from it.
 //!
-//! The bus thread hands each frame, with the stamp that the assembler sees, to a queue of fixed size
-//! ([`FrameTap`]): no allocation, no lock, no system call; what finds it full is counted. A thread of
-//! the same process ([`Recorder`]) writes them into a ring of MCAP files on disk. The process that
-//! identifies extracts from these files what belongs to a result, a fault or a capture
-//! ([`Archiver`]): it needs nothing but the folder, so it may be another process.
+//! The bus thread passes each frame, with the stamp that the assembler sees, to a queue of fixed
+//! size ([`FrameTap`]): no allocation, no lock, no system call. Frames that find it full are
+//! counted. A thread of the same process ([`Recorder`]) writes them into a ring of MCAP files on
+//! disk. The identifying process extracts the frames of a result, a fault or a capture from these
+//! files ([`Archiver`]). It needs only the folder, so it may be another process.
 //!
-//! Everything is bounded: the queue, the ring with the file being written, the number and size of
-//! what is kept, the requests that wait. Nothing of it can cost a frame or a result.
+//! Everything is bounded: the queue, the ring including the file being written, the number and size
+//! of kept recordings, and the waiting requests. The recorder can never cause the loss of a frame
+//! or a result.
 
 mod archive;
 mod archive_folder;

@@ -7,29 +7,32 @@ use serde::Deserialize;
 
 use super::output::{CreateOutput, create_file};
 
-/// What is recorded and kept. Without the section nothing is.
+/// Recording options. Without the section nothing is recorded.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordingOptions {
-    /// Where; `recordings` in the state folder when left out.
+    /// Folder; `recordings` in the state folder if omitted.
     pub directory: Option<PathBuf>,
-    /// The most that the ring takes on disk, the file being written included \[MB = 10⁶ bytes\].
+    /// Maximum disk size of the ring, including the file being written \[MB = 10⁶ bytes\].
     pub ring_mb: u64,
-    /// A file of the ring is closed after this long \[s\], or at an eighth of the ring.
+    /// Duration after which a file of the ring is closed \[s\]. It is also closed at an eighth of
+    /// the ring.
     pub segment_s: f64,
-    /// Kept before a window's first sample \[s\], 0.5 at least: a replay's grid of cycles settles in it.
+    /// Time kept before a window's first sample \[s\], 0.5 at least: the cycle grid of a replay
+    /// settles in it.
     pub before_s: f64,
-    /// Kept after a window's last sample \[s\].
+    /// Time kept after a window's last sample \[s\].
     pub after_s: f64,
-    /// Kept before a fault \[s\].
+    /// Time kept before a fault \[s\].
     pub fault_before_s: f64,
-    /// At most one recording of a fault in this time \[s\].
+    /// Minimum time between two recordings of faults \[s\].
     pub fault_every_s: f64,
-    /// Recordings kept of each kind: results, faults, captures.
+    /// Number of kept recordings of each kind: results, faults, captures.
     pub keep: usize,
-    /// The most that all of them take on disk \[MB\].
+    /// Maximum disk size of all kept recordings \[MB\].
     pub keep_mb: u64,
-    /// A capture is stopped after this long \[s\], or when it is half of the ring.
+    /// Duration after which a capture is stopped \[s\]. It is also stopped when it is half of the
+    /// ring.
     pub capture_max_s: f64,
 }
 
@@ -57,7 +60,7 @@ impl RecordingOptions {
     /// Checks every value.
     ///
     /// # Errors
-    /// The key and what is allowed.
+    /// The key and the allowed values.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let megabytes = [
             ("service.recordings.ring_mb", self.ring_mb),
@@ -88,41 +91,41 @@ impl RecordingOptions {
         Ok(())
     }
 
-    /// The folder of everything recorded.
+    /// Returns the folder of all recordings.
     pub fn folder(&self, state: &Path) -> PathBuf {
         self.directory.clone().unwrap_or_else(|| state.join("recordings"))
     }
 
-    /// The bound of the ring \[bytes\].
+    /// Returns the maximum size of the ring \[bytes\].
     pub fn ring_bytes(&self) -> u64 {
         self.ring_mb.saturating_mul(MB)
     }
 
-    /// The bound of the kept recordings \[bytes\].
+    /// Returns the maximum size of the kept recordings \[bytes\].
     pub fn keep_bytes(&self) -> u64 {
         self.keep_mb.saturating_mul(MB)
     }
 }
 
-/// What the recorder needs.
+/// Options of the recorder.
 #[derive(Clone)]
 pub struct RecorderOptions {
     /// Folder of the ring.
     pub folder: PathBuf,
-    /// The most that it takes \[bytes\].
+    /// Maximum size of the ring \[bytes\].
     pub ring_bytes: u64,
-    /// A file is closed after this long.
+    /// Duration after which a file is closed.
     pub segment: Duration,
     /// Name of the cell.
     pub cell: String,
     /// Hash of its configuration.
     pub configuration: String,
-    /// How files are made.
+    /// Function that creates files.
     pub create: CreateOutput,
 }
 
 impl RecorderOptions {
-    /// The options of a cell whose recordings are in `folder`.
+    /// Creates the options for a cell whose recordings are in `folder`.
     pub fn new(options: &RecordingOptions, folder: &Path, cell: &str, configuration: &str) -> Self {
         Self {
             folder: ring_folder(folder),
@@ -141,17 +144,17 @@ impl core::fmt::Debug for RecorderOptions {
     }
 }
 
-/// The folders within the folder of everything recorded.
+/// Returns the subfolders of the folder of all recordings.
 pub fn recording_folders(folder: &Path) -> [PathBuf; 2] {
     [ring_folder(folder), archive_folder(folder)]
 }
 
-/// The ring in the folder of everything recorded.
+/// Returns the ring folder within the folder of all recordings.
 pub(super) fn ring_folder(folder: &Path) -> PathBuf {
     folder.join("ring")
 }
 
-/// The kept recordings, likewise.
+/// Returns the folder of the kept recordings within the folder of all recordings.
 pub(super) fn archive_folder(folder: &Path) -> PathBuf {
     folder.join("kept")
 }

@@ -1,4 +1,4 @@
-//! The files that recordings are written to, so that a test may let them fail.
+//! The output files of recordings. A test may replace them to simulate failures.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A file being written.
 pub trait Output: Write + Send {
-    /// Brings what was written to the disk.
+    /// Syncs the written data to disk.
     ///
     /// # Errors
     /// The file system's.
@@ -21,10 +21,10 @@ impl Output for BufWriter<File> {
     }
 }
 
-/// Makes a file that is not there yet.
+/// Function that creates a file that does not exist yet.
 pub type CreateOutput = Arc<dyn Fn(&Path) -> io::Result<Box<dyn Output>> + Send + Sync>;
 
-/// Makes a file on disk, in place of one that is there.
+/// Creates a file on disk and replaces an existing one.
 ///
 /// # Errors
 /// The file system's.

@@ -13,7 +13,7 @@ use super::status::{RecordingState, SharedRecording};
 use super::tap::{FrameTap, frame_queue};
 use super::writer::RingWriter;
 
-/// How long the end of the bus waits for the last file.
+/// Maximum time that the end of the bus waits for the last file.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A running recorder.
@@ -23,7 +23,8 @@ pub struct Recorder {
     shared: SharedRecording,
 }
 
-/// A thread that panicked records no more, and nobody waits for it: the status has to say so.
+/// Runs the thread's body. A panicked thread records no more and nobody waits for it: the status
+/// has to report this.
 fn guarded(shared: &SharedRecording, body: impl FnOnce()) {
     if catch_unwind(AssertUnwindSafe(body)).is_err() {
         let mut status = shared.update();
@@ -34,10 +35,10 @@ fn guarded(shared: &SharedRecording, body: impl FnOnce()) {
 }
 
 impl Recorder {
-    /// Starts the thread. The tap goes to the bus thread; where that drops it, the recorder ends.
+    /// Starts the thread. The bus thread gets the tap. When it drops the tap, the recorder ends.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn start(
         options: RecorderOptions,
         interfaces: &[InterfaceName],
@@ -67,7 +68,7 @@ impl Recorder {
         &self.shared
     }
 
-    /// After the tap is gone: waits for the last file to be closed, for a while.
+    /// Waits for a limited time until the last file is closed. The tap must be dropped before.
     pub fn finish(self) {
         let since = Instant::now();
         while !self.thread.is_finished() {
@@ -85,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_told() {
+    fn a_panic_is_reported() {
         let shared = SharedRecording::default();
         guarded(&shared, || panic!("on purpose"));
         let status = shared.snapshot();

@@ -7,52 +7,53 @@ use serde::{Deserialize, Serialize};
 
 use super::window::RecordedWindow;
 
-/// Requests that may wait, in the queue and for the ring.
+/// Maximum number of waiting requests, in the queue and for the ring.
 pub(super) const QUEUE: usize = 16;
 
 /// The archiver's status.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ArchiveStatus {
-    /// Recordings kept in this run.
-    pub kept: u64,
-    /// Recordings that could not be kept in this run.
+    /// Number of recordings kept in this run.
+    #[serde(rename = "kept")]
+    pub fixed: u64,
+    /// Number of recordings that could not be kept in this run.
     pub failed: u64,
-    /// Recordings that are to be kept and wait for the ring or the disk.
+    /// Number of recordings that wait for the ring or the disk.
     pub waiting: u64,
-    /// Why the last one could not.
+    /// Reason of the last failure.
     pub last_failure: Option<String>,
-    /// Faults that were not kept, because others were shortly before.
+    /// Number of faults that were not kept because others occurred shortly before.
     pub faults_passed_over: u64,
-    /// Recordings in the folder.
+    /// Number of recordings in the folder.
     pub files: usize,
     /// Their size \[bytes\].
     pub bytes: u64,
-    /// The capture that is running.
+    /// Running capture.
     pub capture: Option<String>,
 }
 
-/// A command did not start or stop a capture.
+/// Reason why a command did not start or stop a capture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CaptureError {
-    /// One is running: stop it first.
+    /// A capture is running. Stop it first.
     #[error("the capture `{0}` is running; stop it first")]
     Running(String),
     /// None is.
     #[error("no capture is running")]
     NotRunning,
-    /// The name would be no name of a file.
+    /// The name is not valid in a file name.
     #[error("a capture's name has 1 to 32 letters, digits, `_` or `-`")]
     Name,
     /// The ring has no frames.
     #[error("nothing is recorded: {0}")]
     NothingRecorded(String),
-    /// Too much waits: ask again later.
+    /// Too many requests wait. Try again later.
     #[error("the archiver is busy; try again")]
     Busy,
 }
 
-/// Whether it is the name of a capture: it becomes a part of that of a file.
+/// Checks that it is a valid capture name: it becomes a part of a file name.
 ///
 /// # Errors
 /// [`CaptureError::Name`].
@@ -81,7 +82,7 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl SharedArchive {
-    /// A copy of the counts.
+    /// Returns a copy of the counts.
     pub fn snapshot(&self) -> ArchiveStatus {
         lock(&self.0).clone()
     }

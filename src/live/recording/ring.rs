@@ -1,4 +1,4 @@
-//! The files of the ring: their names, their number, their size.
+//! The files of the ring: names, number and size.
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
@@ -11,20 +11,20 @@ use rustix::fs::{FlockOperation, flock, statvfs};
 /// A file of the ring.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Segment {
-    /// Its number: later files have greater ones.
+    /// Number of the file. Later files have greater numbers.
     pub number: u64,
     /// Where it is.
     pub path: PathBuf,
     /// Its size \[bytes\].
     pub bytes: u64,
-    /// The `log_time` of its first frame \[ns\]; nothing when that is not known.
+    /// `log_time` of its first frame \[ns\]. `None` if unknown.
     pub first_log_time: Option<u64>,
 }
 
-/// Why the ring cannot be used.
+/// Error when using the ring.
 #[derive(Debug, thiserror::Error)]
 pub enum RingError {
-    /// The file system refused. Check the permissions of the folder and the space left.
+    /// The file system refused. Check the permissions of the folder and the free space.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// What was tried.
@@ -34,19 +34,19 @@ pub enum RingError {
         /// The system's error.
         cause: io::Error,
     },
-    /// Another process records there: end it, or name another folder.
+    /// Another process records to this folder. End it, or name another folder.
     #[error("{} is in use by another process; end it, or choose another folder", folder.display())]
     InUse {
         /// The folder.
         folder: PathBuf,
     },
-    /// A file that has no end cannot be closed.
+    /// A file without an end cannot be closed.
     #[error("a file of an earlier run cannot be closed: {0}")]
     Repair(#[from] RepairError),
 }
 
 impl RingError {
-    /// Whether there was no room.
+    /// Returns true if the disk was full.
     pub fn is_full(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
         match self {
@@ -57,73 +57,75 @@ impl RingError {
     }
 }
 
-/// Ends of names: of a file that is whole, of the one being written, and of one being repaired.
-const WHOLE: &str = ".mcap";
+/// File name suffixes: of a complete file, of the one being written, and of one being repaired.
+const COMPLETE_SUFFIX: &str = ".mcap";
 const PART: &str = ".mcap.part";
 const TEMPORARY: &str = ".repairing.tmp";
 
-/// What the ring leaves free on its file system for results, which are worth more: a sixteenth, and
-/// no more than this \[bytes\]: some 150 results with their reports.
+/// Free space that the ring reserves on its file system for results, which have priority: a
+/// sixteenth, but at most this \[bytes\]. That is some 150 results with their reports.
 const RESERVED_PART: u64 = 16;
 const RESERVED_BYTES: u64 = 32_000_000;
 
-/// A folder of files, of which the oldest go so that all of them stay below the limit. Locked as long
-/// as this lives. Files with other names are left alone.
+/// A folder of files. The oldest are removed so that the total stays below the limit. The folder is
+/// locked as long as this value lives. Files with other names are left alone.
 #[derive(Debug)]
 pub struct Ring {
     folder: PathBuf,
     _locked: File,
     limit: u64,
-    whole: VecDeque<Segment>,
+    complete: VecDeque<Segment>,
     next: u64,
     repaired: u64,
-    /// The file whose first frame was last looked for.
+    /// Number of the last file that was scanned for its first frame.
     scanned: Option<u64>,
 }
 
 impl Ring {
-    /// Opens the folder, making it if need be: closes what has no end, and keeps the limit \[bytes\].
+    /// Opens the folder and creates it if necessary. Closes files without an end, and enforces the
+    /// limit \[bytes\].
     ///
     /// # Errors
     /// [`RingError`].
     pub fn open(folder: &Path, limit: u64) -> Result<Self, RingError> {
-        fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
-        let locked = File::open(folder).map_err(at("open the folder", folder))?;
+        fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
+        let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
         flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
             rustix::io::Errno::WOULDBLOCK => RingError::InUse { folder: folder.to_owned() },
-            other => at("lock the folder", folder)(other.into()),
+            other => io_error("lock the folder", folder)(other.into()),
         })?;
         remove_if_there(&folder.join(TEMPORARY))?;
-        let files = segments(folder).map_err(at("read the folder", folder))?;
+        let files = segments(folder).map_err(io_error("read the folder", folder))?;
         let next = files.last().map_or(0, |last| last.number.saturating_add(1));
-        let (parts, whole): (Vec<_>, Vec<_>) = files.into_iter().partition(Segment::is_part);
-        for repaired in &whole {
+        let (parts, complete): (Vec<_>, Vec<_>) = files.into_iter().partition(Segment::is_part);
+        for repaired in &complete {
             remove_if_there(&folder.join(name(repaired.number, PART)))?;
         }
         let mut ring = Self {
             folder: folder.to_owned(),
             _locked: locked,
             limit,
-            whole: whole.into(),
+            complete: complete.into(),
             next,
             repaired: 0,
             scanned: None,
         };
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
-            // While it is repaired it is there twice.
+            // During the repair the file exists twice.
             let waiting: u64 = parts.iter().map(|part| part.bytes).sum();
             let needed = part.bytes.saturating_mul(2).saturating_add(waiting);
             let mut fits = ring.make_room(needed)?;
             while fits {
                 match ring.close(&part) {
                     Ok(()) => break,
-                    // Older files give way to it, and at last it gives way itself.
+                    // Older files are removed for it, and finally the file itself.
                     Err(error) if error.is_full() => {
-                        let before = room(folder)?.left;
+                        let before = disk_space(folder)?.free;
                         fits = ring.remove_oldest()?;
-                        // What one left may be free only later: not all of them for nothing.
-                        if fits && room(folder)?.left <= before {
+                        // The space of a removed file may become free only later. Do not remove all
+                        // of them for nothing.
+                        if fits && disk_space(folder)?.free <= before {
                             return Err(error);
                         }
                     }
@@ -131,7 +133,7 @@ impl Ring {
                 }
             }
             if !fits {
-                // Larger than the whole ring may be, or than the disk has room for.
+                // Larger than the limit of the ring, or than the free space of the disk.
                 remove_if_there(&part.path)?;
             }
         }
@@ -139,15 +141,15 @@ impl Ring {
         Ok(ring)
     }
 
-    /// Repairs what a recorder left that was killed.
+    /// Repairs the unfinished file of a killed recorder.
     fn close(&mut self, part: &Segment) -> Result<(), RingError> {
         let temporary = self.folder.join(TEMPORARY);
         let repaired = repair(&part.path, &temporary);
         let is_empty = match &repaired {
             Ok(repair) => repair.frames == 0,
-            // It was killed before the first chunk was on disk, or it is not ours.
+            // The recorder was killed before the first chunk was on disk, or the file is foreign.
             Err(RepairError::Foreign { .. } | RepairError::Read(McapError::NotMcap { .. })) => true,
-            // The power failed: what is damaged comes before every frame, and will not get better.
+            // The power failed: the damage is before the first frame, and is permanent.
             Err(RepairError::Read(error @ McapError::Damaged { .. })) => {
                 tracing::warn!("a damaged file is removed: {error}");
                 true
@@ -156,33 +158,34 @@ impl Ring {
         };
         if is_empty {
             remove_if_there(&temporary)?;
-            return fs::remove_file(&part.path).map_err(at("remove", &part.path));
+            return fs::remove_file(&part.path).map_err(io_error("remove", &part.path));
         }
         if let Err(error) = repaired {
             remove_if_there(&temporary)?;
             return Err(error.into());
         }
-        let path = self.folder.join(name(part.number, WHOLE));
-        fs::rename(&temporary, &path).map_err(at("rename to", &path))?;
-        fs::remove_file(&part.path).map_err(at("remove", &part.path))?;
+        let path = self.folder.join(name(part.number, COMPLETE_SUFFIX));
+        fs::rename(&temporary, &path).map_err(io_error("rename to", &path))?;
+        fs::remove_file(&part.path).map_err(io_error("remove", &part.path))?;
         self.repaired += 1;
-        self.whole.push_back(segment(part.number, path)?);
-        self.whole.make_contiguous().sort_by_key(|segment| segment.number);
+        self.complete.push_back(segment(part.number, path)?);
+        self.complete.make_contiguous().sort_by_key(|segment| segment.number);
         Ok(())
     }
 
-    /// Removes the oldest file; false when there is none.
+    /// Removes the oldest file. Returns false if there is none.
     ///
     /// # Errors
     /// [`RingError::Io`].
     pub fn remove_oldest(&mut self) -> Result<bool, RingError> {
-        let Some(oldest) = self.whole.front() else { return Ok(false) };
+        let Some(oldest) = self.complete.front() else { return Ok(false) };
         remove_if_there(&oldest.path)?;
-        self.whole.pop_front();
+        self.complete.pop_front();
         Ok(true)
     }
 
-    /// Removes the oldest files until `bytes` more fit; false when not even an empty ring has room.
+    /// Removes the oldest files until `bytes` more fit. Returns false if they do not even fit into
+    /// an empty ring.
     ///
     /// # Errors
     /// [`RingError::Io`].
@@ -195,26 +198,26 @@ impl Ring {
         Ok(true)
     }
 
-    /// The path of the next file.
+    /// Returns the path of the next file.
     pub fn next_path(&self) -> PathBuf {
         self.folder.join(name(self.next, PART))
     }
 
-    /// The file at [`Self::next_path`] is whole.
+    /// Adds the file at [`Self::next_path`], which is complete now.
     ///
     /// # Errors
     /// [`RingError::Io`].
     pub fn add(&mut self, first_log_time: Option<u64>) -> Result<(), RingError> {
-        let (part, path) = (self.next_path(), self.folder.join(name(self.next, WHOLE)));
-        fs::rename(&part, &path).map_err(at("rename to", &path))?;
-        self.whole.push_back(Segment { first_log_time, ..segment(self.next, path)? });
+        let (part, path) = (self.next_path(), self.folder.join(name(self.next, COMPLETE_SUFFIX)));
+        fs::rename(&part, &path).map_err(io_error("rename to", &path))?;
+        self.complete.push_back(Segment { first_log_time, ..segment(self.next, path)? });
         self.next = self.next.saturating_add(1);
         Ok(())
     }
 
-    /// Size of the whole files \[bytes\].
+    /// Returns the total size of the complete files \[bytes\].
     pub fn bytes(&self) -> u64 {
-        self.whole.iter().map(|segment| segment.bytes).sum()
+        self.complete.iter().map(|segment| segment.bytes).sum()
     }
 
     /// The bound \[bytes\].
@@ -222,14 +225,14 @@ impl Ring {
         self.limit
     }
 
-    /// The whole files, oldest first.
-    pub fn whole(&self) -> impl ExactSizeIterator<Item = &Segment> {
-        self.whole.iter()
+    /// Returns the complete files, oldest first.
+    pub fn complete(&self) -> impl ExactSizeIterator<Item = &Segment> {
+        self.complete.iter()
     }
 
-    /// The `log_time` of the oldest frame \[ns\]. A file that cannot be read is not read again.
+    /// Returns the `log_time` of the oldest frame \[ns\]. An unreadable file is not read again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
-        let oldest = self.whole.front_mut()?;
+        let oldest = self.complete.front_mut()?;
         if oldest.first_log_time.is_none() && self.scanned != Some(oldest.number) {
             self.scanned = Some(oldest.number);
             oldest.first_log_time = first_log_time(&oldest.path);
@@ -237,82 +240,86 @@ impl Ring {
         oldest.first_log_time
     }
 
-    /// Files that had no end when it was opened, and have one now.
+    /// Returns the number of files that had no end at opening and were closed.
     pub fn repaired(&self) -> u64 {
         self.repaired
     }
 }
 
 impl Segment {
-    /// Whether it is being written, or was when its writer was killed.
+    /// Returns true if it is being written, or was when its writer was killed.
     pub fn is_part(&self) -> bool {
         self.path.as_os_str().as_encoded_bytes().ends_with(PART.as_bytes())
     }
 }
 
-/// The files of a ring, oldest first, the one being written included.
+/// Returns the files of a ring, oldest first, including the one being written.
 pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
-    let mut found = Vec::new();
+    let mut segments = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let Some(number) = entry.file_name().to_str().and_then(number) else { continue };
-        // One that goes meanwhile is not there.
+        // A file that is removed in the meantime is left out.
         if let Ok(metadata) = entry.metadata() {
             let (path, bytes) = (entry.path(), metadata.len());
-            found.push(Segment { number, path, bytes, first_log_time: None });
+            segments.push(Segment { number, path, bytes, first_log_time: None });
         }
     }
-    found.sort_by(|a, b| (a.number, &a.path).cmp(&(b.number, &b.path)));
-    // While one is renamed or repaired it may be there twice: whole, and then what it was before.
-    found.dedup_by_key(|segment| segment.number);
-    Ok(found)
+    segments.sort_by(|a, b| (a.number, &a.path).cmp(&(b.number, &b.path)));
+    // During a rename or repair a file may exist twice: complete, and followed by its previous
+    // form.
+    segments.dedup_by_key(|segment| segment.number);
+    Ok(segments)
 }
 
-/// Room on a file system \[bytes\].
+/// Free space on a file system \[bytes\].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
-    /// All that is free.
-    pub(super) left: u64,
-    /// What is free beside what is left to results.
+pub(super) struct DiskSpace {
+    /// Total free space.
+    pub(super) free: u64,
+    /// Free space beyond the reserve for results.
     pub(super) spare: u64,
 }
 
-/// The room on the file system of a folder.
-pub(super) fn room(folder: &Path) -> Result<Room, RingError> {
-    let space = statvfs(folder).map_err(|cause| at("look at the disk of", folder)(cause.into()))?;
-    let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
-    let spare = left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
-    Ok(Room { left, spare })
+/// Returns the free space on the file system of a folder.
+pub(super) fn disk_space(folder: &Path) -> Result<DiskSpace, RingError> {
+    let space =
+        statvfs(folder).map_err(|cause| io_error("look at the disk of", folder)(cause.into()))?;
+    let (all, free) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
+    let spare = free.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
+    Ok(DiskSpace { free, spare })
 }
 
 fn segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
-    let bytes = fs::metadata(&path).map_err(at("look at", &path))?.len();
+    let bytes = fs::metadata(&path).map_err(io_error("look at", &path))?.len();
     Ok(Segment { number, path, bytes, first_log_time: None })
 }
 
 fn first_log_time(path: &Path) -> Option<u64> {
-    McapScan::of(path).ok()?.chunks.first().map(|chunk| chunk.first_log_time)
+    McapScan::read(path).ok()?.chunks.first().map(|chunk| chunk.first_log_time)
 }
 
 fn name(number: u64, end: &str) -> String {
     format!("segment-{number:08}{end}")
 }
 
-/// The number in a name of ours.
+/// Parses the number in a ring file name.
 fn number(found: &str) -> Option<u64> {
     let digits = found.strip_prefix("segment-")?.split('.').next()?;
     let number = digits.parse().ok()?;
-    [WHOLE, PART].iter().any(|end| name(number, end) == found).then_some(number)
+    [COMPLETE_SUFFIX, PART].iter().any(|end| name(number, end) == found).then_some(number)
 }
 
 fn remove_if_there(path: &Path) -> Result<(), RingError> {
     match fs::remove_file(path) {
-        Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(at("remove", path)(cause)),
+        Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+            Err(io_error("remove", path)(cause))
+        }
         _ => Ok(()),
     }
 }
 
-pub(super) fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RingError {
+pub(super) fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RingError {
     let path = path.to_owned();
     move |cause| RingError::Io { action, path, cause }
 }

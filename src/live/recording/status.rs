@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-/// What the recorder does.
+/// State of the recorder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordingState {
@@ -14,43 +14,44 @@ pub enum RecordingState {
     Waiting,
     /// It writes.
     Recording,
-    /// It does not; it tries again by itself.
+    /// It does not record. It tries again automatically.
     Failed,
     /// The bus has ended.
     Ended,
 }
 
-/// The recorder in a status snapshot.
+/// Recorder part of a status snapshot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecordingStatus {
     /// What it does.
     pub state: RecordingState,
-    /// Why it last failed, with the remedy where there is one.
+    /// Reason of the last failure, with the remedy if there is one.
     pub why: Option<String>,
-    /// What the ring takes on disk \[bytes\].
+    /// Disk size of the ring \[bytes\].
     pub ring_bytes: u64,
-    /// The most that it may take \[bytes\].
+    /// Maximum disk size of the ring \[bytes\].
     pub ring_limit_bytes: u64,
-    /// Files of the ring.
+    /// Number of files in the ring.
     pub segments: usize,
-    /// How far the ring goes back \[s\].
+    /// Time span back to the oldest frame of the ring \[s\].
     pub oldest_s: Option<f64>,
     /// Frames written.
     pub frames_recorded: u64,
-    /// Frames that were not: the disk was too slow, or failed.
+    /// Number of frames that were not recorded: the disk was too slow, or failed.
     pub frames_unrecorded: u64,
-    /// Times that writing failed.
+    /// Number of failed writes.
     pub write_errors: u64,
-    /// Files of the ring that were removed before their time, for want of room on the disk.
+    /// Number of ring files that were removed early because the disk was full.
     pub segments_given_way: u64,
-    /// The disk has no room for the whole ring, and the ring gives way to results.
+    /// True if the disk has too little space for the complete ring, and the ring shrinks in favour
+    /// of results.
     pub gives_way: bool,
-    /// Files that an earlier run left unfinished, and that were closed.
+    /// Number of files that an earlier run left unfinished, and that were closed.
     pub segments_repaired: u64,
 }
 
-/// The recorder's counts, shared with the status. The bus thread has the last number only.
+/// Counts of the recorder, shared with the status. The bus thread accesses only the last number.
 #[derive(Clone, Debug, Default)]
 pub struct SharedRecording {
     pub(super) status: Arc<Mutex<RecordingStatus>>,
@@ -58,7 +59,7 @@ pub struct SharedRecording {
 }
 
 impl SharedRecording {
-    /// A copy of the counts.
+    /// Returns a copy of the counts.
     pub fn snapshot(&self) -> RecordingStatus {
         let mut status = self.update().clone();
         status.frames_unrecorded = self.unrecorded.load(Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! From the bus thread to the recorder.
+//! The queue from the bus thread to the recorder.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,15 +6,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use didim_drivers::frame::{Frame, FrameId};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Frames that may wait for the disk: 6 s of 5000 a second, 3 MB.
+/// Number of frames that may wait for the disk: 6 s of 5000 a second, 3 MB.
 const QUEUE: usize = 1 << 15;
 
-/// A frame as the assembler got it.
+/// A frame as the assembler received it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordedFrame {
-    /// The frame, its stamp mapped.
+    /// Frame with its mapped stamp.
     pub frame: Frame,
-    /// Counts the frames of the bus, also those that nobody got.
+    /// Sequence number over all frames of the bus, including lost frames.
     pub sequence: u32,
 }
 
@@ -27,10 +27,10 @@ pub struct FrameTap {
     drops: u64,
 }
 
-/// Makes the recorder's queue, with all its memory; and the count of frames that found it full.
+/// Creates the recorder's queue with all its memory, and the count of frames that found it full.
 pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
     let (mut queue, mut frames) = RingBuffer::new(QUEUE);
-    // The pages are touched here, not by the bus thread.
+    // The memory pages are touched here, and not later by the bus thread.
     if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
         while queue.push(RecordedFrame { frame: blank, sequence: 0 }).is_ok() {}
         while frames.pop().is_ok() {}
@@ -41,12 +41,12 @@ pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
 }
 
 impl FrameTap {
-    /// Hands over frames that were read together, after `drops` frames were dropped unread so far.
+    /// Passes on frames that were read together, after `drops` frames were dropped unread so far.
     /// It never waits: a frame that finds the queue full is counted.
     pub fn take(&mut self, frames: &[Frame], drops: u64) {
         let dropped = drops.saturating_sub(self.drops);
         self.drops = drops;
-        // Modulo 2³², as the sequence itself.
+        // Modulo 2³², like the sequence itself.
         let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(dropped);
         for frame in frames {

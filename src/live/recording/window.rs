@@ -1,9 +1,9 @@
-//! What a recording of a result says about its window, so that a replay gives the same result.
+//! The window data in a recording of a result, so that a replay gives the same result.
 //!
-//! A fresh start knows neither how many cycles and windows there were before, nor what opened and
-//! closed this one. All else that decides a result is in the frames, the cell and the program: the
-//! positions of turning encoders are taken within their range without memory, and what the grid of
-//! cycles remembers is in the frames kept before the window.
+//! A fresh start does not know the number of earlier cycles and windows, and not what opened and
+//! closed this one. All other inputs of a result are in the frames, the cell and the program. The
+//! positions of multi-turn encoders are taken within their range without memory. The state of the
+//! cycle grid is contained in the frames kept before the window.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,13 +16,13 @@ use didim_formats::RecordingStart;
 use super::input::{is_mcap, open_log};
 use crate::window::{Window, WindowEnd};
 
-/// Frames taken from the recording at a time.
+/// Number of frames read from the recording at a time.
 const BATCH: usize = 256;
 
-/// A window as it was.
+/// A window as recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedWindow {
-    /// Windows opened before this one since the stream began.
+    /// Number of windows opened before this one since the start of the stream.
     pub number: u64,
     /// Sequence number of the first sample.
     pub first_sequence: u64,
@@ -34,10 +34,10 @@ pub struct RecordedWindow {
     pub samples: usize,
     /// What ended it.
     pub end: WindowEnd,
-    /// When the first sample was recorded, as the result says it; nothing where that is not known.
+    /// Time at which the first sample was recorded, as in the result. `None` if unknown.
     pub start: Option<RecordingStart>,
-    /// Hash of the configuration that it was identified with; nothing where the recording does not
-    /// say.
+    /// Hash of the configuration used for its identification. `None` if the recording does not
+    /// contain it.
     pub configuration: Option<String>,
 }
 
@@ -51,9 +51,9 @@ const START: &str = "window_recorded";
 const CONFIGURATION: &str = "window_configuration";
 
 impl RecordedWindow {
-    /// The record of a window that is identified with this configuration (its hash).
-    pub fn of(window: &Window, configuration: &str) -> Self {
-        let stamp = |sample: Option<&didim_core::JointSample>| sample.map_or(0, |s| s.stamp_ns);
+    /// Creates the record of a window that is identified with this configuration (its hash).
+    pub fn new(window: &Window, configuration: &str) -> Self {
+        let stamp = |sample: Option<&didim_dynamics::JointSample>| sample.map_or(0, |s| s.stamp_ns);
         Self {
             number: window.number,
             first_sequence: window.first_sequence(),
@@ -66,7 +66,7 @@ impl RecordedWindow {
         }
     }
 
-    /// For the metadata of a recording.
+    /// Converts it to the metadata of a recording.
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let end = serde_json::to_value(self.end).ok();
         let end = end.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
@@ -84,7 +84,7 @@ impl RecordedWindow {
         fields.map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// From the metadata; nothing when there is no window in it.
+    /// Parses the metadata. `None` if they contain no window.
     pub fn from_map(map: &BTreeMap<String, String>) -> Option<Self> {
         let number = |key: &str| map.get(key)?.parse::<u64>().ok();
         let end = serde_json::Value::String(map.get(END)?.clone());
@@ -100,7 +100,7 @@ impl RecordedWindow {
         })
     }
 
-    /// The window of a recording; nothing when it is of none.
+    /// Returns the window of a recording. `None` if it is not the recording of a window.
     ///
     /// # Errors
     /// [`SourceError`]: the recording cannot be read.
@@ -111,19 +111,21 @@ impl RecordedWindow {
         let source = McapSource::open(path, &[])?;
         let Some(info) = source.info() else { return Ok(None) };
         Ok(Self::from_map(&info.more).map(|window| {
-            // That of the recorder is older where the configuration was read again since.
+            // The recorder's configuration is older if the configuration was reloaded since.
             let configuration = window.configuration.or_else(|| Some(info.configuration.clone()));
             Self { configuration, ..window }
         }))
     }
 
-    /// Whether it was recorded with this configuration (its hash), as far as that is known.
+    /// Returns true if it was recorded with this configuration (its hash), or if its configuration
+    /// is unknown.
     pub fn is_of(&self, configuration: &str) -> bool {
         self.configuration.as_ref().is_none_or(|recorded| recorded == configuration)
     }
 
-    /// The sequence that the first cycle of the recording had; nothing when its frames do not give
-    /// the window's first sample, because `assembler` is another cell's or frames are missing.
+    /// Returns the sequence number of the first cycle of the recording. `None` if its frames do not
+    /// give the window's first sample, because `assembler` belongs to another cell or frames are
+    /// missing.
     ///
     /// # Errors
     /// [`SourceError`]: the recording cannot be read.

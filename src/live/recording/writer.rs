@@ -1,4 +1,4 @@
-//! The recorder's thread: frames into files, files into the ring.
+//! The recorder's thread: it writes frames into files, and files into the ring.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,27 +13,27 @@ use rtrb::Consumer;
 
 use super::options::RecorderOptions;
 use super::output::Output;
-use super::ring::{Ring, RingError, Room, room};
+use super::ring::{DiskSpace, Ring, RingError, disk_space};
 use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
 
-/// How often the queue is emptied.
+/// Interval at which the queue is emptied.
 const PAUSE: Duration = Duration::from_millis(20);
-/// A chunk is handed to the file system at least this often, so that less than a second is lost when
-/// the process is killed.
+/// Maximum interval at which a chunk is passed to the file system. A killed process therefore loses
+/// less than a second.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Pauses between attempts after a failure.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(60);
-/// A file is closed at an eighth of the ring, within these bounds \[bytes\].
+/// Bounds of the file size \[bytes\]: within them, a file is closed at an eighth of the ring.
 const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
-/// How long what a removed file left may take to be free.
+/// Maximum time until the space of a removed file is free.
 const FREE_AFTER: Duration = Duration::from_secs(1);
-/// What closing a chunk may add to a file \[bytes\].
+/// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
 const CHUNK_ROOM: u64 = 4096;
 
-/// Why nothing is written.
+/// Reason why nothing is written.
 #[derive(Debug, thiserror::Error)]
 enum WritingError {
     #[error(transparent)]
@@ -60,33 +60,33 @@ impl WritingError {
     }
 }
 
-/// The state of the thread.
+/// State of the thread.
 pub(super) struct RingWriter {
     options: RecorderOptions,
     info: McapInfo,
     clock: StampClock,
     shared: SharedRecording,
-    /// Nothing before it is opened, and after a failure.
+    /// `None` before it is opened, and after a failure.
     ring: Option<Ring>,
     current: Option<Current>,
-    /// When to try again after a failure.
+    /// Time of the next attempt after a failure.
     retry: Option<Instant>,
     pause: Duration,
-    /// When the disk's room was last looked at.
-    looked: Instant,
-    /// When a file gave way whose room is not free yet.
+    /// Time of the last check of the disk space.
+    polled: Instant,
+    /// Time of the removal of a file whose space is not free yet.
     gave_way: Option<Instant>,
-    /// When this turn began.
+    /// Start time of this step.
     now: Instant,
-    /// Looks at the disk of a folder.
-    room: fn(&Path) -> Result<Room, RingError>,
+    /// Function that measures the disk space of a folder.
+    pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
 }
 
 /// The file being written.
 struct Current {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
-    /// It is closed at this size \[bytes\].
+    /// Size at which it is closed \[bytes\].
     largest: u64,
     opened: Instant,
     flushed: Instant,
@@ -110,10 +110,10 @@ impl RingWriter {
             current: None,
             retry: None,
             pause: FIRST_PAUSE,
-            looked: now,
+            polled: now,
             now,
             gave_way: None,
-            room,
+            disk_space,
         }
     }
 
@@ -124,16 +124,16 @@ impl RingWriter {
         }
     }
 
-    /// Files of an earlier run are closed before the first frame comes.
+    /// Closes the files of an earlier run before the first frame comes.
     fn start(&mut self) {
         let opened = self.open_ring().map(drop);
         self.note(opened);
     }
 
-    /// Writes what waits; true when that was the last.
+    /// Writes the waiting frames. Returns true if they were the last.
     pub(super) fn turn(&mut self, frames: &mut Consumer<RecordedFrame>, now: Instant) -> bool {
         self.now = now;
-        // Looked at before the queue is emptied: what came before the end is in it.
+        // Checked before the queue is emptied: the frames before the end are then in it.
         let ended = frames.is_abandoned();
         while let Ok(recorded) = frames.pop() {
             self.take(&recorded);
@@ -168,19 +168,19 @@ impl RingWriter {
         }
     }
 
-    /// After a failure everything is opened anew, later.
+    /// Handles a failure: everything is reopened later.
     fn note(&mut self, done: Result<(), WritingError>) {
         let Err(error) = done else { return };
-        // What a full disk needs is room: the oldest file is worth less than what comes.
+        // A full disk needs free space: the oldest file is worth less than new frames.
         let waits = error.is_full() && self.waits_for_room();
-        let room = error.is_full() && !waits && self.remove_oldest().unwrap_or(false);
-        // Its chunks are on disk as far as they got there; the next attempt closes it.
+        let disk_space = error.is_full() && !waits && self.remove_oldest().unwrap_or(false);
+        // The chunks written so far are on disk. The next attempt closes the file.
         self.current = None;
         self.ring = None;
         if waits {
             self.retry = Some(self.now + FREE_AFTER);
         }
-        if room || waits {
+        if disk_space || waits {
             return;
         }
         tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
@@ -191,8 +191,9 @@ impl RingWriter {
         (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
     }
 
-    /// Removes the oldest files, and at last the one being written, while the disk has less room than
-    /// is left to results. What a file leaves may be free only later, and the next one waits for that.
+    /// Removes the oldest files, and finally the one being written, while the free disk space is
+    /// below the reserve for results. The space of a removed file may become free only later, and
+    /// the next removal waits for that.
     fn give_way(&mut self) -> Result<(), WritingError> {
         if self.ring.is_none() {
             return Ok(());
@@ -214,20 +215,20 @@ impl RingWriter {
                 self.count_given_way();
             }
         }
-        let (left, written) =
+        let (free, written) =
             (self.spare()?, self.current.as_ref().map_or(0, |c| c.writer.bytes()));
         let Some(ring) = &self.ring else { return Ok(()) };
         let wanted = ring.limit().saturating_sub(ring.bytes().saturating_add(written));
-        self.shared.update().gives_way &= left < wanted;
-        if left == 0 {
+        self.shared.update().gives_way &= free < wanted;
+        if free == 0 {
             return Err(WritingError::Short { folder: self.options.folder.clone() });
         }
         Ok(())
     }
 
-    /// Room on the disk beside what is left to results \[bytes\].
+    /// Returns the free disk space beyond the reserve for results \[bytes\].
     fn spare(&self) -> Result<u64, RingError> {
-        Ok((self.room)(&self.options.folder)?.spare)
+        Ok((self.disk_space)(&self.options.folder)?.spare)
     }
 
     fn since(&self, then: Instant) -> Duration {
@@ -238,14 +239,14 @@ impl RingWriter {
         self.gave_way.is_some_and(|at| self.since(at) < FREE_AFTER)
     }
 
-    /// The oldest file gives way; false when there is none.
+    /// Removes the oldest file. Returns false if there is none.
     fn remove_oldest(&mut self) -> Result<bool, RingError> {
         let Some(ring) = &mut self.ring else { return Ok(false) };
-        let before = (self.room)(&self.options.folder)?.left;
+        let before = (self.disk_space)(&self.options.folder)?.free;
         if !ring.remove_oldest()? {
             return Ok(false);
         }
-        let is_free = (self.room)(&self.options.folder)?.left > before;
+        let is_free = (self.disk_space)(&self.options.folder)?.free > before;
         self.gave_way = (!is_free).then_some(self.now);
         self.count_given_way();
         Ok(true)
@@ -283,7 +284,7 @@ impl RingWriter {
             self.begin(frame.stamp_ns)?;
         }
         if !self.make_room(frame)? {
-            // A small ring is nothing but this file: the next one may have its place.
+            // A small ring consists of this file only: the next one may replace it.
             self.close(false)?;
             self.begin(frame.stamp_ns)?;
             if !self.make_room(frame)? {
@@ -295,7 +296,7 @@ impl RingWriter {
         written.map_err(|source| WritingError::Write { path: current.path.clone(), source })
     }
 
-    /// Removes old files for a frame and the chunk that it may close.
+    /// Removes old files to make space for a frame and the chunk that it may close.
     fn make_room(&mut self, frame: &Frame) -> Result<bool, WritingError> {
         let (Some(current), Some(ring)) = (&self.current, &mut self.ring) else { return Ok(true) };
         let frame = McapWriter::<Box<dyn Output>>::frame_bytes(frame);
@@ -304,7 +305,7 @@ impl RingWriter {
 
     fn begin(&mut self, stamp_ns: u64) -> Result<(), WritingError> {
         let mut info = self.info.clone();
-        // One offset for each file: the people's clock may be set between two of them.
+        // One offset for each file: the wall clock may be set between two of them.
         if self.clock == StampClock::Realtime {
             let now = clock_pair();
             info.offset_ns = now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed();
@@ -317,11 +318,11 @@ impl RingWriter {
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
         let now = self.now;
-        // A ring for which the disk has no room is one of the size that it has.
+        // If the disk has too little space for the ring, the ring size is the available space.
         let spare = self.spare()?;
         let ring = self.open_ring()?;
-        let room = ring.limit().min(ring.bytes().saturating_add(spare));
-        let largest = (room / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
+        let disk_space = ring.limit().min(ring.bytes().saturating_add(spare));
+        let largest = (disk_space / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
         self.current = Some(Current {
             writer,
             largest,
@@ -333,10 +334,10 @@ impl RingWriter {
         Ok(())
     }
 
-    /// Closes chunks and files when they are due, and gives way to results.
+    /// Closes chunks and files when they are due, and frees space for results.
     fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
-        if self.since(self.looked) >= FLUSH_EVERY {
-            self.looked = self.now;
+        if self.since(self.polled) >= FLUSH_EVERY {
+            self.polled = self.now;
             self.give_way()?;
         }
         let (segment, now) = (self.options.segment, self.now);
@@ -354,7 +355,8 @@ impl RingWriter {
         Ok(())
     }
 
-    /// Ends the file. At the end of the service nobody waits for the disk: the kernel has it all.
+    /// Closes the file. At the end of the service nothing waits for the disk: the kernel has all
+    /// the data.
     fn close(&mut self, sync: bool) -> Result<(), WritingError> {
         let (Some(current), Some(ring)) = (self.current.take(), &mut self.ring) else {
             return Ok(());
@@ -375,13 +377,13 @@ impl RingWriter {
             StampClock::Realtime => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
-        // It may read a file: not while others wait for the status.
+        // This may read a file, and must not run while the status is locked.
         let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
         let mut status = self.shared.update();
         if let Some(ring) = &self.ring {
             let current = self.current.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
-            status.segments = ring.whole().len() + usize::from(current.is_some());
+            status.segments = ring.complete().len() + usize::from(current.is_some());
             let oldest = oldest.or(current.map(|current| current.first_log_time));
             status.oldest_s = newest
                 .zip(oldest)
@@ -412,29 +414,29 @@ mod tests {
         let (info, shared) = (McapInfo::default(), SharedRecording::default());
         let mut writer =
             RingWriter::new(options, info, StampClock::Own, shared.clone(), Instant::now());
-        writer.room = |_| Ok(Room { left: 0, spare: 0 });
+        writer.disk_space = |_| Ok(DiskSpace { free: 0, spare: 0 });
         writer.open_ring().unwrap();
         writer.give_way().unwrap();
         assert!(writer.gave_way.is_some() && files() == 3);
         let lately = writer.gave_way;
         writer.give_way().unwrap();
         assert_eq!(files(), 3);
-        // Nor where writing is refused.
+        // Nor if writing is refused.
         let full = |folder: &Path| {
             let (path, cause) = (folder.to_owned(), std::io::ErrorKind::StorageFull.into());
             Err(WritingError::Ring(RingError::Io { action: "write", path, cause }))
         };
         writer.note(full(&ring));
         assert!(writer.retry.is_some() && files() == 3);
-        for left in (0..3).rev() {
+        for free in (0..3).rev() {
             writer.gave_way = None;
             writer.open_ring().unwrap();
             writer.note(full(&ring));
-            assert!(writer.gave_way.is_some() && files() == left);
+            assert!(writer.gave_way.is_some() && files() == free);
             writer.open_ring().unwrap();
             writer.gave_way = lately;
             writer.note(full(&ring));
-            assert_eq!(files(), left);
+            assert_eq!(files(), free);
         }
         let status = shared.snapshot();
         assert_eq!((status.segments_given_way, status.write_errors), (4, 0));

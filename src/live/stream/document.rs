@@ -10,12 +10,12 @@ use super::node::StreamNode;
 use super::options::MAX_DOCUMENT_BYTES;
 use super::{StreamError, options};
 
-/// What the documents are about.
+/// Topics of the documents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// Each result, as it was stored.
+    /// Results, as stored.
     Estimates,
-    /// The status snapshot, once a second.
+    /// Status snapshot, once a second.
     Status,
 }
 
@@ -36,7 +36,8 @@ fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService),
         .node
         .service_builder(&service)
         .publish_subscribe::<[u8]>()
-        // The acquisition and the estimation of a cell may be two processes, each with a status.
+        // The acquisition and the estimation of a cell may be two processes, each with its own
+        // status.
         .max_publishers(2)
         .max_subscribers(options::MAX_DOCUMENT_READERS)
         .history_size(1)
@@ -49,10 +50,10 @@ fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService),
 }
 
 impl StreamNode {
-    /// The writing end of a topic.
+    /// Creates the writing end of a topic.
     ///
     /// # Errors
-    /// As [`Self::sample_writer`].
+    /// The same as [`Self::sample_writer`].
     pub fn document_writer(&self, topic: Topic) -> Result<DocumentWriter, StreamError> {
         self.check_room(options::DOCUMENT_WRITER_BYTES)?;
         let writer = DocumentWriter::new(self, topic)?;
@@ -60,17 +61,17 @@ impl StreamNode {
         Ok(writer)
     }
 
-    /// A reading end of a topic.
+    /// Creates a reading end of a topic.
     ///
     /// # Errors
-    /// As [`Self::sample_reader`].
+    /// The same as [`Self::sample_reader`].
     pub fn document_reader(&self, topic: Topic) -> Result<DocumentReader, StreamError> {
         DocumentReader::new(self, topic)
     }
 }
 
 /// The writing end of a topic. A late reader gets the last document when the writer next publishes
-/// or looks for it: [`DocumentWriter::welcome`].
+/// or calls [`DocumentWriter::welcome`].
 #[derive(Debug)]
 pub struct DocumentWriter {
     publisher: Publisher<ipc::Service, [u8], ()>,
@@ -90,7 +91,7 @@ impl DocumentWriter {
         Ok(Self { publisher, topic })
     }
 
-    /// Publishes one document; never waits.
+    /// Publishes one document without waiting.
     ///
     /// # Errors
     /// [`StreamError::DocumentTooLong`], [`StreamError::Transport`].
@@ -112,7 +113,7 @@ impl DocumentWriter {
             .map_err(|cause| StreamError::transport("sending", name, cause))
     }
 
-    /// Gives the last document to readers who have come since; for writers who publish seldom.
+    /// Sends the last document to readers that joined since. For writers that publish rarely.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -140,7 +141,7 @@ impl DocumentReader {
         Ok(Self { subscriber, topic })
     }
 
-    /// The next document that is waiting; the first may be older than this reader.
+    /// Returns the next waiting document. The first may be older than this reader.
     ///
     /// # Errors
     /// [`StreamError::Transport`].

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why the stream cannot be made or used.
+/// Error when creating or using the stream.
 #[derive(Debug, thiserror::Error)]
 pub enum StreamError {
     /// An option is outside its range. Change it in the cell file.
@@ -10,24 +10,24 @@ pub enum StreamError {
     Option {
         /// The option.
         key: &'static str,
-        /// What is wrong with it, and what is allowed.
+        /// The problem, and the allowed values.
         problem: String,
     },
-    /// Shared memory does not hold what the buffer needs. Free some, give the tmpfs more
-    /// (`mount -o remount,size=…`), or make `buffer_s` shorter.
+    /// Shared memory is too small for the buffer. Free some, enlarge the tmpfs
+    /// (`mount -o remount,size=…`), or reduce `buffer_s`.
     #[error(
-        "the sample buffer needs {needed_bytes} bytes of shared memory and {} has {available_bytes}: \
-         free some, enlarge it, or shorten buffer_s", folder.display()
+        "the sample buffer needs {needed_bytes} bytes of shared memory and {} has \
+         {available_bytes}: free some, enlarge it, or shorten buffer_s", folder.display()
     )]
     SharedMemoryFull {
         /// The tmpfs.
         folder: PathBuf,
-        /// What the ports about to be made need.
+        /// Memory needed by the next ports.
         needed_bytes: u64,
         /// What is free.
         available_bytes: u64,
     },
-    /// The kernel could not give the mapped shared memory its pages, most likely because it ran
+    /// The kernel could not provide the pages of the mapped shared memory. Most likely it became
     /// full between the check and the mapping.
     #[error(
         "shared memory of {mapped_bytes} bytes is mapped, but {folder} cannot hold it ({cause}): \
@@ -49,11 +49,12 @@ pub enum StreamError {
         /// The kernel's error.
         cause: std::io::Error,
     },
-    /// This process cannot join. Check that the user may write to the root; when shared memory was
-    /// once full, a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 must be removed by hand.
+    /// This process cannot join. Check that the user may write to the root. If shared memory was
+    /// once full, remove a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 by hand.
     #[error(
         "cannot join the shared-memory network rooted at {}: {cause}; check the permissions of \
-         that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
+         that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full \
+         /dev/shm",
         root.display()
     )]
     Node {
@@ -62,8 +63,8 @@ pub enum StreamError {
         /// The library's error.
         cause: String,
     },
-    /// A service exists with other options or of another version. Stop the other process, or give
-    /// both the same cell file.
+    /// A service exists with other options or of another version. Stop the other process, or use
+    /// the same cell file for both.
     #[error(
         "cannot open the service {name}: {cause}; every process of a cell must run the same \
          version with the same cell file"
@@ -74,18 +75,18 @@ pub enum StreamError {
         /// The library's error.
         cause: String,
     },
-    /// A port cannot be made, most often because its one place is taken: a cell has one
+    /// A port cannot be created, usually because its only place is taken: a cell has one
     /// acquisition. Stop the other process.
     #[error("cannot make a {port} of {name}: {cause}; is another process doing this already?")]
     Port {
-        /// Publisher, subscriber, notifier or listener.
+        /// Kind of port: publisher, subscriber, notifier or listener.
         port: &'static str,
         /// Name of the service.
         name: String,
         /// The library's error.
         cause: String,
     },
-    /// Sending, receiving or waiting failed in the library. The process must start anew.
+    /// Sending, receiving or waiting failed in the library. Restart the process.
     #[error("{operation} on {name} failed: {cause}")]
     Transport {
         /// What was tried.
@@ -101,16 +102,16 @@ pub enum StreamError {
          {our_joints} at {our_rate_hz} Hz: start both processes with the same cell file"
     )]
     OtherCell {
-        /// Joints of the samples.
+        /// Number of joints of the samples.
         their_joints: u32,
         /// Rate of the samples \[Hz\].
         their_rate_hz: f64,
-        /// Joints of our cell.
+        /// Number of joints of our cell.
         our_joints: u32,
-        /// Rate of our cell \[Hz\].
+        /// Sample rate of our cell \[Hz\].
         our_rate_hz: f64,
     },
-    /// A document does not fit its slot.
+    /// A document does not fit into its slot.
     #[error("a document of {bytes} bytes does not fit: the limit is {limit} bytes")]
     DocumentTooLong {
         /// Its length.
@@ -121,7 +122,7 @@ pub enum StreamError {
 }
 
 impl StreamError {
-    /// A failure of the library in operation.
+    /// Creates the error for a failure of the library in operation.
     pub(super) fn transport(
         operation: &'static str,
         name: &'static str,
@@ -130,12 +131,12 @@ impl StreamError {
         Self::Transport { operation, name, cause: format!("{cause:?}") }
     }
 
-    /// A port that could not be made.
+    /// Creates the error for a port that could not be created.
     pub(super) fn port(port: &'static str, name: &str, cause: impl core::fmt::Debug) -> Self {
         Self::Port { port, name: name.to_owned(), cause: format!("{cause:?}") }
     }
 
-    /// A service that could not be opened.
+    /// Creates the error for a service that could not be opened.
     pub(super) fn service(name: &str, cause: impl core::fmt::Debug) -> Self {
         Self::Service { name: name.to_owned(), cause: format!("{cause:?}") }
     }

@@ -1,15 +1,15 @@
 //! The messages in shared memory: plain data with a versioned name.
 //!
-//! The derive of `ZeroCopySend` writes `unsafe impl` after checking every field; a layout that
-//! changes must change the version in its `type_name`.
+//! The derive of `ZeroCopySend` writes `unsafe impl` after checking every field. A changed layout
+//! needs a new version in its `type_name`.
 
-use didim_core::sample::{JointSample, MAX_JOINTS, Reading, Readings};
+use didim_dynamics::sample::{JointSample, MAX_JOINTS, Reading, Readings};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Samples of one batch.
+/// Number of samples of one batch.
 pub const BATCH_SAMPLES: usize = 64;
 
-/// One joint sample as it lies in shared memory.
+/// One joint sample in its shared-memory layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("didim.StreamSample.v4")]
@@ -18,11 +18,11 @@ pub struct StreamSample {
     pub sequence: u64,
     /// [`JointSample::stamp_ns`] \[ns\].
     pub stamp_ns: u64,
-    /// Frames dropped unread before this sample, since the acquisition began. A change since the
-    /// sample before means that something was lost between the two.
+    /// Number of frames dropped unread before this sample, since the acquisition began. A change
+    /// from the previous sample means that frames were lost between the two.
     pub queue_drops: u64,
-    /// When it was written here, at the earliest \[ns, CLOCK_MONOTONIC\]: of samples whose frames were
-    /// read together, when those had been read.
+    /// Earliest time at which it was written here \[ns, CLOCK_MONOTONIC\]. If frames were read
+    /// together, it is the time at which they had been read.
     pub written_ns: u64,
     /// [`JointSample::motor_position_rad`] \[rad\].
     pub motor_position_rad: [f64; MAX_JOINTS],
@@ -30,16 +30,16 @@ pub struct StreamSample {
     pub motor_torque_nm: [f64; MAX_JOINTS],
     /// [`JointSample::motor_reference_rad`] \[rad\].
     pub motor_reference_rad: [f64; MAX_JOINTS],
-    /// 1 when the reference counts. Not a bool: of those, not every byte is one.
+    /// 1 when the reference counts. It is not a bool, because not every byte is a valid bool.
     pub has_reference: u64,
     /// [`Readings::steps`].
     pub reading_steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
-    /// [`Readings::joints`], and zeros, so that no byte is left out.
+    /// [`Readings::joints`], padded with zeros so that no byte is uninitialised.
     pub reading_joints: [u8; 8],
 }
 
 impl StreamSample {
-    /// The sample with the drops known when it was assembled, written at `written_ns`.
+    /// Creates the sample, written at `written_ns`, with the number of drops known at its assembly.
     pub fn new(sample: &JointSample, queue_drops: u64, written_ns: u64) -> Self {
         let mut reading_joints = [0; 8];
         reading_joints.iter_mut().zip(sample.readings.joints).for_each(|(to, of)| *to = of);
@@ -57,7 +57,7 @@ impl StreamSample {
         }
     }
 
-    /// The sample without what concerns the transport.
+    /// Returns the sample without the transport fields.
     pub fn joint_sample(&self) -> JointSample {
         let joints = core::array::from_fn(|reading| self.reading_joints[reading]);
         JointSample {
@@ -72,14 +72,14 @@ impl StreamSample {
     }
 }
 
-/// What a batch is for, in [`SampleBatch::kind`].
+/// Kind of a batch, in [`SampleBatch::kind`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BatchKind {
-    /// Samples of a living bus: nobody waits for the reader.
+    /// Samples of a live bus: nobody waits for the reader.
     Live,
-    /// Samples of a log: the reader acknowledges, so that none is lost.
+    /// Samples of a log: the reader acknowledges them, so that none is lost.
     Replay,
-    /// The last batch of a stream that has ended.
+    /// Last batch of a stream that has ended.
     End,
 }
 
@@ -101,28 +101,28 @@ impl BatchKind {
     }
 }
 
-/// A batch of samples: the unit of sending and of notification.
+/// A batch of samples: the unit of transmission and notification.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[type_name("didim.SampleBatch.v3")]
 pub struct SampleBatch {
-    /// Which run of the acquisition it is; changes when the acquisition is restarted.
+    /// Identifier of the acquisition run. It changes when the acquisition is restarted.
     pub session: u64,
-    /// Batches sent before this one in the session: a gap is a loss in the buffer.
+    /// Number of batches sent before this one in the session. A gap shows a loss in the buffer.
     pub number: u64,
-    /// When it was sent \[ns, CLOCK_MONOTONIC\].
+    /// Time of sending \[ns, CLOCK_MONOTONIC\].
     pub sent_ns: u64,
     /// Nominal sample rate \[Hz\].
     pub sample_rate_hz: f64,
-    /// Joints that the samples describe.
+    /// Number of joints of the samples.
     pub joints: u32,
-    /// Samples in use; see [`SampleBatch::samples`].
+    /// Number of samples in use; see [`SampleBatch::samples`].
     pub count: u32,
     /// See [`BatchKind`].
     pub kind: u32,
-    /// Keeps the samples aligned; zero.
+    /// Padding that keeps the samples aligned; zero.
     pub reserved: u32,
-    /// The slots, `count` of them in use.
+    /// Sample slots, `count` of them in use.
     pub slots: [StreamSample; BATCH_SAMPLES],
 }
 
@@ -143,25 +143,25 @@ impl Default for SampleBatch {
 }
 
 impl SampleBatch {
-    /// The samples in use.
+    /// Returns the samples in use.
     pub fn samples(&self) -> &[StreamSample] {
         let count = usize::try_from(self.count).unwrap_or(usize::MAX).min(BATCH_SAMPLES);
         self.slots.get(..count).unwrap_or_default()
     }
 
-    /// What the batch is for.
+    /// Returns the kind of the batch.
     pub fn kind(&self) -> BatchKind {
         BatchKind::from_code(self.kind)
     }
 }
 
-/// How far a reader of a replay has got.
+/// Progress of a replay reader.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("didim.Acknowledgement.v1")]
 pub(super) struct Acknowledgement {
-    /// The session it is about.
+    /// Session of the acknowledgement.
     pub(super) session: u64,
-    /// Batches of the session that the reader is done with.
+    /// Number of batches of the session that the reader has finished.
     pub(super) batches: u64,
 }

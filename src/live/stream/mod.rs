@@ -1,11 +1,11 @@
 //! The zero-copy buffer between the bus thread and the readers of its samples.
 //!
-//! Three iceoryx2 services per cell, all of one user: `samples` (batches of joint samples, one
-//! notification each), `estimates` and `status` (JSON documents, the last one kept for late
-//! comers). Names, prefix, root and quality of service are set in [`options`] and nowhere else.
+//! There are three iceoryx2 services per cell, all of one user: `samples` (batches of joint
+//! samples, one notification each), `estimates` and `status` (JSON documents, the last one kept for
+//! late readers). Names, prefix, root and quality of service are set only in [`options`].
 //!
-//! The publisher never waits for a reader: a full buffer loses its oldest batch, and the reader
-//! sees the loss in the batch numbers. Only a [`Pace::Replay`] stream waits, before it publishes,
+//! The publisher never waits for a reader. A full buffer loses its oldest batch, and the reader
+//! sees the loss in the batch numbers. Only a [`Pace::Replay`] stream waits before it publishes,
 //! until the reader has acknowledged enough.
 
 mod document;

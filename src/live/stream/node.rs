@@ -1,4 +1,4 @@
-//! One thread's membership in the cell's shared-memory network.
+//! Membership of one thread in the cell's shared-memory network.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate};
 use super::{StreamError, StreamOptions};
 
-/// Membership in the network: makes the ports. Ports stay on the thread that made them, so each
-/// thread joins with a node of its own.
+/// Membership in the network. It creates the ports. Ports stay on the thread that created them, so
+/// each thread joins with its own node.
 #[derive(Debug)]
 pub struct StreamNode {
     pub(super) node: Node<ipc::Service>,
@@ -21,15 +21,15 @@ pub struct StreamNode {
 }
 
 impl StreamNode {
-    /// Joins, after checking that shared memory has room for the library's own needs: it leaves a
-    /// broken file behind when it finds the tmpfs full. What a port needs is checked before it is
-    /// made.
+    /// Joins after checking that shared memory has space for the library's own needs. The library
+    /// leaves a broken file behind when it finds the tmpfs full. The space for a port is checked
+    /// before the port is created.
     ///
     /// # Errors
     /// [`StreamError::Option`], [`StreamError::SharedMemoryFull`], [`StreamError::Node`].
     pub fn join(options: &StreamOptions) -> Result<Self, StreamError> {
         options.validate()?;
-        // Mutual first use by two threads is harmless: both set the same.
+        // A concurrent first use by two threads is harmless: both set the same level.
         set_log_level(LogLevel::Warn);
         check_free(Path::new(SHARED_MEMORY), MANAGEMENT_BYTES)?;
         let refused = |cause: String| StreamError::Node { root: options.root.clone(), cause };
@@ -42,12 +42,12 @@ impl StreamNode {
         Ok(Self { node, options: options.clone() })
     }
 
-    /// The options it was made with.
+    /// Returns the options of the node.
     pub fn options(&self) -> &StreamOptions {
         &self.options
     }
 
-    /// Cleans up after processes of the cell that died, so that their places are free again.
+    /// Cleans up after dead processes of the cell, so that their places are free again.
     pub fn clean_up_dead(&self) {
         let cleaned = self.node.try_cleanup_dead_nodes();
         if cleaned.cleanups > 0 {
@@ -55,7 +55,7 @@ impl StreamNode {
         }
     }
 
-    /// Whether shared memory has room for a port with so much payload \[bytes\].
+    /// Checks that shared memory has space for a port with this payload size \[bytes\].
     pub(super) fn check_room(&self, bytes: u64) -> Result<(), StreamError> {
         check_free(Path::new(SHARED_MEMORY), bytes + MANAGEMENT_BYTES)
     }
@@ -64,7 +64,7 @@ impl StreamNode {
         populate(&self.options.prefix).map(|_| ())
     }
 
-    /// The library's form of a service's name.
+    /// Returns a service name in the library's form.
     pub(super) fn service(&self, topic: &str) -> Result<(String, ServiceName), StreamError> {
         let name = self.options.service_name(topic);
         let service =
@@ -73,7 +73,7 @@ impl StreamNode {
     }
 }
 
-/// The library's configuration, from our options only: no file is looked for.
+/// Creates the library's configuration from our options only. No configuration file is read.
 fn config(options: &StreamOptions) -> Result<Config, String> {
     let mut config = Config::default();
     config.global.prefix =

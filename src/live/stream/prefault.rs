@@ -1,8 +1,8 @@
-//! Gives mapped shared memory its pages before the first sample needs them.
+//! Allocation of the pages of mapped shared memory before the first sample needs them.
 //!
-//! A tmpfs hands out pages at first touch, and kills with SIGBUS the process that touches one too
-//! many. Asked for all of them at start, the kernel answers with an error instead; and the bus
-//! thread never waits for a page.
+//! A tmpfs allocates pages at first touch, and kills a process with SIGBUS if no page is left. If
+//! all pages are requested at the start, the kernel returns an error instead. The bus thread then
+//! never waits for a page.
 #![allow(
     unsafe_code,
     reason = "madvise takes an address; no library offers it for a mapping of another"
@@ -16,26 +16,27 @@ use rustix::mm::{Advice, madvise};
 
 use super::StreamError;
 
-/// Where the library's segments lie.
+/// Folder of the library's segments.
 pub const SHARED_MEMORY: &str = "/dev/shm";
 
-/// How often the mappings are listed anew when one of them was not there any more.
+/// Number of times that the mappings are listed again if one of them no longer existed.
 const ATTEMPTS: usize = 20;
 
 /// Between two attempts.
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
-/// `prefix`; returns their size \[bytes\]. A kernel before 5.14 does not know how: 0, and the pages
-/// come at first touch.
+/// `prefix`, and returns their size \[bytes\]. A kernel before 5.14 does not support this: the
+/// function returns 0, and the pages are allocated at first touch.
 ///
-/// The kernel answers ENOMEM to both, a range that is not mapped and pages that are not to be had.
-/// The first happens while another thread lets the library look into a segment and close it again;
-/// the next such look may lie at the same address, so that the list alone cannot tell. A lack of
-/// memory stays, a look does not: it is tried [`ATTEMPTS`] times.
+/// The kernel answers ENOMEM in two cases: an unmapped range, and pages that are not available. The
+/// first happens while another thread lets the library open a segment and close it again. The next
+/// such segment may be at the same address, so the list alone cannot distinguish the cases. A lack
+/// of memory persists, and an opened segment does not. Therefore the function tries [`ATTEMPTS`]
+/// times.
 ///
 /// # Errors
-/// [`StreamError::Prefault`] when the pages are not to be had.
+/// [`StreamError::Prefault`] if the pages are not available.
 pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
     let mut attempt = 1;
     loop {
@@ -60,13 +61,14 @@ pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
 
 fn populate_range((start, length): (usize, usize)) -> std::io::Result<()> {
     let address = core::ptr::with_exposed_provenance_mut(start);
-    // SAFETY: MADV_POPULATE_WRITE changes no byte of memory, it only makes the kernel back the range
-    // with pages as a write would; a range that is no longer mapped is answered with ENOMEM. So no
-    // reference into these mappings, ours or the library's, is affected.
+    // SAFETY: MADV_POPULATE_WRITE changes no byte of memory. It only makes the kernel back the
+    // range with pages as a write would. A range that is no longer mapped gives ENOMEM. Therefore
+    // no reference into these mappings, ours or the library's, is affected.
     unsafe { madvise(address, length, Advice::LinuxPopulateWrite) }.map_err(Into::into)
 }
 
-/// Start and length of every writable mapping of this process whose file begins with `prefix`.
+/// Returns start and length of every writable mapping of this process whose file begins with
+/// `prefix`.
 fn mappings(prefix: &str) -> Result<Vec<(usize, usize)>, StreamError> {
     let path = Path::new("/proc/self/maps");
     let maps = std::fs::read_to_string(path)
@@ -74,7 +76,7 @@ fn mappings(prefix: &str) -> Result<Vec<(usize, usize)>, StreamError> {
     Ok(maps.lines().filter_map(|line| mapping(line, prefix)).collect())
 }
 
-/// Start and length of a line of /proc/PID/maps if it is a writable mapping of ours:
+/// Parses start and length from a line of /proc/PID/maps, if it is a writable mapping of ours:
 /// `7f00a000-7f00b000 rw-s 00000000 00:1a 42  /dev/shm/prefix…`.
 fn mapping(line: &str, prefix: &str) -> Option<(usize, usize)> {
     let mut fields = line.split_ascii_whitespace();
@@ -89,7 +91,7 @@ fn mapping(line: &str, prefix: &str) -> Option<(usize, usize)> {
     Some((start, end.checked_sub(start)?))
 }
 
-/// Refuses when the tmpfs at `folder` has less than `needed_bytes` free.
+/// Checks that the tmpfs at `folder` has at least `needed_bytes` free.
 ///
 /// # Errors
 /// [`StreamError::SharedMemoryFull`] with both figures.

@@ -1,4 +1,4 @@
-//! A network for one run of a program, of which nothing stays.
+//! A network for a single run of a program, removed completely afterwards.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Write as _};
@@ -11,27 +11,28 @@ use rustix::process::geteuid;
 
 use super::prefault::SHARED_MEMORY;
 
-/// Beginning of the names in /dev/shm of every such network; its own part follows.
+/// Prefix of the names in /dev/shm of every such network. An individual part follows.
 pub const RUN_PREFIX: &str = "didim-run-";
-/// Behind a network's prefix, the file that its run holds locked.
+/// Suffix after a network's prefix: name of the file that its run keeps locked.
 const LOCK: &str = "lock";
-/// Beginning of the name of every run's folder.
+/// Prefix of the name of every run's folder.
 const FOLDER_PREFIX: &str = "didim-";
-/// How often, and how long apart, a run tries to lock what another may just be looking at.
+/// Number of attempts, and pause between them, to lock a file that another run may just be
+/// checking.
 const ATTEMPTS: u32 = 100;
 const PAUSE: Duration = Duration::from_millis(10);
-/// The longest path of a run's folder that is read back \[bytes\].
+/// Maximum length of a run's folder path that is read back \[bytes\].
 const MAX_PATH: u64 = 4096;
 
-/// Removes at its end what the library leaves of a network with a prefix and a root of its own, in
-/// /dev/shm and in the run's folder. For a demonstration or a replay; a service keeps its prefix, and
-/// cleans up after itself at its next start.
+/// Guard that removes the library's files of a network with its own prefix and root, in /dev/shm
+/// and in the run's folder, at its end. For a demonstration or a replay. A service keeps its
+/// prefix, and cleans up after itself at its next start.
 ///
-/// A run that is killed leaves all its shared memory. The kernel takes its lock away, and the next run
-/// of the same user removes what is left. A lock tells the dead from the living where a process's
-/// number does not: numbers are given again, and containers that share /dev/shm have their own.
+/// A killed run leaves all its shared memory behind. The kernel releases its lock, and the next run
+/// of the same user removes the files. A lock distinguishes dead from live runs, unlike a process
+/// id: ids are reused, and containers that share /dev/shm have their own.
 ///
-/// Make it before the first node of the network, so that it is dropped after the last.
+/// Create it before the first node of the network, so that it is dropped after the last.
 #[derive(Debug)]
 pub struct PrivateNetwork {
     folder: PathBuf,
@@ -40,9 +41,9 @@ pub struct PrivateNetwork {
 }
 
 impl PrivateNetwork {
-    /// For the network with this prefix, [`RUN_PREFIX`] and more, whose run has its files in `folder`.
-    /// Nobody else may use either, and the prefix must not be the beginning of another's: end it with
-    /// a `_`. Removes what dead runs have left.
+    /// Creates the guard for the network with this prefix, which is [`RUN_PREFIX`] and more. The
+    /// run has its files in `folder`. Nobody else may use either, and the prefix must not be the
+    /// beginning of another one: end it with a `_`. Removes the files of dead runs.
     ///
     /// # Errors
     /// The prefix is in use, or /dev/shm cannot be written.
@@ -72,8 +73,8 @@ fn open(path: &Path, create: bool) -> io::Result<File> {
     options.custom_flags(flags.unwrap_or(0)).open(path)
 }
 
-/// Makes and locks the file of a run. Who looks for dead runs may lock it for a moment, and may have
-/// removed it by then: a lock counts only on the file that has the name.
+/// Creates and locks the file of a run. A search for dead runs may lock it for a moment, or may
+/// have removed it. A lock therefore counts only on the file that currently has the name.
 fn lock_own(path: &Path) -> io::Result<File> {
     for _ in 0..ATTEMPTS {
         let file = open(path, true)?;
@@ -96,8 +97,8 @@ fn has_name(file: &File, path: &Path) -> bool {
     matches!((opened, named), (Ok(opened), Ok(named)) if opened == named)
 }
 
-/// Removes what runs of the own user have left that were killed. What cannot be removed is tried again
-/// by the next one.
+/// Removes the files of killed runs of the same user. The next call tries again to remove the
+/// remaining ones.
 fn remove_dead() {
     for name in names() {
         let Some(prefix) = name.strip_suffix(LOCK) else { continue };
@@ -115,9 +116,10 @@ fn remove_dead() {
     }
 }
 
-/// Removes the files of a network, last the one that is locked, and the folder of its run.
+/// Removes the files of a network, the locked one last, and the folder of its run.
 fn remove(folder: &Path, prefix: &str) {
-    // Nothing but a run's own: with nothing in front, every network's files would be.
+    // Only the files of one run may be removed. An empty suffix would match the files of every
+    // network.
     if !prefix.starts_with(RUN_PREFIX) || prefix == RUN_PREFIX {
         return;
     }
@@ -132,7 +134,7 @@ fn remove(folder: &Path, prefix: &str) {
     let _ = fs::remove_file(path_of_lock(prefix));
 }
 
-/// The names in /dev/shm that are of such networks.
+/// Returns the names in /dev/shm that belong to such networks.
 fn names() -> impl Iterator<Item = String> {
     let files = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
     let names = files.filter_map(|file| file.file_name().into_string().ok());

@@ -1,4 +1,4 @@
-//! The other end of the sample stream.
+//! The reading end of the sample stream.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use super::{StreamError, options};
 type SampleService = publish_subscribe::PortFactory<ipc::Service, SampleBatch, ()>;
 type AcknowledgementService = publish_subscribe::PortFactory<ipc::Service, Acknowledgement, ()>;
 
-/// The sample service, made by whoever comes first.
+/// Opens the sample service. The first caller creates it.
 pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService), StreamError> {
     let (name, service) = node.service(options::SAMPLES)?;
     let service = node
@@ -26,7 +26,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
         .publish_subscribe::<SampleBatch>()
         .max_publishers(1)
         .max_subscribers(options::MAX_READERS)
-        // A late reader starts with the next batch: with a history, a restarted worker would
+        // A late reader starts with the next batch. With a history, a restarted worker would
         // identify the same window again.
         .history_size(0)
         .subscriber_max_buffer_size(node.options().buffer_batches())
@@ -37,7 +37,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
     Ok((name, service))
 }
 
-/// The event that follows each batch.
+/// Opens the event service: one event follows each batch.
 pub(super) fn notification_service(
     node: &StreamNode,
 ) -> Result<event::PortFactory<ipc::Service>, StreamError> {
@@ -51,7 +51,7 @@ pub(super) fn notification_service(
         .map_err(|cause| StreamError::service(&name, cause))
 }
 
-/// How the reader of a replay says how far it is.
+/// Opens the service through which the reader of a replay reports its progress.
 pub(super) fn acknowledgement_service(
     node: &StreamNode,
 ) -> Result<(String, AcknowledgementService), StreamError> {
@@ -71,7 +71,7 @@ pub(super) fn acknowledgement_service(
 }
 
 impl StreamNode {
-    /// A reading end of the samples. It sees what is sent from now on.
+    /// Creates a reading end of the samples. It receives all samples sent from now on.
     ///
     /// # Errors
     /// [`StreamError::Service`], [`StreamError::Port`].
@@ -88,19 +88,19 @@ pub struct SampleReader {
     subscriber: Subscriber<ipc::Service, SampleBatch, ()>,
     listener: Listener<ipc::Service>,
     acknowledgements: Publisher<ipc::Service, Acknowledgement, ()>,
-    /// Session and number of the batch that should come next.
+    /// Session and number of the next expected batch.
     expected: Option<(u64, u64)>,
     last_cleaned: Instant,
     node: StreamNode,
 }
 
-/// A batch as it lies in shared memory, with what happened before it.
+/// A batch in shared memory, with the losses before it.
 #[derive(Debug)]
 pub struct Batch {
     sample: Sample<ipc::Service, SampleBatch, ()>,
-    /// Batches lost in the buffer since the one before: the reader was too slow.
+    /// Number of batches lost in the buffer since the previous one: the reader was too slow.
     pub lost_batches: u64,
-    /// The acquisition was restarted before this batch: sequence numbers begin anew.
+    /// True if the acquisition was restarted before this batch. Sequence numbers then restart.
     pub restarted: bool,
 }
 
@@ -110,17 +110,17 @@ impl Batch {
         self.sample.payload().samples()
     }
 
-    /// What the batch is for.
+    /// Returns the kind of the batch.
     pub fn kind(&self) -> BatchKind {
         self.sample.payload().kind()
     }
 
-    /// When it was sent \[ns, CLOCK_MONOTONIC\].
+    /// Returns the time of sending \[ns, CLOCK_MONOTONIC\].
     pub fn sent_ns(&self) -> u64 {
         self.sample.payload().sent_ns
     }
 
-    /// Its number in the session.
+    /// Returns its number in the session.
     pub fn number(&self) -> u64 {
         self.sample.payload().number
     }
@@ -138,7 +138,7 @@ impl SampleReader {
             .listener_builder()
             .create()
             .map_err(|cause| StreamError::port("listener", &name, cause))?;
-        // Last, because a replay begins as soon as it sees a subscriber.
+        // Created last, because a replay begins as soon as it sees a subscriber.
         let subscriber = service
             .subscriber_builder()
             .buffer_size(node.options().buffer_batches())
@@ -154,8 +154,9 @@ impl SampleReader {
         })
     }
 
-    /// Sleeps until a batch is announced, at most `timeout`. When nothing is, looks for processes
-    /// that died, at most once a [`options::DEAD_NODE_DEADLINE`]: nobody else tells a reader.
+    /// Sleeps until a batch is announced, at most `timeout`. If none is announced, it searches for
+    /// dead processes, at most once per [`options::DEAD_NODE_DEADLINE`]: nothing else informs a
+    /// reader of them.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -171,11 +172,11 @@ impl SampleReader {
         Ok(())
     }
 
-    /// The next batch, if one is there.
+    /// Returns the next batch, if one is available.
     ///
     /// # Errors
-    /// [`StreamError::Transport`]; [`StreamError::OtherCell`] when the samples are of another arm
-    /// or rate than this end expects.
+    /// [`StreamError::Transport`]; [`StreamError::OtherCell`] if the samples are of another arm or
+    /// rate than this end expects.
     pub fn receive(&mut self) -> Result<Option<Batch>, StreamError> {
         let received = self
             .subscriber
@@ -201,14 +202,14 @@ impl SampleReader {
                 (batch.number.saturating_sub(number), false)
             }
             Some(_) => (batch.number, true),
-            // Whatever was sent before this reader came is not its loss.
+            // Batches sent before this reader joined are not lost.
             None => (0, false),
         };
         self.expected = Some((batch.session, batch.number + 1));
         Ok(Some(Batch { sample, lost_batches, restarted }))
     }
 
-    /// Tells a replay that everything received so far is dealt with.
+    /// Acknowledges to a replay that everything received so far is processed.
     ///
     /// # Errors
     /// [`StreamError::Transport`].

@@ -1,10 +1,10 @@
-//! The bus thread's end of the sample stream.
+//! The writing end of the sample stream, on the bus thread.
 
 use core::time::Duration;
 use std::time::Instant;
 
-use didim_core::sample::JointSample;
 use didim_drivers::socket::monotonic_ns;
+use didim_dynamics::sample::JointSample;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -18,17 +18,17 @@ use super::node::StreamNode;
 use super::reader::{acknowledgement_service, notification_service, sample_service};
 use super::{StreamError, options};
 
-/// Who waits for whom.
+/// Pace of a stream: the side that waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// The bus does not wait: a reader that is too slow loses samples.
+    /// The bus does not wait. A reader that is too slow loses samples.
     Live,
-    /// The log waits: nothing is published that the reader has no room for.
+    /// The log waits. Nothing is published beyond the reader's capacity.
     Replay,
 }
 
 impl StreamNode {
-    /// The writing end of the samples; a cell has one.
+    /// Creates the writing end of the samples. A cell has only one.
     ///
     /// # Errors
     /// [`StreamError::SharedMemoryFull`], [`StreamError::Service`], [`StreamError::Port`] (another
@@ -43,8 +43,8 @@ impl StreamNode {
 
 /// The writing end. Each sample is written once, into the slot that the reader will read.
 ///
-/// [`Self::write`] neither allocates nor locks, but for the first sample of a batch: the library
-/// counts the references to a loaned slot in a block of 48 bytes from the heap.
+/// [`Self::write`] neither allocates nor locks, except for the first sample of a batch: the library
+/// counts the references to a loaned slot in a heap block of 48 bytes.
 #[derive(Debug)]
 pub struct SampleWriter {
     filling: Option<SampleMut<ipc::Service, SampleBatch, ()>>,
@@ -56,7 +56,7 @@ pub struct SampleWriter {
     service: PortFactory<ipc::Service, SampleBatch, ()>,
     pace: Pace,
     max_age: Duration,
-    /// In a replay, batches that may be under way.
+    /// Maximum number of unacknowledged batches in a replay.
     allowance: u64,
     session: u64,
     sent: u64,
@@ -104,9 +104,9 @@ impl SampleWriter {
         })
     }
 
-    /// Appends a sample; sends the batch when it is full. `queue_drops` is the source's count at
-    /// this sample, `now` the time of the call, and `written_ns` what the reader is told of it \[ns,
-    /// CLOCK_MONOTONIC\].
+    /// Appends a sample, and sends the batch when it is full. `queue_drops` is the source's count
+    /// at this sample, `now` is the time of the call, and `written_ns` is the writing time reported
+    /// to the reader \[ns, CLOCK_MONOTONIC\].
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -132,13 +132,13 @@ impl SampleWriter {
         if full { self.send() } else { Ok(()) }
     }
 
-    /// How long until the batch being filled must be sent; nothing when there is none.
+    /// Returns the time until the batch being filled must be sent. `None` if there is none.
     pub fn due_in(&self, now: Instant) -> Option<Duration> {
         self.filling.as_ref()?;
         Some((self.filling_since + self.max_age).saturating_duration_since(now))
     }
 
-    /// Sends the batch being filled if it has come of age.
+    /// Sends the batch being filled if it has reached its maximum age.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -146,7 +146,7 @@ impl SampleWriter {
         if self.due_in(now) == Some(Duration::ZERO) { self.send() } else { Ok(()) }
     }
 
-    /// Sends what is left and the mark that nothing follows.
+    /// Sends the remaining samples and the end mark.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -158,8 +158,9 @@ impl SampleWriter {
         self.send()
     }
 
-    /// Whether a further batch can be sent without the reader losing one: always on a living bus;
-    /// in a replay when a reader is there and has acknowledged all but half a buffer.
+    /// Returns true if another batch can be sent without a loss at the reader. On a live bus it is
+    /// always true. In a replay a reader has to be connected and to have acknowledged all but half
+    /// a buffer.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -170,8 +171,8 @@ impl SampleWriter {
         }
     }
 
-    /// Whether the reader has acknowledged everything that was sent, the end included. On a living
-    /// bus a reader acknowledges the end only.
+    /// Returns true if the reader has acknowledged everything sent, including the end. On a live
+    /// bus a reader acknowledges only the end.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -179,7 +180,7 @@ impl SampleWriter {
         Ok(self.under_way()? == 0)
     }
 
-    /// Batches sent and not acknowledged.
+    /// Returns the number of batches that were sent and not acknowledged.
     fn under_way(&mut self) -> Result<u64, StreamError> {
         while let Some(news) = self
             .acknowledgements
@@ -193,7 +194,7 @@ impl SampleWriter {
         Ok(self.sent.saturating_sub(self.acknowledged))
     }
 
-    /// Readers that are connected or have died unnoticed.
+    /// Returns the number of readers that are connected or have died unnoticed.
     pub fn readers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
     }
@@ -229,11 +230,11 @@ impl SampleWriter {
             return Ok(());
         };
         slot.payload_mut().sent_ns = monotonic_ns();
-        // A reader that cannot be reached (just died, or its queue is broken) is its own loss: the
-        // batch number shows it, and the others have the batch.
+        // An unreachable reader (just died, or its queue is broken) loses the batch itself. The
+        // batch number shows the loss, and the other readers have the batch.
         slot.send().map_err(|cause| StreamError::transport("sending", "samples", cause))?;
         self.sent += 1;
-        // A listener whose queue is full is awake already.
+        // A listener with a full queue is already awake.
         let _ = self.notifier.notify();
         Ok(())
     }

@@ -10,19 +10,19 @@ use super::windower::CommandError;
 use crate::live::recording::Archiver;
 use crate::window::Note;
 
-/// A command concerning the windows.
+/// A command for the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Open one.
     Begin,
     /// Close it.
     End,
-    /// Close it at once, whatever opened it, and identify it.
+    /// Closes the window at once, whatever opened it, and identifies it.
     Identify,
 }
 
 pub(super) type Answer = Result<(), CommandError>;
-/// A command, and where the answer goes.
+/// A command, and the channel for the answer.
 pub(super) type Request = (Asked, SyncSender<Answer>);
 
 pub(super) enum Asked {
@@ -30,7 +30,7 @@ pub(super) enum Asked {
     Configure(Box<Configuration>),
 }
 
-/// Hands commands to the worker.
+/// Sender of commands to the worker.
 #[derive(Clone, Debug)]
 pub struct Commands {
     requests: SyncSender<Request>,
@@ -40,13 +40,13 @@ pub struct Commands {
     folder: Option<PathBuf>,
 }
 
-/// The worker did not take a command.
+/// Error when submitting a command to the worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubmitError {
-    /// Too many wait, or it has ended: ask again later.
+    /// Too many commands wait, or the worker has ended. Try again later.
     #[error("the worker is busy: try again")]
     Unavailable,
-    /// The command does not fit the state.
+    /// The command does not match the state.
     #[error(transparent)]
     Refused(#[from] CommandError),
 }
@@ -61,24 +61,24 @@ impl Commands {
         Self { requests, shared, archiver, folder }
     }
 
-    /// Takes captures; nothing where nothing is recorded.
+    /// Returns the archiver, which takes captures. `None` if nothing is recorded.
     pub fn archiver(&self) -> Option<&Archiver> {
         self.archiver.as_ref()
     }
 
-    /// The folder of the results, if they are stored.
+    /// Returns the folder of the results, if they are stored.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
 
-    /// Notes something with the open window, or with the next one. What was noted before and no
-    /// window took is amended.
+    /// Adds a note to the open window, or to the next one. An earlier note that no window has taken
+    /// is amended.
     pub fn note(&self, note: Note) {
         let mut status = self.shared.update();
         status.note = Some(status.note.take().unwrap_or_default().amended(note));
     }
 
-    /// Hands over a command and waits for the answer, at most `timeout`.
+    /// Submits a command and waits for the answer, at most `timeout`.
     ///
     /// # Errors
     /// [`SubmitError`].
@@ -86,8 +86,8 @@ impl Commands {
         self.ask(Asked::Command(command), timeout)
     }
 
-    /// Hands over another configuration, likewise. It is valid from the next window on; one that is
-    /// open, or waits, keeps the one that it began with.
+    /// Submits another configuration and waits for the answer, at most `timeout`. It is valid from
+    /// the next window on. A window that is open or waits keeps its initial configuration.
     ///
     /// # Errors
     /// [`SubmitError::Unavailable`].

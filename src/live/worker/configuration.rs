@@ -1,8 +1,8 @@
-//! What a reload may change of a running worker.
+//! The configuration of a running worker that a reload may change.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use didim_core::identification::Estimate;
+use didim_identification::identification::Estimate;
 
 use super::options::WindowPlan;
 use super::setup::ResultOptions;
@@ -10,45 +10,45 @@ use crate::archive::drift::Baseline;
 use crate::archive::store::FoundLoad;
 use crate::window::Window;
 
-/// Why a window could not be identified; its text reaches the status.
+/// Reason why a window could not be identified. Its text is shown in the status.
 pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 
-/// The outcome of a window.
+/// Outcome of a window.
 #[derive(Clone, Debug)]
 pub struct Identified {
     /// The result.
     pub estimate: Estimate,
-    /// A report to store beside it (HTML).
+    /// Report to store with the result (HTML).
     pub report: Option<String>,
 }
 
-/// Identifies from one window.
+/// Function that identifies from one window.
 pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, Refusal> + Send>;
 
-/// Finds what the arm carried along a window beyond what it did with a baseline.
+/// Function that finds the payload during a window, relative to that of a baseline.
 pub type FindLoad = Arc<dyn Fn(&Baseline, &Window) -> Result<FoundLoad, Refusal> + Send + Sync>;
 
-/// How windows are cut and identified, valid from one window to another.
+/// Window and identification settings, valid between two changes at window boundaries.
 pub struct Configuration {
-    /// The windows; their sample rate is the stream's.
+    /// Window settings. Their sample rate is that of the stream.
     pub windows: WindowPlan,
     /// What identifies one.
     pub identify: Identify,
-    /// What finds the load along one; nothing looks for none.
+    /// Function that finds the load in a window. With `None` no load is searched for.
     pub find_load: Option<FindLoad>,
     /// Hash of the configuration, for the results.
     pub sha256: String,
-    /// What is stored beside the results.
+    /// Data stored with the results.
     pub results: ResultOptions,
 }
 
-/// What identifies a window and names the configuration that it did so with. A window has that of
-/// its beginning, also when it waits over a reload.
+/// The identification function of a window, with the hash of its configuration. A window keeps the
+/// one of its beginning, even if it waits during a reload.
 #[derive(Clone)]
 pub(super) struct Identifier(Arc<Inner>);
 
 struct Inner {
-    /// One thread identifies; the lock is never waited for.
+    /// Only one thread identifies, so the lock is never contended.
     identify: Mutex<Identify>,
     find_load: Option<FindLoad>,
     sha256: String,
@@ -65,7 +65,7 @@ impl Identifier {
         Self(Arc::new(Inner { identify: Mutex::new(identify), find_load, sha256, results }))
     }
 
-    /// Nothing where no load is looked for.
+    /// Returns `None` if no load is searched for.
     pub(super) fn load(
         &self,
         baseline: &Baseline,

@@ -1,4 +1,4 @@
-//! The thread that identifies: windows in, results stored and published.
+//! The thread that identifies windows, and stores and publishes the results.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,28 +13,28 @@ use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, FoundLoad, ResultRecord};
+use crate::archive::store::{Attachments, FoundLoad, ResultRecord};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
 
-/// How often a wait for the identification looks whether it is over.
+/// Interval at which a wait for the identification checks if it is over.
 const POLL: Duration = Duration::from_millis(2);
 
-/// How often a computation looks whether its window was given up.
+/// Interval at which a computation checks if its window was abandoned.
 const WANTED_POLL: Duration = Duration::from_millis(20);
 
-/// How long a stop waits for results that are not stored yet.
+/// Maximum time that a stop waits for results that are not stored yet.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// How long an end waits for a thread that has nothing to store: on a busy machine its ports take a while to go.
-/// The service as a whole may stop waiting before.
+/// Maximum time that an end waits for a thread with nothing to store: on a busy machine its ports
+/// take a while to close. The service as a whole may stop waiting earlier.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// How soon a late reader of the estimates gets the last one.
+/// Maximum time until a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
 
-/// A window, and what is to identify it.
+/// A window and its identifier.
 struct Queued {
     window: Window,
     identifier: Identifier,
@@ -44,7 +44,7 @@ struct Queued {
 #[derive(Debug)]
 pub(super) struct Identification {
     queue: SyncSender<Queued>,
-    /// Windows that the queue holds.
+    /// Number of windows that the queue holds.
     places: usize,
     shared: SharedEstimation,
     thread: JoinHandle<Result<(), WorkerError>>,
@@ -65,7 +65,7 @@ impl Identification {
         let thread = std::thread::Builder::new()
             .name("identify".into())
             .spawn(move || {
-                // Ports stay on the thread that makes them.
+                // Ports stay on the thread that creates them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
                 let unstored = Unstored::default();
@@ -78,8 +78,8 @@ impl Identification {
         Ok(Self { queue, places, shared: shared.clone(), thread })
     }
 
-    /// Queues a window; false when `stop` was set while it waited for a place. It is pending still,
-    /// for [`Self::give_up`] to reject.
+    /// Queues a window. Returns false if `stop` was set while it waited for a place. The window is
+    /// then still pending, and [`Self::give_up`] rejects it.
     pub(super) fn submit(
         &self,
         window: Window,
@@ -109,17 +109,18 @@ impl Identification {
         }
     }
 
-    /// Whether a window would find a place now: one is identified, the others wait.
+    /// Returns true if there is a place for a window now: one is being identified, the others wait.
     pub(super) fn has_room(&self) -> bool {
         self.shared.pending() <= self.places
     }
 
-    /// Whether the thread has ended, which it does by itself only when it failed.
+    /// Returns true if the thread has ended. It ends by itself only after a failure.
     pub(super) fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Lets every queued window be identified; at a `stop` gives up what is left and says false.
+    /// Waits until every queued window is identified. At a `stop` it abandons the remaining windows
+    /// and returns false.
     pub(super) fn finish(mut self, stop: &AtomicBool) -> Result<bool, WorkerError> {
         // Without a sender the thread ends with the last window.
         self.queue = sync_channel(1).0;
@@ -135,10 +136,9 @@ impl Identification {
         Ok(true)
     }
 
-    /// Rejects every window that waits or is being identified. Results that are on their way to the
-    /// disk or wait for it are waited for, so that what is stored is counted as identified, and what is
-    /// not is counted as lost; so is the thread itself, so that its ports are gone when the process
-    /// ends.
+    /// Rejects every window that waits or is being identified. It waits for results that are being
+    /// written or wait for the disk. Stored results are then counted as identified, and the others
+    /// as lost. It also waits for the thread, so that its ports are closed when the process ends.
     pub(super) fn give_up(self) {
         self.shared.give_up();
         drop(self.queue);
@@ -147,9 +147,9 @@ impl Identification {
         while !self.thread.is_finished() && since.elapsed() <= limit {
             std::thread::sleep(POLL);
         }
-        let lost = self.shared.abandon();
-        if lost > 0 {
-            tracing::warn!("results not stored within {STORE_TIMEOUT:?}, and lost: {lost}");
+        let count = self.shared.abandon();
+        if count > 0 {
+            tracing::warn!("results not stored within {STORE_TIMEOUT:?}, and lost: {count}");
         }
     }
 }
@@ -165,16 +165,16 @@ struct Job {
 
 impl Job {
     fn run(&mut self, windows: &Receiver<Queued>) {
-        self.look();
+        self.poll_baseline();
         loop {
             let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
                 Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return self.finish(),
                 Err(RecvTimeoutError::Timeout) => {
-                    self.look();
+                    self.poll_baseline();
                     if let Some(results) = &mut self.results {
                         results.settle();
-                        results.tell_owed(&mut self.shared.update());
+                        results.report_pending(&mut self.shared.update());
                     }
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
@@ -185,17 +185,17 @@ impl Job {
                     continue;
                 }
             };
-            // At a stop, what still waits is rejected already.
+            // At a stop, the waiting windows are already rejected.
             if !self.shared.is_wanted(window.number) {
                 continue;
             }
             let window = Arc::new(window);
-            match self.one(&window, &identifier) {
+            match self.identify_one(&window, &identifier) {
                 Ok(()) => {
                     self.shared.put_aside(window.number);
                     continue;
                 }
-                // Given up while it was identified, and counted by whoever did so.
+                // The window was abandoned during its identification, and is already counted.
                 Err(Rejection::Stopped) => continue,
                 Err(rejection) => {
                     self.shared.reject(RejectedWindow::new(&window, rejection));
@@ -206,16 +206,16 @@ impl Job {
         }
     }
 
-    /// Whether the baseline was set or cleared meanwhile.
-    fn look(&mut self) {
+    /// Checks if the baseline was set or cleared in the meantime.
+    fn poll_baseline(&mut self) {
         if let Some(results) = &mut self.results
-            && results.look()
+            && results.poll_baseline()
         {
-            results.tell(&mut self.shared.update());
+            results.report(&mut self.shared.update());
         }
     }
 
-    /// Identifies on a thread of its own, which a stop leaves behind: this one has ports to take down.
+    /// Identifies on a separate thread, which a stop leaves behind. This thread has ports to close.
     fn identify(
         &self,
         window: &Arc<Window>,
@@ -227,7 +227,7 @@ impl Job {
         let thread = std::thread::Builder::new()
             .name("compute".into())
             .spawn(move || {
-                // Nobody listens any more when the window was given up.
+                // If the window was abandoned, nobody receives the outcome.
                 let _ = done.send(computes.identify(&computed));
             })
             .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
@@ -236,7 +236,8 @@ impl Job {
                 Ok(identified) => return identified.map_err(|why| refused(why.to_string())),
                 Err(RecvTimeoutError::Timeout) if self.shared.is_wanted(window.number) => {}
                 Err(RecvTimeoutError::Timeout) => return Err(Rejection::Stopped),
-                // It panicked: so does this one, and the worker ends with an error.
+                // The computation panicked. This thread panics too, and the worker ends with an
+                // error.
                 Err(RecvTimeoutError::Disconnected) => match thread.join() {
                     Err(panic) => std::panic::resume_unwind(panic),
                     Ok(()) => return Err(Rejection::Stopped),
@@ -245,7 +246,11 @@ impl Job {
         }
     }
 
-    fn one(&mut self, window: &Arc<Window>, identifier: &Identifier) -> Result<(), Rejection> {
+    fn identify_one(
+        &mut self,
+        window: &Arc<Window>,
+        identifier: &Identifier,
+    ) -> Result<(), Rejection> {
         let Identified { estimate, report } = self.identify(window, identifier)?;
         if !self.shared.claim(window.number) {
             return Err(Rejection::Stopped);
@@ -265,8 +270,8 @@ impl Job {
             summary: EstimateSummary::new(window, &estimate, load.clone()),
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
-            recorded: RecordedWindow::of(window, identifier.sha256()),
-            beside: Beside { report, note, regrouping, against: None, load },
+            recorded: RecordedWindow::new(window, identifier.sha256()),
+            auxiliary: Attachments { report, note, regrouping, against: None, load },
             options,
         });
         if let Some(oldest) = dropped {
@@ -276,29 +281,30 @@ impl Job {
         Ok(())
     }
 
-    /// What the arm carried; nothing without a baseline, or where that cannot be told.
+    /// Returns the payload of the arm. `None` without a baseline, or if the load is not
+    /// identifiable.
     fn load(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
         let results = self.results.as_mut()?;
-        if results.look() {
-            results.tell(&mut self.shared.update());
+        if results.poll_baseline() {
+            results.report(&mut self.shared.update());
         }
-        let found = load_of_window(identifier, results.baseline()?, window)?;
-        // The status says so, too.
-        found.inspect_err(|why| tracing::debug!("no load is told: {why}")).ok()
+        let load = load_of_window(identifier, results.baseline()?, window)?;
+        // The status shows it as well.
+        load.inspect_err(|why| tracing::debug!("no load is identified: {why}")).ok()
     }
 
-    /// Stores and tells what waits, until the disk refuses.
+    /// Stores and publishes the waiting results until the disk refuses.
     fn store_waiting(&mut self) {
         let mut why = None;
         while let Some(finished) = self.unstored.first(Instant::now()) {
-            // Counted as lost, at a stop that waited no longer.
+            // The result was counted as lost at a stop that did not wait longer.
             if !self.shared.is_wanted(finished.rejected.number) {
                 self.unstored.take_first();
                 continue;
             }
             let stored = match &mut self.results {
                 Some(results) => {
-                    results.take(&finished.record, &finished.beside, &finished.options)
+                    results.take(&finished.record, &finished.auxiliary, &finished.options)
                 }
                 None => {
                     self.publish();
@@ -329,14 +335,15 @@ impl Job {
         status.results_wait_for = why;
     }
 
-    /// Tells of the oldest result that waited: it is stored, or is only published, or has no form.
+    /// Publishes the oldest waiting result: it is stored, or is only published, or cannot be
+    /// serialised.
     fn publish(&mut self) {
         let Some(finished) = self.unstored.take_first() else { return };
         let json = match serde_json::to_vec(&finished.record.published()) {
             Ok(json) => json,
             Err(why) => return finished.give_up(&self.shared, &why.to_string()),
         };
-        // The result is safe on disk; who listens in may miss it.
+        // The result is on disk. Subscribers may miss it.
         if let Err(cause) = self.estimates.publish(&json) {
             let window = finished.summary.window;
             tracing::warn!("the estimate of window {window} is not published: {cause}");
@@ -345,13 +352,13 @@ impl Job {
         status.windows_identified += 1;
         status.last_estimate = Some(finished.summary);
         if let Some(results) = &self.results {
-            results.tell(&mut status);
+            results.report(&mut status);
         }
         drop(status);
         self.shared.settle(finished.rejected.number);
     }
 
-    /// A last attempt at the end; what the disk refuses then is lost, and counted.
+    /// Makes a last attempt at the end. Results that the disk refuses then are lost, and counted.
     fn finish(&mut self) {
         self.store_waiting();
         let why = self.shared.update().results_wait_for.take().unwrap_or_default();
@@ -371,7 +378,7 @@ mod tests {
     fn a_stop_waits_for_results_that_are_not_stored_and_counts_those_that_stay_so() {
         let shared = SharedEstimation::default();
         for number in 0..3 {
-            let samples = vec![didim_core::JointSample::zero(0, 0)];
+            let samples = vec![didim_dynamics::JointSample::zero(0, 0)];
             let (sample_rate_hz, counted, end) = (500.0, 0..1, WindowEnd::Rest);
             let (start, note) = (None, None);
             let window = Window { number, sample_rate_hz, samples, counted, end, start, note };
@@ -384,7 +391,7 @@ mod tests {
         shared.update().results_waiting = 2;
         shared.update().results_wait_for = Some("no room".into());
         assert_eq!(shared.pending(), 1, "what waits for the disk holds up no window");
-        // A disk that hangs.
+        // Simulates a disk that hangs.
         let (hangs, until) = sync_channel::<()>(0);
         let thread = std::thread::spawn(move || {
             let _ = until.recv();

@@ -1,12 +1,13 @@
-//! A bound on what repeated causes write into the log.
+//! Rate limit for log messages of repeated causes.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How often a cause is logged.
+/// Minimum time between two log messages of a cause.
 const PERIOD: Duration = Duration::from_secs(60);
 
-/// Of each cause the first is logged, then at most one a minute, which tells how many were not.
+/// Rate limiter. The first message of each cause is logged, then at most one a minute with the
+/// number of skipped ones.
 #[derive(Debug, Default)]
 pub(super) struct LogRate(BTreeMap<&'static str, Cause>);
 
@@ -17,18 +18,19 @@ struct Cause {
 }
 
 impl LogRate {
-    /// Whether to log now; if so, how many were not logged since the last time.
+    /// Decides if a message is logged now. Returns the number of messages skipped since the last
+    /// one, or `None`.
     pub(super) fn admit(&mut self, cause: &'static str, now: Instant) -> Option<u64> {
-        let Some(known) = self.0.get_mut(cause) else {
+        let Some(entry) = self.0.get_mut(cause) else {
             self.0.insert(cause, Cause { logged: now, unlogged: 0 });
             return Some(0);
         };
-        if now.saturating_duration_since(known.logged) < PERIOD {
-            known.unlogged += 1;
+        if now.saturating_duration_since(entry.logged) < PERIOD {
+            entry.unlogged += 1;
             return None;
         }
-        known.logged = now;
-        Some(std::mem::take(&mut known.unlogged))
+        entry.logged = now;
+        Some(std::mem::take(&mut entry.unlogged))
     }
 }
 
@@ -39,13 +41,13 @@ mod tests {
     #[test]
     fn a_cause_is_logged_once_a_minute_with_its_count() {
         let (mut rate, start) = (LogRate::default(), Instant::now());
-        let at = |seconds| start + Duration::from_secs(seconds);
-        assert_eq!(rate.admit("busy", at(0)), Some(0));
-        assert_eq!(rate.admit("too-short", at(1)), Some(0), "causes are separate");
-        assert!((2..60).all(|second| rate.admit("busy", at(second)).is_none()));
-        assert_eq!(rate.admit("busy", at(60)), Some(58));
-        assert_eq!(rate.admit("busy", at(119)), None);
-        assert_eq!(rate.admit("busy", at(120)), Some(1));
-        assert_eq!(rate.admit("busy", at(300)), Some(0));
+        let time_at = |seconds| start + Duration::from_secs(seconds);
+        assert_eq!(rate.admit("busy", time_at(0)), Some(0));
+        assert_eq!(rate.admit("too-short", time_at(1)), Some(0), "causes are separate");
+        assert!((2..60).all(|second| rate.admit("busy", time_at(second)).is_none()));
+        assert_eq!(rate.admit("busy", time_at(60)), Some(58));
+        assert_eq!(rate.admit("busy", time_at(119)), None);
+        assert_eq!(rate.admit("busy", time_at(120)), Some(1));
+        assert_eq!(rate.admit("busy", time_at(300)), Some(0));
     }
 }

@@ -1,8 +1,9 @@
-//! From samples to results, off the bus thread: windows, their rejection, their identification.
+//! From samples to results, outside the bus thread: windows, their rejection and their
+//! identification.
 //!
-//! Three threads: one follows the stream and cuts windows, one identifies them, so that a long
-//! identification never makes the stream overflow, and one looks for a load in the last seconds of motion. What is decided depends on sequence numbers
-//! only, never on when something arrived.
+//! There are three threads. One follows the stream and cuts windows. One identifies them, so that a
+//! long identification never makes the stream overflow. One searches for a load in the last seconds
+//! of motion. The decisions depend on sequence numbers only, never on arrival times.
 
 mod command;
 mod configuration;

@@ -2,16 +2,17 @@
 
 use core::ops::Range;
 
-use didim_core::JointSample;
+use didim_dynamics::JointSample;
 
 use super::options::WindowPlan;
 use super::window::{RejectedWindow, Rejection, WindowEvent};
 use crate::window::{Window, WindowEnd};
 
-/// What a load is looked for in, of the samples that count \[s\]: the wrist has turned, and a load is told within seconds.
+/// Duration of the counted samples of a load survey \[s\]. The wrist has rotated by then, and a
+/// load is identifiable within seconds.
 const LOOK_S: f64 = 2.0;
 
-/// The same in samples.
+/// Returns the number of samples of a load survey.
 pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
@@ -26,36 +27,36 @@ pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
 pub(super) struct OpenWindow {
     number: u64,
     pub(super) samples: Vec<JointSample>,
-    /// Samples at rest since the last one in motion.
+    /// Number of samples at rest since the last one in motion.
     pub(super) quiet: usize,
     /// Length at which a command closes it.
     pub(super) close_at: Option<usize>,
-    /// Whether a command closed the window before it in the midst of this motion.
+    /// True if a command closed the previous window in the middle of this motion.
     pub(super) is_remainder: bool,
-    /// Samples that count and were looked at for a load.
-    looked_at: usize,
+    /// Number of counted samples that load surveys have processed.
+    inspected: usize,
 }
 
 impl OpenWindow {
-    /// With the samples of its margin before.
+    /// Opens a window with the samples of the margin before it.
     pub(super) fn new(number: u64, samples: Vec<JointSample>) -> Self {
         let is_remainder = false;
-        Self { number, samples, quiet: 0, close_at: None, is_remainder, looked_at: 0 }
+        Self { number, samples, quiet: 0, close_at: None, is_remainder, inspected: 0 }
     }
 
-    /// What would count of it if it were closed here.
+    /// Returns the samples that would count if the window were closed here.
     pub(super) fn counted(&self, plan: &WindowPlan) -> Range<usize> {
         let before = plan.margin_before;
         let end = self.samples.len().saturating_sub(plan.margin_after);
         before..end.max(before)
     }
 
-    /// What of it has come since the last look for a load, once that is enough for one.
+    /// Returns the samples since the last load survey, as soon as they suffice for the next one.
     pub(super) fn next_look(&mut self, plan: &WindowPlan) -> Option<Window> {
-        let (length, first) = (look_samples(plan.sample_rate_hz), self.looked_at);
+        let (length, first) = (look_samples(plan.sample_rate_hz), self.inspected);
         let end = first + plan.margin_before + length + plan.margin_after;
         let samples = self.samples.get(first..end)?.to_vec();
-        self.looked_at += length;
+        self.inspected += length;
         Some(Window {
             number: self.number,
             sample_rate_hz: plan.sample_rate_hz,

@@ -1,29 +1,30 @@
-//! When to identify: what the cell file says about windows.
+//! Window options of the cell file: the times of identification.
 
 use serde::Deserialize;
 
-/// What a window is, in seconds. Ranges are checked by [`WindowOptions::plan`].
+/// Definition of a window, in seconds. [`WindowOptions::plan`] checks the ranges.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WindowOptions {
-    /// What opens and closes a window.
+    /// Event that opens and closes a window.
     pub trigger: Trigger,
-    /// Samples kept before what counts, for the edges of the filters \[s\].
+    /// Duration kept before the counted samples, for the edges of the filters \[s\].
     #[serde(default = "default_margin_s")]
     pub margin_before_s: f64,
-    /// Samples kept after what counts \[s\].
+    /// Duration kept after the counted samples \[s\].
     #[serde(default = "default_margin_s")]
     pub margin_after_s: f64,
-    /// A window in which less counts is not identified \[s\].
+    /// Minimum duration of the counted samples \[s\]. A shorter window is not identified.
     #[serde(default = "default_min_s")]
     pub min_s: f64,
-    /// A window is closed at this length, margins included \[s\]: the bound of its memory.
+    /// Maximum length of a window, including margins \[s\]. The window is closed at this length,
+    /// which bounds its memory.
     #[serde(default = "default_max_s")]
     pub max_s: f64,
 }
 
 impl WindowOptions {
-    /// Windows by command alone, with the margins that there are where none are stated.
+    /// Returns options for windows by command only, with the default margins.
     pub fn by_command() -> Self {
         Self {
             trigger: Trigger::Command {},
@@ -35,29 +36,29 @@ impl WindowOptions {
     }
 }
 
-/// What opens and closes a window.
+/// Event that opens and closes a window.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "by", deny_unknown_fields, rename_all = "kebab-case")]
 pub enum Trigger {
     /// Motion opens it, rest closes it.
     Motion {
-        /// A motor that turns faster is in motion \[rad/s\].
+        /// Velocity above which a motor is in motion \[rad/s\].
         velocity_threshold_rad_s: f64,
-        /// Rest must last this long, and at least the margin after, to close the window \[s\].
+        /// Duration of rest that closes the window \[s\]. It is at least the margin after.
         #[serde(default = "default_idle_s")]
         idle_s: f64,
-        /// The velocity is a difference of positions this far apart \[s\]: long enough that one
-        /// count of the encoder is not motion.
+        /// Time between the two positions whose difference gives the velocity \[s\]. It is long
+        /// enough that one encoder count is not motion.
         #[serde(default = "default_difference_s")]
         difference_s: f64,
     },
-    /// One window after the other, each with the same number of samples that count.
+    /// Consecutive windows, each with the same number of counted samples.
     Interval {
-        /// What counts of each window \[s\].
+        /// Duration of the counted samples of each window \[s\].
         length_s: f64,
     },
-    /// `window begin` opens it, `window end` closes it. With braces, for a unit variant would let
-    /// unknown keys pass.
+    /// `window begin` opens it, `window end` closes it. It has braces because a unit variant would
+    /// accept unknown keys.
     Command {},
 }
 
@@ -86,13 +87,13 @@ fn default_difference_s() -> f64 {
 pub struct WindowPlan {
     /// The trigger.
     pub trigger: PlannedTrigger,
-    /// Samples of the margin before what counts.
+    /// Number of samples in the margin before the counted samples.
     pub margin_before: usize,
-    /// Samples of the margin after it.
+    /// Number of samples in the margin after them.
     pub margin_after: usize,
-    /// Fewest samples that count.
+    /// Minimum number of counted samples.
     pub min: usize,
-    /// Most samples of a window, margins included.
+    /// Maximum number of samples of a window, including margins.
     pub max: usize,
     /// Sample rate \[Hz\].
     pub sample_rate_hz: f64,
@@ -103,11 +104,11 @@ pub struct WindowPlan {
 pub enum PlannedTrigger {
     /// See [`Trigger::Motion`].
     Motion {
-        /// A motor that moved further over `lag` samples is in motion \[rad\].
+        /// Distance over `lag` samples above which a motor is in motion \[rad\].
         travel_rad: f64,
-        /// Samples between the positions compared.
+        /// Number of samples between the compared positions.
         lag: usize,
-        /// Samples of rest that close the window; at least the margin after.
+        /// Number of samples at rest that close the window. At least the margin after.
         idle: usize,
     },
     /// See [`Trigger::Interval`].
@@ -119,18 +120,18 @@ pub enum PlannedTrigger {
     Command,
 }
 
-/// A window option is outside its range: change it in the cell file.
+/// A window option is outside its range. Change it in the cell file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("window option {key}: {problem}")]
 pub struct WindowOptionError {
     /// The key.
     pub key: &'static str,
-    /// What is wrong with it, and what is allowed.
+    /// The problem, and the allowed values.
     pub problem: String,
 }
 
 impl WindowOptions {
-    /// Checks every option and counts it in samples.
+    /// Checks every option and converts it to samples.
     ///
     /// # Errors
     /// [`WindowOptionError`] names the first invalid option.
@@ -152,7 +153,7 @@ impl WindowOptions {
         let margin_before = count("margin_before_s", self.margin_before_s, 0.0, 10.0)?;
         let margin_after = count("margin_after_s", self.margin_after_s, 0.0, 10.0)?;
         let margins = margin_before + margin_after;
-        // Two, so that no window is opened and closed by one sample.
+        // At least two, so that no window is opened and closed by the same sample.
         let min = count("min_s", self.min_s, 0.0, 600.0)?.max(2);
         let max = count("max_s", self.max_s, 0.1, 600.0)?;
         if max < margins + min {

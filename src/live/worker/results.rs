@@ -1,4 +1,4 @@
-//! What is kept of each result: its file, its line in the history, its configuration.
+//! Stored data of each result: its file, its history line, its configuration.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -9,19 +9,20 @@ use crate::archive::drift::{
     AlarmEvent, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
-    Against, Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored, Timestamp,
+    Against, Attachments, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
+    Timestamp,
 };
 
-/// The folder of the results as the thread that identifies sees it.
+/// The results folder as seen by the identifying thread.
 #[derive(Debug)]
 pub(super) struct Results {
     store: Store,
-    /// What counts as drift: that of the last window.
+    /// Drift options of the last window.
     drift: DriftOptions,
-    /// The last lines of the history, for a baseline that is set in their midst.
+    /// Last lines of the history. A baseline may be set to one of them.
     recent: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
-    /// Why the baseline that there is cannot be read.
+    /// Reason why the existing baseline cannot be read.
     unreadable: Option<String>,
     tracker: Option<Tracker>,
 }
@@ -34,14 +35,14 @@ impl Results {
         Ok(Self { store, drift, recent, baseline, unreadable: None, tracker: None })
     }
 
-    /// Looks whether the baseline was set or cleared by another process, and compares with the new
-    /// one what is at hand. True when it was. One that cannot be read is tried again at each look: it
-    /// may be readable again without being another file. It is logged once.
-    pub(super) fn look(&mut self) -> bool {
+    /// Checks if another process has set or cleared the baseline, and compares the lines in memory
+    /// with the new one. Returns true if so. An unreadable baseline is tried again at each check,
+    /// because the same file may become readable. It is logged once.
+    pub(super) fn poll_baseline(&mut self) -> bool {
         if self.unreadable.is_some() {
             self.baseline.forget();
         }
-        let baseline = match self.baseline.look() {
+        let baseline = match self.baseline.poll() {
             None => return false,
             Some(Ok(baseline)) => {
                 self.unreadable = None;
@@ -79,43 +80,44 @@ impl Results {
         true
     }
 
-    /// The baseline, if there is one.
+    /// Returns the baseline, if there is one.
     pub(super) fn baseline(&self) -> Option<&Baseline> {
         Some(self.tracker.as_ref()?.baseline())
     }
 
-    /// Writes what the history lacks. Why that is refused is told; it is tried again.
+    /// Writes the missing history lines. If this is refused, the status reports the reason, and it
+    /// is tried again.
     pub(super) fn settle(&mut self) {
         let _ = self.store.settle();
     }
 
-    /// Tells the status of the drift, of what hinders its judgement, and of what the history lacks.
-    pub(super) fn tell(&self, status: &mut EstimationStatus) {
+    /// Writes to the status: the drift, obstacles to its judgement, and missing history lines.
+    pub(super) fn report(&self, status: &mut EstimationStatus) {
         status.drift = self.drift();
         status.baseline_unreadable.clone_from(&self.unreadable);
-        self.tell_owed(status);
+        self.report_pending(status);
     }
 
-    /// Tells the status what the history lacks.
-    pub(super) fn tell_owed(&self, status: &mut EstimationStatus) {
-        let (lines, why) = self.store.owed();
+    /// Writes the missing history lines to the status.
+    pub(super) fn report_pending(&self, status: &mut EstimationStatus) {
+        let (lines, why) = self.store.pending();
         status.history_lines_waiting = lines as u64;
         status.history_waits_for = why.map(str::to_owned);
     }
 
-    /// What the status tells of the drift; nothing without a baseline.
+    /// Returns the drift for the status. `None` without a baseline.
     fn drift(&self) -> Option<DriftStatus> {
         self.tracker.as_ref().map(Tracker::status)
     }
 
     fn follow(&mut self, line: HistoryLine, drift: DriftOptions) {
         if drift != self.drift {
-            // The same baseline, judged otherwise from here on, with what is at hand.
+            // The same baseline with other drift options from here on, for the lines in memory.
             self.drift = drift;
             self.baseline.forget();
         }
-        // Before the line: one that was set after it has to find it at hand.
-        self.look();
+        // Before the line is added: a baseline that is set after it has to find it in memory.
+        self.poll_baseline();
         if let Some(tracker) = &mut self.tracker {
             for (parameter, event) in tracker.handle_line(&line) {
                 match event {
@@ -132,24 +134,24 @@ impl Results {
         }
     }
 
-    /// How far errors of the model may set a result apart from the baseline.
+    /// Returns the possible difference from the baseline due to model errors.
     fn against(&self, record: &ResultRecord) -> Option<Against> {
         let baseline = self.tracker.as_ref()?.baseline();
         baseline.against(record.estimate.model_uncertainty.as_ref()?)
     }
 
-    /// Stores a result. Only that may fail: what belongs to the result and
-    /// could not be kept is logged, for the result is there.
+    /// Stores a result. Only this step may fail. Failures to store its related data are logged,
+    /// because the result itself is stored.
     pub(super) fn take(
         &mut self,
         record: &ResultRecord,
-        beside: &Beside,
+        auxiliary: &Attachments,
         options: &ResultOptions,
     ) -> Result<Stored, StoreError> {
-        // Before the result that refers to it.
+        // Written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
-        let beside = Beside { against: self.against(record), ..beside.clone() };
-        let stored = self.store.write(record, &beside, Timestamp::now())?;
+        let attachments = Attachments { against: self.against(record), ..auxiliary.clone() };
+        let stored = self.store.write(record, &attachments, Timestamp::now())?;
         if !stored.line.time.is_set() {
             tracing::warn!(
                 "the clock is not set: result {} is left out of plots and trends",

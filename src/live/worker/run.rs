@@ -20,29 +20,29 @@ use super::windower::{CommandError, Windower};
 use crate::live::recording::{Archiver, ArchiverThread};
 use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
-/// The longest the thread sleeps; so it is how soon it sees a stop or a command.
+/// Longest sleep of the thread, and so the longest time until it sees a stop or a command.
 const NAP: Duration = Duration::from_millis(50);
-/// Commands that may wait.
+/// Maximum number of waiting commands.
 const COMMANDS: usize = 8;
 
-/// How the worker ended.
+/// Reason for the end of the worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorkerEnd {
-    /// It was told to.
+    /// It was requested to stop.
     Stopped,
-    /// The log was read to its end, and every window is dealt with.
+    /// The log was read to its end, and every window is processed.
     StreamEnded,
 }
 
-/// The worker, joined to the stream and ready to run on the thread that made it.
+/// The worker, joined to the stream and ready to run on the thread that created it.
 #[derive(Debug)]
 pub struct Worker {
     reader: SampleReader,
     windower: Windower,
     time_of_day: TimeOfDay,
-    /// Of the open window, or of the next one.
+    /// Identifier of the open window, or of the next one.
     identifier: Identifier,
-    /// What is valid once no window is open.
+    /// Configuration that becomes valid once no window is open.
     next: Option<Box<Configuration>>,
     identification: Identification,
     load: Option<LoadWatch>,
@@ -54,7 +54,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Opens the store, joins the stream and starts the identification's thread.
+    /// Opens the store, joins the stream and starts the identification thread.
     ///
     /// # Errors
     /// [`WorkerError`].
@@ -100,8 +100,8 @@ impl Worker {
 
     /// Follows the stream until it ends or `stop` is set.
     ///
-    /// At the end of a stream every window is identified first. At a stop what is open or queued is
-    /// rejected: an identification may take longer than a service manager waits.
+    /// At the end of a stream every window is identified first. At a stop, open and queued windows
+    /// are rejected: an identification may take longer than a service manager waits.
     ///
     /// # Errors
     /// [`WorkerError`].
@@ -138,18 +138,19 @@ impl Worker {
                 }
             }
         }
-        // After the last batch, every window opened is counted as identified or rejected.
+        // After the last batch, every opened window is counted as identified or rejected.
         let event = self.windower.stop();
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
-        // The ports first: a wait for the disk may be cut short, and would leave them in shared memory.
+        // The ports are closed first: a wait for the disk may be interrupted, and would leave them
+        // in shared memory.
         drop(self.reader);
         self.identification.give_up();
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
-    /// Nothing follows: what is open is closed, and what is queued is identified.
+    /// Handles the end of the stream: closes the open window, and identifies the queued ones.
     fn end(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
         let event = self.windower.finish();
         self.handle(event, WhenBusy::Wait, stop)?;
@@ -157,11 +158,11 @@ impl Worker {
         if let Some(load) = self.load {
             load.finish(stop);
         }
-        let all = self.identification.finish(stop);
+        let is_finished = self.identification.finish(stop);
         drop(self.reader);
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
-        let all = all?;
-        Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
+        let is_finished = is_finished?;
+        Ok(if is_finished { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
     fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
@@ -177,13 +178,13 @@ impl Worker {
                     Ok(())
                 }
             };
-            // Whoever asked may have gone.
+            // The requester may have disconnected.
             let _ = answer.try_send(outcome);
         }
         Ok(())
     }
 
-    /// Takes the next configuration, if there is one and no window is open.
+    /// Applies the next configuration, if there is one and no window is open.
     fn change_between_windows(&mut self) {
         if self.windower.open_samples().is_some() {
             return;
@@ -199,8 +200,8 @@ impl Worker {
         self.identifier = Identifier::new(identify, find_load, sha256, results);
     }
 
-    /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
-    /// that would not be identified.
+    /// Closes the open window and queues it. The requester gets the reason of a refusal. No window
+    /// is closed that would not be identified.
     fn identify_now(&mut self, stop: &AtomicBool) -> Result<Answer, WorkerError> {
         if !self.identification.has_room() {
             return Ok(Err(CommandError::Busy));
@@ -222,7 +223,7 @@ impl Worker {
         if batch.restarted {
             let event = self.windower.handle_loss(Loss::Restarted);
             self.handle(event, when_busy, stop)?;
-            // Not before: the fault is where the last sample was.
+            // Not reset earlier: the fault is at the last sample.
             self.last = None;
         }
         if batch.lost_batches > 0 {
@@ -243,7 +244,7 @@ impl Worker {
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
-                    // Of a window that it costs it is kept as any other loss.
+                    // If it costs a window, the fault is kept like any other loss.
                     if event.is_none() {
                         self.keep_fault("queue-drops");
                     }
@@ -254,9 +255,9 @@ impl Worker {
             let event = self.windower.handle_sample(&sample.joint_sample());
             self.handle(event, when_busy, stop)?;
             if let Some(load) = &self.load
-                && let Some(look) = self.windower.next_look()
+                && let Some(survey) = self.windower.next_look()
             {
-                load.submit(look, self.identifier.clone(), when_busy, stop)?;
+                load.submit(survey, self.identifier.clone(), when_busy, stop)?;
             }
         }
         let mut status = self.shared.update();
@@ -273,7 +274,7 @@ impl Worker {
         Ok(())
     }
 
-    /// Keeps what was on the bus around the last sample.
+    /// Keeps the bus frames around the last sample.
     fn keep_fault(&self, cause: &'static str) {
         if let (Some((archiver, _)), Some(last)) = (&self.archiver, &self.last) {
             archiver.keep_fault(cause, last.joint_sample().stamp_ns, Instant::now());
@@ -289,11 +290,11 @@ impl Worker {
         match event {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
-                // That of a recording says itself when it was.
+                // A recorded window contains its own start time.
                 window.start = window.start.or_else(|| self.time_of_day.start(&window));
                 window.note = self.shared.update().note.take();
                 let identifier = self.identifier.clone();
-                // A stop is seen by whoever called.
+                // The caller checks for a stop.
                 self.identification.submit(window, identifier, when_busy, stop).map(drop)
             }
             Some(WindowEvent::Rejected(rejected)) => {

@@ -1,17 +1,17 @@
-//! Whether a living bus has fallen silent, as the worker sees it: it may be in another process than
-//! the bus thread.
+//! Detection of a silent live bus by the worker, which may run in another process than the bus
+//! thread.
 
 use std::time::{Duration, Instant};
 
-/// A bus without a sample for this long is silent: many times what a batch waits for.
+/// Time without a sample after which a bus is silent: many times the waiting time of a batch.
 const SILENT_AFTER: Duration = Duration::from_secs(1);
 
-/// Tells each silence once.
+/// Detector that reports each silence once.
 #[derive(Debug, Default)]
 pub(super) struct SilenceWatch {
-    /// When the last sample came.
+    /// Arrival time of the last sample.
     last: Option<Instant>,
-    /// None has come for long, which was told.
+    /// True if a silence was reported and has not ended.
     is_silent: bool,
 }
 
@@ -21,7 +21,7 @@ impl SilenceWatch {
         (self.last, self.is_silent) = (Some(now), false);
     }
 
-    /// Whether a silence has begun that was not told yet.
+    /// Returns true if a silence has begun that was not reported yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
         let silent = |last: Instant| now.saturating_duration_since(last) >= SILENT_AFTER;
         let is_new = !self.is_silent && self.last.is_some_and(silent);
@@ -29,7 +29,7 @@ impl SilenceWatch {
         is_new
     }
 
-    /// Whether a silence was told that has not ended.
+    /// Returns true if a reported silence has not ended.
     pub(super) fn is_silent(&self) -> bool {
         self.is_silent
     }
@@ -40,16 +40,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_silence_is_told_once() {
+    fn each_silence_is_reported_once() {
         let (mut watch, start) = (SilenceWatch::default(), Instant::now());
-        let at = |ms| start + Duration::from_millis(ms);
-        assert!(!watch.is_new(at(5000)), "before the first sample nothing is missing");
-        watch.handle_samples(at(6000));
-        assert!(!watch.is_new(at(6999)) && !watch.is_silent());
-        assert!(watch.is_new(at(7000)) && watch.is_silent());
-        assert!(!watch.is_new(at(9000)) && watch.is_silent());
-        watch.handle_samples(at(9500));
+        let time_at = |ms| start + Duration::from_millis(ms);
+        assert!(!watch.is_new(time_at(5000)), "before the first sample nothing is missing");
+        watch.handle_samples(time_at(6000));
+        assert!(!watch.is_new(time_at(6999)) && !watch.is_silent());
+        assert!(watch.is_new(time_at(7000)) && watch.is_silent());
+        assert!(!watch.is_new(time_at(9000)) && watch.is_silent());
+        watch.handle_samples(time_at(9500));
         assert!(!watch.is_silent());
-        assert!(watch.is_new(at(20_000)));
+        assert!(watch.is_new(time_at(20_000)));
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
-use didim_core::identification::Estimate;
+use didim_identification::identification::Estimate;
 use serde::{Deserialize, Serialize};
 
 use super::load_status::LoadStatus;
@@ -43,23 +43,23 @@ pub struct EstimateSummary {
     pub last_sequence: u64,
     /// Method.
     pub method: String,
-    /// The parameters with their standard deviations, in the model's order.
+    /// Parameters with their standard deviations, in the model's order.
     pub parameters: Vec<ParameterValue>,
-    /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
+    /// ‖y − Xθ‖ / ‖y‖. `None` if it is not a number.
     pub relative_error: Option<f64>,
-    /// Condition number; nothing when it is not finite.
+    /// Condition number. `None` if it is not finite.
     pub condition_number: Option<f64>,
-    /// Whether it may be used for all that the cell asks for.
+    /// True if it may be used for every use that the cell requests.
     pub applicable: bool,
-    /// The reasons against it.
+    /// Reasons against its use.
     pub reasons: Vec<String>,
-    /// The reasons against monitoring with it.
+    /// Reasons against its use for monitoring.
     #[serde(default)]
     pub monitoring_reasons: Vec<String>,
-    /// What the arm carried along it; nothing where that cannot be told.
+    /// Payload during its window. `None` if it is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
-    /// What the drives told besides along the samples that count.
+    /// Additional drive readings during the counted samples.
     #[serde(flatten)]
     pub readings: DriveReadings,
 }
@@ -72,7 +72,7 @@ impl EstimateSummary {
             first_sequence: window.first_sequence(),
             last_sequence: window.last_sequence(),
             method: estimate.method.clone(),
-            parameters: ParameterValue::of(estimate),
+            parameters: ParameterValue::from_estimate(estimate),
             relative_error: finite(estimate.relative_error),
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
@@ -94,46 +94,46 @@ pub struct EstimationStatus {
     pub batches: u64,
     /// Samples received.
     pub samples: u64,
-    /// Samples that the sequence numbers show to be missing, for whatever cause.
+    /// Number of samples missing by their sequence numbers, for any cause.
     pub samples_missing: u64,
-    /// Batches overwritten in the buffer because the worker was too slow.
+    /// Number of batches overwritten in the buffer because the worker was too slow.
     pub batches_lost: u64,
-    /// Times the acquisition was restarted while the worker was running.
+    /// Number of acquisition restarts while the worker was running.
     pub restarts: u64,
-    /// No sample has come for so long \[s\]; told where the acquisition is another process, and is not
+    /// Time without a sample \[s\]. It is reported if the acquisition is another process and is not
     /// known to rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_samples_s: Option<u64>,
-    /// How long samples lay in the buffer until the worker took them, since the start; nothing
-    /// before the first; of samples whose frames were read together, from when those had been read. A
-    /// sample waits for its batch, of 64 samples or 50 ms.
+    /// Time that samples were in the buffer until the worker took them, since the start. `None`
+    /// before the first. For samples whose frames were read together, it begins when the frames had
+    /// been read. A sample waits for its batch, of 64 samples or 50 ms.
     pub buffer_to_worker: Option<LatencySummary>,
-    /// The same from the sending of their batch: what it takes to wake the worker, and longer where
-    /// that is busy.
+    /// The same from the sending of their batch: the time to wake the worker. It is longer if the
+    /// worker is busy.
     pub batch_to_worker: Option<LatencySummary>,
     /// Hash of the configuration of the open window, or of the next one.
     pub configuration: String,
-    /// Another configuration waits for the open window to close.
+    /// True if another configuration waits for the open window to close.
     pub configuration_waits: bool,
     /// The current window.
     pub window: WindowState,
     /// Windows opened.
     pub windows_opened: u64,
-    /// Windows identified, whatever the verdict.
+    /// Number of identified windows, whatever the verdict.
     pub windows_identified: u64,
-    /// Windows rejected, by cause.
+    /// Number of rejected windows, by cause.
     pub windows_rejected: BTreeMap<String, u64>,
-    /// Results that are not on disk yet, and are tried again.
+    /// Number of results that are not on disk yet and are tried again.
     pub results_waiting: u64,
-    /// Why they are not.
+    /// Reason why they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub results_wait_for: Option<String>,
-    /// Lines of stored results that the history lacks, and that are tried again.
+    /// Number of missing history lines of stored results. They are tried again.
     pub history_lines_waiting: u64,
     /// Why it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_waits_for: Option<String>,
-    /// Windows waiting for the identification or in it.
+    /// Number of windows waiting for the identification or in it.
     pub windows_pending: u64,
     /// The first rejection.
     pub first_rejection: Option<RejectedWindow>,
@@ -141,29 +141,28 @@ pub struct EstimationStatus {
     pub last_rejection: Option<RejectedWindow>,
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
-    /// Recordings kept of results, faults and captures; nothing where nothing is recorded.
+    /// Kept recordings of results, faults and captures. `None` if nothing is recorded.
     pub kept_recordings: Option<ArchiveStatus>,
-    /// What is noted with the open window or the next one.
+    /// Note of the open window or the next one.
     pub note: Option<Note>,
-    /// How the last estimate differs from the baseline; nothing without one.
+    /// Differences between the last estimate and the baseline. `None` without a baseline.
     pub drift: Option<DriftStatus>,
-    /// What the arm carries beyond what it did with the baseline; nothing where no results are kept.
+    /// Payload beyond that of the baseline. `None` if no results are kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load: Option<LoadStatus>,
-    /// Why nothing is compared although there is a baseline: it cannot be read.
+    /// Reason why an existing baseline cannot be read. Nothing is compared then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline_unreadable: Option<String>,
 }
 
-/// The counts, shared between the worker's threads and the status. The bus thread has no part in
-/// it.
+/// Counts shared between the worker's threads and the status. The bus thread does not use them.
 #[derive(Clone, Debug, Default)]
 pub struct SharedEstimation(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
     status: Mutex<EstimationStatus>,
-    /// Windows between being closed and being counted.
+    /// Windows that are closed and not counted yet.
     pending: Mutex<Vec<Pending>>,
     log_rate: Mutex<LogRate>,
     iterations: AtomicU64,
@@ -174,15 +173,15 @@ struct Shared {
 
 #[derive(Debug)]
 struct Pending {
-    /// What is counted at a stop.
+    /// The rejection counted at a stop.
     given_up: RejectedWindow,
     stage: Stage,
 }
 
-/// How far a window is.
+/// Progress of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// It waits or is being identified, and can be given up.
+    /// It waits or is being identified, and can be abandoned.
     Wanted,
     /// Its result is being stored.
     Claimed,
@@ -190,13 +189,13 @@ enum Stage {
     Unstored,
 }
 
-/// Whoever panicked left counts, not a broken structure.
+/// Locks a mutex. A thread that panicked leaves valid counts behind.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl SharedEstimation {
-    /// A copy of the counts.
+    /// Returns a copy of the counts.
     pub fn snapshot(&self) -> EstimationStatus {
         let mut status = self.update().clone();
         status.windows_pending = self.pending() as u64;
@@ -206,12 +205,13 @@ impl SharedEstimation {
         status
     }
 
-    /// Iterations of the worker's loop: they continue as long as it is healthy, samples or not.
+    /// Returns the iterations of the worker's loop. They continue while it is healthy, with or
+    /// without samples.
     pub fn iterations(&self) -> u64 {
         self.0.iterations.load(Ordering::Relaxed)
     }
 
-    /// [`EstimationStatus::samples`], without a copy of the rest.
+    /// Returns [`EstimationStatus::samples`] without a copy of the rest.
     pub fn samples(&self) -> u64 {
         self.update().samples
     }
@@ -224,7 +224,7 @@ impl SharedEstimation {
         self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// A batch is taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
+    /// Records that a batch was taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
     pub(super) fn record_taken(&self, batch: &Batch, taken_ns: u64) {
         self.0.batch_to_worker.record(taken_ns.saturating_sub(batch.sent_ns()));
         for sample in batch.samples() {
@@ -236,47 +236,47 @@ impl SharedEstimation {
         lock(&self.0.status)
     }
 
-    /// A window waits from now on.
+    /// Adds a window to the pending ones.
     pub(super) fn pend(&self, window: &Window) {
         let given_up = RejectedWindow::new(window, Rejection::Stopped);
         lock(&self.0.pending).push(Pending { given_up, stage: Stage::Wanted });
     }
 
-    /// Whether a window is still to be counted.
+    /// Returns true if a window is not counted yet.
     pub(super) fn is_wanted(&self, number: u64) -> bool {
         lock(&self.0.pending).iter().any(|pending| pending.given_up.number == number)
     }
 
-    /// Before the result of a window is stored; false when the window was given up meanwhile.
+    /// Claims a window before its result is stored. Returns false if the window was abandoned in
+    /// the meantime.
     pub(super) fn claim(&self, number: u64) -> bool {
         self.reach(number, Stage::Claimed)
     }
 
-    /// The result of a window waits for the disk, unless it is counted already.
+    /// Marks that the result of a window waits for the disk, unless the window is already counted.
     pub(super) fn put_aside(&self, number: u64) {
         self.reach(number, Stage::Unstored);
     }
 
     fn reach(&self, number: u64, stage: Stage) -> bool {
         let mut pending = lock(&self.0.pending);
-        let found = pending.iter_mut().find(|pending| pending.given_up.number == number);
-        found.map(|pending| pending.stage = stage).is_some()
+        let entry = pending.iter_mut().find(|pending| pending.given_up.number == number);
+        entry.map(|pending| pending.stage = stage).is_some()
     }
 
-    /// A window is not identified: what was noted with it goes to the next one, unless something
-    /// newer was noted meanwhile.
+    /// Passes the note of an unidentified window to the next window, unless a newer note exists.
     pub(super) fn return_note(&self, note: Option<Note>) {
         let mut status = self.update();
         let Some(note) = note else { return };
         status.note = Some(note.amended(status.note.take().unwrap_or_default()));
     }
 
-    /// A window is counted.
+    /// Removes a counted window from the pending ones.
     pub(super) fn settle(&self, number: u64) {
         lock(&self.0.pending).retain(|pending| pending.given_up.number != number);
     }
 
-    /// Rejects every window that can still be given up.
+    /// Rejects every window that can still be abandoned.
     pub(super) fn give_up(&self) {
         let mut given_up = Vec::new();
         lock(&self.0.pending).retain(|pending| {
@@ -288,27 +288,27 @@ impl SharedEstimation {
         given_up.into_iter().for_each(|window| self.reject(window));
     }
 
-    /// Counts every result that is not stored as lost; says how many.
+    /// Counts every result that is not stored as lost, and returns their number.
     pub(super) fn abandon(&self) -> usize {
-        let lost = core::mem::take(&mut *lock(&self.0.pending));
+        let count = core::mem::take(&mut *lock(&self.0.pending));
         let mut status = self.update();
         status.results_waiting = 0;
         let why = status.results_wait_for.take();
         drop(status);
         let why = why.unwrap_or_else(|| "the service ended before".to_owned());
-        for Pending { given_up, .. } in &lost {
+        for Pending { given_up, .. } in &count {
             let rejection = Rejection::NotStored { why: why.clone() };
             self.reject(RejectedWindow { rejection, ..given_up.clone() });
         }
-        lost.len()
+        count.len()
     }
 
-    /// Windows that wait or are being identified or stored.
+    /// Returns the number of windows that wait or are being identified or stored.
     pub(super) fn pending(&self) -> usize {
         lock(&self.0.pending).iter().filter(|pending| pending.stage != Stage::Unstored).count()
     }
 
-    /// Whether every window is counted, those whose results wait for the disk among them.
+    /// Returns true if every window is counted, including those whose results wait for the disk.
     pub(super) fn is_settled(&self) -> bool {
         lock(&self.0.pending).is_empty()
     }

@@ -1,24 +1,24 @@
-//! What time of day the stamps of samples tell.
+//! The time of day of sample stamps.
 
 use didim_drivers::socket::clock_pair;
 use didim_formats::RecordingStart;
 
 use crate::window::Window;
 
-/// What to add to the stamps of samples for nanoseconds after 1970-01-01T00:00:00Z.
+/// Offset from sample stamps to nanoseconds after 1970-01-01T00:00:00Z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeOfDay {
-    /// What this machine's clocks are apart: the stamps are of the one that nobody sets.
+    /// Difference between this machine's clocks. The stamps are of the clock that nobody sets.
     ThisMachine,
-    /// What a log says; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
+    /// Offset stated by a log; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
     Log {
-        /// What to add \[ns\].
+        /// Offset to add \[ns\].
         since_1970_ns: i64,
     },
 }
 
 impl TimeOfDay {
-    /// When the first sample of a window was recorded, where that is known.
+    /// Returns the time at which the first sample of a window was recorded, if known.
     pub(super) fn start(self, window: &Window) -> Option<RecordingStart> {
         let since_1970_ns = match self {
             Self::ThisMachine => {
@@ -33,14 +33,14 @@ impl TimeOfDay {
 
 #[cfg(test)]
 mod tests {
-    use didim_core::JointSample;
+    use didim_dynamics::JointSample;
 
     use super::*;
     use crate::window::WindowEnd;
 
     #[test]
     fn a_stamp_gets_the_date_of_its_clock() {
-        let of = |stamp_ns: u64, time_of_day: TimeOfDay| {
+        let start_of = |stamp_ns: u64, time_of_day: TimeOfDay| {
             let window = Window {
                 number: 0,
                 sample_rate_hz: 500.0,
@@ -54,15 +54,22 @@ mod tests {
         };
         let log = |since_1970_ns| TimeOfDay::Log { since_1970_ns };
         let date = RecordingStart::of_unix_ns(1_795_331_849_250_000_000);
-        assert_eq!(of(1_795_331_849_250_100_000, log(0)), date);
-        assert_eq!(of(849_250_000_000, log(1_795_331_000_000_000_000)), date);
-        assert_eq!(of(849_250_000_000, log(0)), None, "a log that counts from its own beginning");
-        let now = clock_pair();
-        let here = of(now.monotonic_ns, TimeOfDay::ThisMachine);
-        assert_eq!(here.is_some(), RecordingStart::of_unix_ns(now.realtime_ns.into()).is_some());
+        assert_eq!(start_of(1_795_331_849_250_100_000, log(0)), date);
+        assert_eq!(start_of(849_250_000_000, log(1_795_331_000_000_000_000)), date);
         assert_eq!(
-            of(0, TimeOfDay::ThisMachine) < here,
-            here.is_some(),
+            start_of(849_250_000_000, log(0)),
+            None,
+            "a log that counts from its own beginning"
+        );
+        let now = clock_pair();
+        let start_here = start_of(now.monotonic_ns, TimeOfDay::ThisMachine);
+        assert_eq!(
+            start_here.is_some(),
+            RecordingStart::of_unix_ns(now.realtime_ns.into()).is_some()
+        );
+        assert_eq!(
+            start_of(0, TimeOfDay::ThisMachine) < start_here,
+            start_here.is_some(),
             "since the machine started"
         );
     }

@@ -1,4 +1,4 @@
-//! Results that are not on disk yet: each waits for its turn, and none for ever.
+//! Results that are not on disk yet. Each waits for its turn, and none waits forever.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -6,38 +6,39 @@ use std::time::{Duration, Instant};
 use super::setup::ResultOptions;
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, ResultRecord};
+use crate::archive::store::{Attachments, ResultRecord};
 use crate::live::recording::RecordedWindow;
 
-/// Results that wait for a disk which refuses them; some 200 kB each, mostly their report.
+/// Maximum number of results that wait for a refusing disk. Each takes some 200 kB, mostly for its
+/// report.
 const MOST: usize = 32;
-/// How often they are tried again.
+/// Interval at which they are tried again.
 const RETRY_EVERY: Duration = Duration::from_secs(2);
 
-/// A result with all that is to be stored and told of it.
+/// A result with all data to be stored and published.
 #[derive(Clone, Debug)]
 pub(super) struct Finished {
     pub(super) record: ResultRecord,
-    pub(super) beside: Beside,
+    pub(super) auxiliary: Attachments,
     pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
-    /// What is counted when it is not stored at all.
+    /// The rejection that is counted if it is not stored at all.
     pub(super) rejected: RejectedWindow,
 }
 
 impl Finished {
-    /// It is lost: that is counted, and what was noted with its window goes to the next one.
+    /// Counts the result as lost, and passes the note of its window to the next one.
     pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
         let number = self.rejected.number;
         let rejection = Rejection::NotStored { why: why.to_owned() };
         shared.reject(RejectedWindow { rejection, ..self.rejected });
-        shared.return_note(self.beside.note);
+        shared.return_note(self.auxiliary.note);
         shared.settle(number);
     }
 }
 
-/// The results that wait, oldest first.
+/// The waiting results, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Unstored {
     waiting: VecDeque<Finished>,
@@ -45,25 +46,25 @@ pub(super) struct Unstored {
 }
 
 impl Unstored {
-    /// Adds one; gives the oldest when there are too many.
+    /// Adds a result. Returns the oldest if there are too many.
     pub(super) fn add(&mut self, finished: Finished) -> Option<Finished> {
         self.waiting.push_back(finished);
         if self.waiting.len() > MOST { self.waiting.pop_front() } else { None }
     }
 
-    /// Whether it is time to try again.
+    /// Returns true if the next attempt is due.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         let waited = |tried| now.saturating_duration_since(tried) >= RETRY_EVERY;
         !self.waiting.is_empty() && self.tried.is_none_or(waited)
     }
 
-    /// The oldest, to be tried now.
+    /// Returns the oldest result for an attempt now.
     pub(super) fn first(&mut self, now: Instant) -> Option<&Finished> {
         self.tried = Some(now);
         self.waiting.front()
     }
 
-    /// The oldest is stored, or given up.
+    /// Removes the oldest result, which is stored or abandoned.
     pub(super) fn take_first(&mut self) -> Option<Finished> {
         self.waiting.pop_front()
     }
@@ -75,7 +76,7 @@ impl Unstored {
 
 #[cfg(test)]
 mod tests {
-    use didim_core::identification::Estimate;
+    use didim_identification::identification::Estimate;
 
     use super::*;
     use crate::window::{Note, Window, WindowEnd};
@@ -84,7 +85,7 @@ mod tests {
         Window {
             number,
             sample_rate_hz: 500.0,
-            samples: vec![didim_core::JointSample::zero(0, 0)],
+            samples: vec![didim_dynamics::JointSample::zero(0, 0)],
             counted: 0..1,
             end: WindowEnd::Rest,
             start: None,
@@ -98,8 +99,8 @@ mod tests {
             summary: EstimateSummary::new(window, &estimate, None),
             record: ResultRecord::new("cell", "c0ffee", window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
-            recorded: RecordedWindow::of(window, "c0ffee"),
-            beside: Beside { note: window.note.clone(), ..Beside::default() },
+            recorded: RecordedWindow::new(window, "c0ffee"),
+            auxiliary: Attachments { note: window.note.clone(), ..Attachments::default() },
             options: ResultOptions::default(),
         }
     }
@@ -109,7 +110,7 @@ mod tests {
         let (mut unstored, start) = (Unstored::default(), Instant::now());
         let (mut attempts, mut lost) = (0, Vec::new());
         assert!(!unstored.is_due(start), "nothing waits");
-        // Looked at twice a second, a result a minute.
+        // Checked twice a second, with one result a minute.
         for half in 0..2 * 86_400_u32 {
             let now = start + half * Duration::from_millis(500);
             if half % 120 == 0 {

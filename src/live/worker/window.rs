@@ -1,4 +1,4 @@
-//! A window of samples, or the reason why there is none.
+//! A window of samples, or the reason why it was rejected.
 
 use core::fmt;
 
@@ -12,19 +12,19 @@ use crate::window::Window;
 pub enum Loss {
     /// Bus cycles without a complete sample.
     SampleGap {
-        /// The last sequence number before the gap.
+        /// Last sequence number before the gap.
         after: u64,
         /// Samples missing.
         missing: u64,
     },
-    /// A sequence number that is not later than the one before.
+    /// A sequence number that is not later than the previous one.
     OutOfOrder {
         /// The one before.
         after: u64,
-        /// The one that came.
+        /// Received sequence number.
         sequence: u64,
     },
-    /// Frames dropped before anyone read them; which ones is not known.
+    /// Frames dropped before they were read. It is unknown which ones.
     QueueDrops {
         /// How many.
         frames: u64,
@@ -39,7 +39,7 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// What the sequence numbers of two samples, one after the other, say of what is between them.
+    /// Derives the loss between two successive samples from their sequence numbers.
     pub(super) fn between(after: u64, sequence: u64) -> Option<Self> {
         if sequence <= after {
             return Some(Self::OutOfOrder { after, sequence });
@@ -49,27 +49,28 @@ impl Loss {
     }
 }
 
-/// Why a window is not identified.
+/// Reason why a window is not identified.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum Rejection {
-    /// Something in it was lost.
+    /// Data of the window were lost.
     Loss(Loss),
-    /// Too little in it counts.
+    /// The window has too few counted samples.
     TooShort {
         /// Samples that count.
         counted: usize,
-        /// Samples that must count.
+        /// Required number of counted samples.
         minimum: usize,
     },
-    /// What was left of a motion of which somebody had the window identified before it ended, and too little.
+    /// Remainder of a motion whose window was identified by a command before the motion ended. It
+    /// has too few counted samples.
     Remainder {
         /// Samples that count.
         counted: usize,
-        /// Samples that must count.
+        /// Required number of counted samples.
         minimum: usize,
     },
-    /// The identification is still busy with the windows before.
+    /// The identification is still busy with previous windows.
     Busy,
     /// The service was stopped before it was identified.
     Stopped,
@@ -86,7 +87,7 @@ pub enum Rejection {
 }
 
 impl Rejection {
-    /// The name under which it is counted.
+    /// Returns the name under which it is counted.
     pub fn cause(&self) -> &'static str {
         match self {
             Self::Loss(Loss::SampleGap { .. }) => "sample-gap",
@@ -125,7 +126,8 @@ impl fmt::Display for Rejection {
             }
             Self::Remainder { counted, minimum } => write!(
                 f,
-                "the rest of a motion that was identified by command: {counted} samples count, {minimum} are needed"
+                "the rest of a motion that was identified by command: {counted} samples count, \
+                {minimum} are needed"
             ),
             Self::Busy => write!(f, "the identification is busy with earlier windows"),
             Self::Stopped => write!(f, "the service was stopped before it was identified"),
@@ -149,7 +151,7 @@ pub struct RejectedWindow {
 }
 
 impl RejectedWindow {
-    /// A whole window, rejected.
+    /// Rejects a complete window.
     pub(super) fn new(window: &Window, rejection: Rejection) -> Self {
         Self {
             number: window.number,
@@ -165,6 +167,6 @@ impl RejectedWindow {
 pub enum WindowEvent {
     /// A window to identify from.
     Closed(Window),
-    /// A window that is not.
+    /// A rejected window.
     Rejected(RejectedWindow),
 }

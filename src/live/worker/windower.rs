@@ -1,10 +1,11 @@
-//! Samples to windows: a pure state machine over the uniform grid of sequence numbers.
+//! Conversion of samples into windows: a pure state machine over the uniform grid of sequence
+//! numbers.
 //!
-//! It knows no clock and no stamp: a replayed log gives the same windows, whatever the pace.
+//! It uses neither clock nor stamps: a replayed log gives the same windows at any pace.
 
 use std::collections::VecDeque;
 
-use didim_core::{JointSample, Readings};
+use didim_dynamics::{JointSample, Readings};
 
 use super::open::OpenWindow;
 use super::options::{PlannedTrigger, WindowPlan};
@@ -12,53 +13,53 @@ use super::window::{Loss, Rejection, WindowEvent};
 use crate::live::recording::RecordedWindow;
 use crate::window::{Window, WindowEnd};
 
-/// Feed it each sample once, in order. At most one event follows from each call.
+/// State machine that takes each sample once, in order. Each call returns at most one event.
 #[derive(Debug)]
 pub struct Windower {
     plan: WindowPlan,
-    /// The samples before the next one: what a new window takes as its margin.
+    /// Previous samples, from which a new window takes its margin.
     recent: VecDeque<JointSample>,
     recent_limit: usize,
     open: Option<OpenWindow>,
-    /// Begin, waiting for the next sample.
+    /// True if a `begin` command waits for the next sample.
     begin: bool,
-    /// A command closed a window with the last sample.
+    /// True if a command closed a window at the last sample.
     identified: bool,
     last_sequence: Option<u64>,
-    /// The modes that the drives told last.
+    /// Latest modes reported by the drives.
     modes: Readings,
     opened: u64,
-    /// The one window of a recording, in place of whatever the plan would open.
+    /// The only window of a recording. It replaces the windows of the plan.
     recorded: Option<RecordedWindow>,
 }
 
-/// A command does not fit the state.
+/// Error of a command that does not match the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
-    /// The cell's windows are opened by motion or by interval, not by command.
+    /// The windows of this cell are opened by motion or by interval, not by command.
     #[error("the cell file does not open windows by command")]
     NotByCommand,
-    /// `begin` when one is open.
+    /// `begin` although a window is open.
     #[error("a window is open already")]
     AlreadyOpen,
-    /// `end` or `identify` when none is open.
+    /// `end` or `identify` although no window is open.
     #[error("no window is open")]
     NotOpen,
-    /// `identify` when too little counts; the window stays open.
+    /// `identify` with too few counted samples. The window stays open.
     #[error("too little of the open window counts: {counted} samples, {minimum} are needed")]
     TooShort {
         /// Samples that count.
         counted: usize,
-        /// Samples that must count.
+        /// Required number of counted samples.
         minimum: usize,
     },
-    /// `identify` when earlier windows wait; the window stays open.
+    /// `identify` while earlier windows wait. The window stays open.
     #[error("the identification is busy with earlier windows")]
     Busy,
 }
 
 impl Windower {
-    /// A windower that has seen no sample yet.
+    /// Creates a windower that has received no sample yet.
     pub fn new(plan: WindowPlan) -> Self {
         let recent_limit = recent_limit(&plan);
         Self {
@@ -75,10 +76,10 @@ impl Windower {
         }
     }
 
-    /// Cuts windows otherwise from now on; to be called while none is open. What was seen stays, as
-    /// the margin of the next.
+    /// Changes the window plan. It must be called while no window is open. Previous samples remain
+    /// available as the margin of the next window.
     pub(super) fn change_plan(&mut self, plan: WindowPlan) {
-        // `begin` is a command, and the new plan may know none.
+        // `begin` is a command, and the new plan may have no commands.
         self.begin &= plan.trigger == PlannedTrigger::Command;
         self.recent_limit = recent_limit(&plan);
         let surplus = self.recent.len().saturating_sub(self.recent_limit);
@@ -86,13 +87,13 @@ impl Windower {
         self.plan = plan;
     }
 
-    /// For the recording of one window: that window and no other is made, whatever the trigger. The
-    /// margins are the plan's.
+    /// Creates a windower for the recording of one window. It makes only that window, whatever the
+    /// trigger. The margins are those of the plan.
     pub fn of_recorded(plan: WindowPlan, window: RecordedWindow) -> Self {
         Self { recorded: Some(window), ..Self::new(plan) }
     }
 
-    /// Takes the next sample.
+    /// Processes the next sample.
     pub fn handle_sample(&mut self, sample: &JointSample) -> Option<WindowEvent> {
         if let Some(window) = self.recorded.clone() {
             return self.handle_recorded(&window, sample);
@@ -103,21 +104,21 @@ impl Windower {
         let moving = self.is_moving(sample);
         if self.open.is_none() && self.opens(moving) {
             let before = self.recent.iter().copied().collect();
-            let mut open = OpenWindow::new(self.opened, before);
-            open.is_remainder = self.identified;
-            self.open = Some(open);
+            let mut window_open = OpenWindow::new(self.opened, before);
+            window_open.is_remainder = self.identified;
+            self.open = Some(window_open);
             self.opened += 1;
         }
         self.identified = false;
         let closed = self.append(sample, moving);
         self.remember(sample);
-        // A window takes more than one sample, so one that has just been opened after another is
-        // not closed by the same sample.
+        // A window takes more than one sample. A window that has just been opened after another is
+        // therefore not closed by the same sample.
         rejected.or(parted).or(closed)
     }
 
-    /// A window does not span a change of a drive's mode: the open one ends before it, and what was seen
-    /// cannot be the margin of what follows.
+    /// Ends the open window before a change of a drive's mode, because a window does not span such
+    /// a change. Earlier samples cannot be the margin of the next window.
     fn handle_modes(&mut self, readings: &Readings) -> Option<WindowEvent> {
         let changed = readings.changes_mode(&self.modes);
         self.modes.update(readings);
@@ -128,7 +129,8 @@ impl Windower {
         Some(self.open.take()?.close(&self.plan, WindowEnd::ModeChange))
     }
 
-    /// Takes the next sample of a recording: its window was opened and closed before, and is so again.
+    /// Processes the next sample of a recording. Its window is opened and closed at the same
+    /// samples as before.
     fn handle_recorded(
         &mut self,
         window: &RecordedWindow,
@@ -143,9 +145,9 @@ impl Windower {
         {
             return self.handle_loss(loss);
         }
-        let open = self.open.as_mut()?;
-        open.samples.push(*sample);
-        if open.samples.len() < window.samples {
+        let window_open = self.open.as_mut()?;
+        window_open.samples.push(*sample);
+        if window_open.samples.len() < window.samples {
             return None;
         }
         let mut event = self.open.take()?.close(&self.plan, window.end);
@@ -155,19 +157,19 @@ impl Windower {
         Some(event)
     }
 
-    /// Something was lost before the next sample: an open window is worth nothing, and what was
-    /// seen before cannot be the margin of what follows.
+    /// Handles a loss before the next sample. An open window becomes useless, and earlier samples
+    /// cannot be the margin of the next window.
     pub fn handle_loss(&mut self, loss: Loss) -> Option<WindowEvent> {
         self.recent.clear();
         self.last_sequence = None;
-        let open = self.open.take()?;
-        Some(open.reject(Rejection::Loss(loss)))
+        let window_open = self.open.take()?;
+        Some(window_open.reject(Rejection::Loss(loss)))
     }
 
     /// Opens a window at the next sample.
     ///
     /// # Errors
-    /// [`CommandError`] when windows are not opened by command, or one is open.
+    /// [`CommandError`] if windows are not opened by command, or one is open.
     pub fn handle_begin(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
@@ -182,7 +184,7 @@ impl Windower {
     /// Closes the window once it has its margin.
     ///
     /// # Errors
-    /// [`CommandError`] when windows are not opened by command, or none is open.
+    /// [`CommandError`] if windows are not opened by command, or none is open.
     pub fn handle_end(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
@@ -199,59 +201,60 @@ impl Windower {
         }
     }
 
-    /// No sample comes any more: a window that was to be closed has its margin within it.
+    /// Handles the end of samples: a window that was to be closed gets its margin from its own
+    /// samples.
     pub fn handle_silence(&mut self) -> Option<WindowEvent> {
-        let open = self.open.take_if(|open| open.close_at.is_some())?;
-        Some(open.close(&self.plan, WindowEnd::Command))
+        let window_open = self.open.take_if(|open| open.close_at.is_some())?;
+        Some(window_open.close(&self.plan, WindowEnd::Command))
     }
 
-    /// Closes the open window here, its last samples being its margin.
+    /// Closes the open window here. Its last samples are its margin.
     ///
     /// # Errors
-    /// [`CommandError`] when none is open, or too little of it counts: then it stays open.
+    /// [`CommandError`] if none is open, or if it has too few counted samples. Then it stays open.
     pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
-        let open = self.open.take().ok_or(CommandError::NotOpen)?;
-        let counted = open.counted(&self.plan).len();
+        let window_open = self.open.take().ok_or(CommandError::NotOpen)?;
+        let counted = window_open.counted(&self.plan).len();
         if counted < self.plan.min {
-            self.open = Some(open);
+            self.open = Some(window_open);
             return Err(CommandError::TooShort { counted, minimum: self.plan.min });
         }
         self.identified = true;
-        Ok(open.close(&self.plan, WindowEnd::Command))
+        Ok(window_open.close(&self.plan, WindowEnd::Command))
     }
 
-    /// The stream has ended: what is open is closed.
+    /// Closes the open window at the end of the stream.
     pub fn finish(&mut self) -> Option<WindowEvent> {
-        let open = self.open.take()?;
+        let window_open = self.open.take()?;
         if let Some(window) = &self.recorded {
-            let (counted, minimum) = (open.samples.len(), window.samples);
-            return Some(open.reject(Rejection::TooShort { counted, minimum }));
+            let (counted, minimum) = (window_open.samples.len(), window.samples);
+            return Some(window_open.reject(Rejection::TooShort { counted, minimum }));
         }
-        Some(open.close(&self.plan, WindowEnd::EndOfStream))
+        Some(window_open.close(&self.plan, WindowEnd::EndOfStream))
     }
 
-    /// The service is stopped: what is open is given up.
+    /// Rejects the open window when the service is stopped.
     pub fn stop(&mut self) -> Option<WindowEvent> {
-        let open = self.open.take()?;
-        Some(open.reject(Rejection::Stopped))
+        let window_open = self.open.take()?;
+        Some(window_open.reject(Rejection::Stopped))
     }
 
-    /// The last seconds of the open window, once a load can be looked for in them.
+    /// Returns the last seconds of the open window as soon as a load survey is possible.
     pub(super) fn next_look(&mut self) -> Option<Window> {
         self.open.as_mut()?.next_look(&self.plan)
     }
 
-    /// Samples of the open window.
+    /// Returns the number of samples of the open window.
     pub fn open_samples(&self) -> Option<usize> {
         self.open.as_ref().map(|open| open.samples.len())
     }
 
-    /// Windows opened since the stream began.
+    /// Returns the number of windows opened since the start of the stream.
     pub fn opened(&self) -> u64 {
         self.opened
     }
 
-    /// Whether any motor moved further than the threshold allows over one lag: |q(k) − q(k − lag)|
+    /// Returns true if any motor moved further than the threshold over one lag: |q(k) − q(k − lag)|
     /// \> v·lag·T.
     fn is_moving(&self, sample: &JointSample) -> bool {
         let PlannedTrigger::Motion { travel_rad, lag, .. } = self.plan.trigger else {
@@ -274,32 +277,34 @@ impl Windower {
     }
 
     fn append(&mut self, sample: &JointSample, moving: bool) -> Option<WindowEvent> {
-        let mut open = self.open.take()?;
-        open.samples.push(*sample);
-        open.quiet = if moving { 0 } else { open.quiet + 1 };
-        let length = open.samples.len();
+        let mut window_open = self.open.take()?;
+        window_open.samples.push(*sample);
+        window_open.quiet = if moving { 0 } else { window_open.quiet + 1 };
+        let length = window_open.samples.len();
         let ended = match self.plan.trigger {
-            PlannedTrigger::Motion { idle, .. } if open.quiet >= idle => Some(WindowEnd::Rest),
+            PlannedTrigger::Motion { idle, .. } if window_open.quiet >= idle => {
+                Some(WindowEnd::Rest)
+            }
             PlannedTrigger::Interval { length: counted }
                 if length >= self.plan.margin_before + counted + self.plan.margin_after =>
             {
                 Some(WindowEnd::Interval)
             }
-            PlannedTrigger::Command if open.close_at.is_some_and(|at| length >= at) => {
+            PlannedTrigger::Command if window_open.close_at.is_some_and(|at| length >= at) => {
                 Some(WindowEnd::Command)
             }
             _ if length >= self.plan.max => Some(WindowEnd::Length),
             _ => None,
         };
         let Some(end) = ended else {
-            self.open = Some(open);
+            self.open = Some(window_open);
             return None;
         };
         if end == WindowEnd::Rest {
-            // Of the rest only the margin is wanted.
-            open.samples.truncate(length - open.quiet + self.plan.margin_after);
+            // Only the margin is kept of the samples at rest.
+            window_open.samples.truncate(length - window_open.quiet + self.plan.margin_after);
         }
-        Some(open.close(&self.plan, end))
+        Some(window_open.close(&self.plan, end))
     }
 
     fn remember(&mut self, sample: &JointSample) {
@@ -311,9 +316,9 @@ impl Windower {
     }
 }
 
-/// Samples that a new window may take from before it.
+/// Returns the number of earlier samples that a new window may take.
 fn recent_limit(plan: &WindowPlan) -> usize {
-    // A motion is noticed up to one lag after it began.
+    // A motion is detected up to one lag after it began.
     let lag = match plan.trigger {
         PlannedTrigger::Motion { lag, .. } => lag,
         PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,

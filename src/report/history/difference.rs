@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
+use crate::analysis::JointDifference;
 use crate::archive::drift::{Change, JudgedHistory, NotComparable, comparable};
 use crate::archive::store::{HistoryLine, ParameterValue};
-use crate::offline::JointDifference;
 use crate::text::{aligned, significant, to_uncertainty};
 
-/// Why two results are not compared.
+/// Error when two results cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DifferenceError {
-    /// There is none of that number. `didim history` lists those that there are.
+    /// No result has this number. `didim history` lists the results.
     #[error("result {0} is not in the history; `didim history` lists those that there are")]
     Unknown(u64),
     /// They have nothing to compare.
@@ -18,7 +18,7 @@ pub enum DifferenceError {
     NotComparable(#[from] NotComparable),
 }
 
-/// What changed from one result to another.
+/// Changes from one result to another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Their numbers.
@@ -27,17 +27,17 @@ pub struct Difference {
     pub caveats: Vec<String>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterDifference>,
-    /// Of each joint, along a motion; none where no motion was given.
+    /// Torque difference of each joint along a motion; empty without a motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torques: Vec<JointDifference>,
 }
 
-/// What changed of one parameter. Values that are not numbers are null in JSON.
+/// Change of one parameter. Values that are not numbers are null in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterDifference {
     /// Its name.
     pub parameter: String,
-    /// Value and standard deviation in both.
+    /// Value and standard deviation in both results.
     pub values: [ParameterValue; 2],
     /// Δ, in the unit of the values.
     pub difference: f64,
@@ -45,12 +45,12 @@ pub struct ParameterDifference {
     pub deviation_sigma: f64,
     /// θ/θ₀ − 1.
     pub relative_change: f64,
-    /// |Δ| as a share of half of the band about the first; more than 1 is outside.
+    /// |Δ| relative to half of the band around the first value; more than 1 is outside.
     pub band_share: f64,
 }
 
 impl Difference {
-    /// From one result of the history to another.
+    /// Compares two results of the history.
     ///
     /// # Errors
     /// [`DifferenceError`].
@@ -64,7 +64,7 @@ impl Difference {
         match comparable(first, second) {
             Err(why @ (NotComparable::NotGood { .. } | NotComparable::OtherPayload { .. })) => {
                 caveats.push(why.to_string());
-                // What was judged after it.
+                // With these values changed, the later checks run too.
                 let usable = HistoryLine { monitoring: Some(true), note: None, ..second.clone() };
                 comparable(first, &usable)?;
             }
@@ -73,7 +73,7 @@ impl Difference {
         if first.configuration != second.configuration {
             caveats.push("their configurations differ".to_owned());
         }
-        let changes = Change::all(first, second, &history.options);
+        let changes = Change::between(first, second, &history.options);
         let parameters = changes.into_iter().filter_map(|change| {
             let name = &change.parameter;
             let values = [first.parameter(name)?.clone(), second.parameter(name)?.clone()];
@@ -94,7 +94,7 @@ impl Difference {
         })
     }
 
-    /// As a table for people.
+    /// Formats a table for people.
     pub fn table(&self) -> String {
         let rows: Vec<Vec<String>> = (self.parameters.iter())
             .map(|row| {
@@ -133,24 +133,28 @@ impl Difference {
     }
 }
 
-/// What differs in torque along a motion.
+/// Formats the torque differences along a motion.
 fn torques(of: &[JointDifference]) -> String {
-    let row = |of: &JointDifference| {
-        let torque = |value: f64| format!("{} {}", significant(value, 2), of.unit);
-        vec![
-            format!("joint {}", of.joint),
-            torque(of.rms),
-            of.by_chance.map_or("–".to_owned(), torque),
-            format!("{:.2} %", 100.0 * of.relative),
-            torque(of.largest),
-            format!("{:.2} s", of.at_s),
-        ]
-    };
     let header = ["torque", "difference, rms", "by chance", "of the torque", "largest", "at"];
-    aligned(&header, &of.iter().map(row).collect::<Vec<_>>())
+    aligned(
+        &header,
+        &of.iter()
+            .map(|of: &JointDifference| {
+                let torque = |value: f64| format!("{} {}", significant(value, 2), of.unit);
+                vec![
+                    format!("joint {}", of.joint),
+                    torque(of.rms),
+                    of.by_chance.map_or("–".to_owned(), torque),
+                    format!("{:.2} %", 100.0 * of.relative),
+                    torque(of.largest),
+                    format!("{:.2} s", of.at_s),
+                ]
+            })
+            .collect::<Vec<_>>(),
+    )
 }
 
-/// A difference of exactly nothing has no digits to show.
+/// Formats a difference with its sign. A difference of exactly zero has no digits to show.
 fn signed(difference: f64, sigma: f64) -> String {
     if difference == 0.0 || !sigma.is_finite() {
         return significant(difference, 3);

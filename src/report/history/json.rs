@@ -6,62 +6,63 @@ use super::Difference;
 use crate::archive::drift::{AlarmStatus, Baseline, JudgedHistory, Trend};
 use crate::archive::store::HistoryLine;
 
-/// One object with everything.
+/// One object with all data.
 #[derive(Clone, Debug, Serialize)]
 pub struct HistoryDocument<'a> {
-    /// Version of its layout: it changes when a key changes its meaning or goes away.
+    /// Version of its layout. It changes when a key changes its meaning or is removed.
     pub schema: u32,
-    /// Lines of the file that were passed over: torn, none of ours, or of a later version.
+    /// Number of skipped lines of the file: torn, not from this program, or of a later version.
     pub passed_over: usize,
-    /// Results that were stored while the clock was not set: no part of the trends.
+    /// Number of results that were stored while the clock was not set. They are no part of the
+    /// trends.
     pub undated: usize,
     /// The baseline.
     pub baseline: Option<&'a Baseline>,
     /// The results, oldest first.
     pub results: Vec<ResultDocument<'a>>,
-    /// The alarms that are raised.
+    /// Raised alarms.
     pub alarms: Vec<AlarmStatus>,
     /// The trends of the parameters, in SI units over days since the baseline.
     pub trends: Vec<TrendDocument>,
-    /// Two results side by side, where it was asked for.
+    /// Two results side by side, if requested.
     pub difference: Option<Difference>,
 }
 
-/// A result and how it compares with the baseline.
+/// A result and its comparison with the baseline.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResultDocument<'a> {
     /// Its line in the history.
     #[serde(flatten)]
     pub line: &'a HistoryLine,
-    /// Whether it was compared with the baseline.
+    /// True if it was compared with the baseline.
     pub compared: bool,
-    /// Why it was not.
+    /// Reason why it was not compared.
     pub why_not: Option<String>,
     /// The parameters outside their bands.
     pub outside: Vec<String>,
-    /// Those whose alarms were raised after it.
+    /// Parameters whose alarms were raised after it.
     pub alarmed: &'a [String],
 }
 
-/// A straight line through the days of the results that were compared.
+/// A straight line through the days of the compared results.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrendDocument {
     /// The parameter.
     pub parameter: String,
-    /// Its unit, that of the slope times a day; empty where no line says.
+    /// Its unit, which is that of the slope times a day; empty if no line has one.
     pub unit: String,
-    /// Days that have results, each one point.
+    /// Number of days with results, each one point.
     pub points: usize,
     /// Slope per day.
     pub slope_per_day: f64,
     /// Its standard deviation.
     pub slope_sd: f64,
-    /// By how much the days scatter more than their standard deviations say, at least 1.
+    /// Ratio of the days' scatter to their standard deviations, at least 1.
     pub scatter: f64,
 }
 
 impl<'a> HistoryDocument<'a> {
-    /// Of all results and these parameters.
+    /// Creates the document of all results and these parameters.
     pub fn new(
         history: &'a JudgedHistory,
         passed_over: usize,

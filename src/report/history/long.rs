@@ -1,18 +1,19 @@
 //! The history for databases: a row for each parameter of each result.
 
-use didim_core::identification::Use;
 use didim_formats::{LongColumn, LongValues};
+use didim_identification::identification::Use;
 
 use crate::archive::drift::JudgedHistory;
 use crate::archive::store::{HistoryLine, ParameterValue};
 
-/// What tells the results apart, in their order.
+/// Returns the identity of each result, in the order of the results.
 pub fn identities(history: &JudgedHistory) -> Vec<String> {
     history.entries.iter().map(|entry| entry.line.identity()).collect()
 }
 
-/// The columns of these parameters, oldest result first. Values are in the unit of their row; what no result says is none,
-/// and so is the time of one that was stored while the clock was not set.
+/// Returns the columns of these parameters, oldest result first. Values are in the unit of their
+/// row. A value that a result does not have is missing. The time of a result stored while the clock
+/// was not set is missing too.
 pub fn long_table<'a>(
     history: &'a JudgedHistory,
     identities: &'a [String],

@@ -1,4 +1,4 @@
-//! The history for people and for scripts: results over time beside their baseline.
+//! The history for people and for scripts: results over time, compared with their baseline.
 
 mod difference;
 mod json;
@@ -16,7 +16,7 @@ use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::{aligned, significant};
 use crate::window::Note;
 
-/// What the last column says of a result.
+/// Returns the text of a result's last column.
 pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     if history.is_baseline(&entry.line) {
         return "baseline".to_owned();
@@ -27,43 +27,48 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
         Some(Ok(_)) => {}
     }
     let largest = entry.largest_change();
-    let by = |change: &crate::archive::drift::Change| {
+    let describe = |change: &crate::archive::drift::Change| {
         format!("{} {:+.1} %", change.parameter, 100.0 * change.relative())
     };
     match (entry.alarmed.split_first(), largest) {
         (Some((first, [])), _) => format!("ALARM {first}"),
         (Some((first, more)), _) => format!("ALARM {first} and {} more", more.len()),
-        (None, Some(change)) if change.band_share() > 1.0 => format!("outside: {}", by(change)),
+        (None, Some(change)) if change.band_share() > 1.0 => {
+            format!("outside: {}", describe(change))
+        }
         (None, Some(_)) => "in band".to_owned(),
         (None, None) => "–".to_owned(),
     }
 }
 
-/// The results as a table, and behind each what was noted. Where a line has not so many characters, it does without method
-/// and error.
+/// Formats the results as a table, each followed by its note. If a line is too short for all
+/// columns, it leaves out method and error.
 pub fn table(history: &JudgedHistory, columns: usize) -> String {
-    let whole = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
-    let fits = whole.lines().all(|line| line.chars().count() <= columns);
-    noted(history, if fits { whole } else { table_of(history, &[0, 1, 2, 4, 6]) })
+    let table = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
+    let fits = table.lines().all(|line| line.chars().count() <= columns);
+    noted(history, if fits { table } else { table_of(history, &[0, 1, 2, 4, 6]) })
 }
 
-/// With some of the columns.
+/// Formats the table with some of the columns.
 fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
-    let row = |entry: &Entry| {
-        let line = &entry.line;
-        let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
-        let row = [
-            line.result.to_string(),
-            RecordingStart::minute(line.recorded),
-            line.time.minute(),
-            line.method.clone(),
-            if line.applicable { "yes" } else { "NO" }.to_owned(),
-            error.unwrap_or_else(|| "–".to_owned()),
-            drift_text(history, entry),
-        ];
-        chosen.iter().map(|column| row[*column].clone()).collect()
-    };
-    let rows: Vec<Vec<String>> = history.entries.iter().map(row).collect();
+    let rows: Vec<Vec<String>> = history
+        .entries
+        .iter()
+        .map(|entry: &Entry| {
+            let line = &entry.line;
+            let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
+            let row = [
+                line.result.to_string(),
+                RecordingStart::minute(line.recorded),
+                line.time.minute(),
+                line.method.clone(),
+                if line.applicable { "yes" } else { "NO" }.to_owned(),
+                error.unwrap_or_else(|| "–".to_owned()),
+                drift_text(history, entry),
+            ];
+            chosen.iter().map(|column| row[*column].clone()).collect()
+        })
+        .collect();
     let header = [
         "result",
         "recorded (UTC)",
@@ -77,17 +82,18 @@ fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
     aligned(&header, &rows)
 }
 
-/// A table with what was noted.
+/// Adds the notes to a table.
 fn noted(history: &JudgedHistory, table: String) -> String {
-    // Notes are words, and stand to the left in the last column; with them what was found of the load, and how warm it was.
+    // Notes are words, so they are left-aligned in the last column. The load found and the motor
+    // temperatures follow them.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
         let note = entry.line.note.as_ref().map(Note::line);
-        let told = entry.line.readings.temperatures_c().map(|range| {
+        let temperatures = entry.line.readings.temperatures_c().map(|range| {
             let [coolest, hottest] = [range.start(), range.end()].map(|c| significant(*c, 3));
             format!("motors at {coolest} to {hottest} °C")
         });
-        note.into_iter().chain(load).chain(told).collect::<Vec<_>>().join("; ")
+        note.into_iter().chain(load).chain(temperatures).collect::<Vec<_>>().join("; ")
     });
     let notes: Vec<String> = notes.collect();
     if notes.iter().all(String::is_empty) {
@@ -97,7 +103,7 @@ fn noted(history: &JudgedHistory, table: String) -> String {
     lines.map(|(line, note)| format!("{line}  {note}").trim_end().to_owned() + "\n").collect()
 }
 
-/// The baseline, and a sentence per parameter whose alarm is raised.
+/// Summarises the baseline, with a sentence per raised alarm.
 pub fn summary(history: &JudgedHistory) -> String {
     let undated = history.undated_text().map_or(String::new(), |text| text + "\n");
     let Some(tracker) = &history.tracker else {

@@ -4,15 +4,16 @@ use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
 use crate::archive::drift::JudgedHistory;
 use crate::text::significant;
 
-/// Characters of a label of the axis, and of the axis itself.
+/// Width of an axis label with the axis itself, in characters.
 const LABEL: usize = 12;
-/// Lines of a plot.
+/// Number of lines of a plot.
 const ROWS: usize = 8;
-/// Standard deviations to either side of a value.
+/// Number of standard deviations to either side of a value.
 const SIGMAS: f64 = 2.0;
 
-/// Values with two standard deviations to either side, and the band of the baseline as dotted lines.
-/// Nothing for a parameter that no usable result has. `columns` is the width in characters, that of the labels included.
+/// Plots values with two standard deviations to either side, and the band of the baseline as dotted
+/// lines. `None` for a parameter that no usable result has. `columns` is the width in characters,
+/// including the labels.
 pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<String> {
     let points = history.points(parameter);
     let (first, last) = (points.first()?.0, points.last()?.0);
@@ -23,7 +24,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     let (low, high) = ends
         .chain(band.into_iter().flatten())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    // One value alone has a scale all the same.
+    // A single value also gets a scale.
     let margin = 0.05 * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
     let (low, high) = (low - margin, high + margin);
     let mut canvas = Canvas::new(columns.saturating_sub(LABEL).max(2), ROWS);
@@ -42,7 +43,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
             canvas.dot(x(days), row);
             row += 1.0;
         }
-        // A cross marks the value where the interval is no longer than a dot.
+        // A cross marks the value if the interval is no longer than a dot.
         canvas.dot(x(days) - 1.0, y(value));
         canvas.dot(x(days) + 1.0, y(value));
     }
@@ -88,7 +89,7 @@ impl Canvas {
         Self { columns, cells: vec![vec![0; columns]; rows] }
     }
 
-    /// Sets a dot; what lies outside is left out.
+    /// Sets a dot; dots outside are ignored.
     fn dot(&mut self, x: f64, y: f64) {
         let (x, y) = (x.round(), y.round());
         if !(x >= 0.0 && y >= 0.0) {

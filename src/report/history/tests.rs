@@ -5,7 +5,7 @@ use crate::archive::drift::{Baseline, DriftOptions};
 use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
 use crate::report::html::HistoryReport;
 use crate::window::{DriveReadings, Note};
-use didim_core::{Reading, Readings};
+use didim_dynamics::{Reading, Readings};
 
 const HOSTILE: &str = "<script>alert('&\"')</script>";
 
@@ -39,7 +39,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
     }
 }
 
-/// A baseline, two that drift, one that may not be used, one with a payload, and two outside.
+/// A baseline, two results that drift, one that is not usable, one with a payload, and two outside.
 fn lines() -> Vec<HistoryLine> {
     let mut lines: Vec<HistoryLine> =
         (0..).zip([6.0, 6.0, 6.3, 6.7, 9.0, 6.2, 6.8, 6.9]).map(|(k, fc3)| line(k, fc3)).collect();
@@ -51,24 +51,28 @@ fn lines() -> Vec<HistoryLine> {
     let mut warm = Readings::default();
     warm.set(Reading::Temperature, 0, 31.0);
     warm.set(Reading::Temperature, 3, 36.5);
-    lines[2].readings = DriveReadings::of([&warm]);
+    lines[2].readings = DriveReadings::from_cycles([&warm]);
     lines
 }
 
 fn history() -> JudgedHistory {
-    JudgedHistory::new(lines(), Some(Baseline::of(line(1, 6.0))), DriftOptions::default())
+    JudgedHistory::new(lines(), Some(Baseline::from_result(line(1, 6.0))), DriftOptions::default())
 }
 
 #[test]
 fn the_table_says_what_became_of_each_result() {
     let expected = "\
-result    recorded (UTC)      stored (UTC)   method  applicable  relative error               drift  noted
+result    recorded (UTC)      stored (UTC)   method  applicable  relative \
+        error               drift  noted
 0              not known  2026-11-22 07:17  idim-ls         yes          5.64 %                   –
 1              not known  2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
-2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in band  motors at 31.0 to 36.5 °C
-3              not known  2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
+2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in \
+        band  motors at 31.0 to 36.5 °C
+3              not known  2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 \
+        +11.7 %
 4              not known  2026-11-26 07:17  idim-ls          NO               –        not compared
-5              not known  2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
+5              not known  2026-11-27 07:17  idim-ls         yes          5.64 %        not \
+        compared  2 kg, new
 6              not known  2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
 7       2026-11-21 20:00  2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
 ";
@@ -107,27 +111,28 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
     assert!(refused([1, 99]).contains("result 99 is not in the history"));
     let mut other = lines();
     other[7].method = "didim".into();
-    // What may not be used is compared on demand, and told; what cannot be compared is not.
+    // A result that is not usable is compared on request, with a note. An incomparable one is
+    // refused.
     other[7].applicable = false;
     let other = JudgedHistory::new(other, None, DriftOptions::default());
     let error = Difference::new(&other, [1, 7]).unwrap_err().to_string();
     assert_eq!(error, "nothing to compare: result 7 is by didim, result 1 by idim-ls");
     let caveats = |numbers| Difference::new(&history, numbers).unwrap().caveats;
-    assert_eq!(caveats([1, 4]), ["result 4 is not good for monitoring"]);
-    assert_eq!(caveats([4, 1]), ["result 4 is not good for monitoring"]);
+    assert_eq!(caveats([1, 4]), ["result 4 is not usable for monitoring"]);
+    assert_eq!(caveats([4, 1]), ["result 4 is not usable for monitoring"]);
     assert!(caveats([1, 5])[0].contains("a payload of 2 kg was noted with result 5"));
 }
 
 #[test]
 fn a_plot_has_the_newest_value_at_its_end_and_stands_any_history() {
     let plot = |lines: Vec<HistoryLine>| {
-        let baseline = lines.first().cloned().map(Baseline::of);
+        let baseline = lines.first().cloned().map(Baseline::from_result);
         plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 32)
     };
     let text = plot(vec![line(0, 6.0), line(1, 6.0), line(2, 7.0)]).unwrap();
     let rows: Vec<&str> = text.lines().collect();
     assert_eq!(rows.len(), 1 + 8 + 1, "{text}");
-    // Highest and latest: the last character of the first row, and only it.
+    // The highest and latest value is in the last character of the first row, and only there.
     assert_ne!(rows[1].chars().last(), Some('\u{2800}'), "{text}");
     assert!(rows[1].chars().skip(12).take(18).all(|c| c == '\u{2800}'), "{text}");
     assert!(rows[9].contains("2026-11-22 07:17"), "{text}");
@@ -151,7 +156,7 @@ fn the_report_stands_by_itself_and_takes_no_orders() {
         line.parameters[0].name = HOSTILE.into();
         line.note = Some(Note { text: Some(HOSTILE.into()), ..Note::default() });
     }
-    let baseline = Baseline::of(hostile[1].clone());
+    let baseline = Baseline::from_result(hostile[1].clone());
     let history = JudgedHistory::new(hostile, Some(baseline), DriftOptions::default());
     let parameters = history.parameters();
     let report = HistoryReport { history: &history, parameters: &parameters };
@@ -210,7 +215,7 @@ fn what_happened_before_what_is_shown_is_not_drawn() {
 #[test]
 fn a_trend_goes_through_the_points_however_few_are_shown() {
     let lines: Vec<_> = (0..12).map(|day| line(day, 6.0 + 0.01 * day as f64)).collect();
-    let baseline = Baseline::of(lines[0].clone());
+    let baseline = Baseline::from_result(lines[0].clone());
     let mut history = JudgedHistory::new(lines, Some(baseline), DriftOptions::default());
     for shown in [12, 5] {
         history.entries.drain(..history.entries.len() - shown);
@@ -235,10 +240,10 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     let mut mixed = vec![ordered[0].clone(), ordered[3].clone(), ordered[1].clone()];
     mixed.push(HistoryLine { time: Timestamp::from_unix_s(90), ..line(9, 6.05) });
     mixed.extend([ordered[4].clone(), ordered[2].clone()]);
-    // The one without a date stands first as well: a history begins with an arm that is new.
+    // The undated one comes first too: a history begins with a new arm.
     mixed.insert(0, HistoryLine { time: Timestamp::from_unix_s(60), ..line(8, 6.05) });
     let history = |lines: &[HistoryLine]| {
-        let baseline = Some(Baseline::of(ordered[0].clone()));
+        let baseline = Some(Baseline::from_result(ordered[0].clone()));
         JudgedHistory::new(lines.to_vec(), baseline, DriftOptions::default())
     };
     let (ordered, mixed) = (history(&ordered), history(&mixed));
@@ -258,7 +263,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     let html = HistoryReport { history: &mixed, parameters: &["fc3"] }.to_html();
     assert!(html.contains(words) && html.contains("7 results from 2026-11-22 07:17 to 2026-11-26"));
     assert_eq!(HistoryDocument::new(&mixed, 0, &["fc3"], None).undated, 2);
-    // Nothing but such ones.
+    // Only undated results.
     let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
     let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());
     assert_eq!(plot(&undated, "fc3", 42), None);

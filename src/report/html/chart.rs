@@ -2,29 +2,29 @@
 
 use std::fmt::Write as _;
 
-use didim_core::identification::TorqueDelay;
-use didim_core::regression::NoiseAutocorrelation;
+use didim_identification::identification::TorqueDelay;
+use didim_identification::regression::NoiseAutocorrelation;
 use maud::{Markup, PreEscaped, html};
 
-use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
 use crate::text::significant;
 
 /// Width and height of a bar in a table.
 const BAR: (f64, f64) = (132.0, 14.0);
-/// The longest bar is a relative standard deviation of 100 %.
+/// Decade of the longest bar: a relative standard deviation of 100 %.
 const LAST_DECADE: i32 = 0;
-/// The shortest scale of bars, in decades, and the longest.
+/// Length of the shortest and of the longest scale of bars, in decades.
 const DECADES: (i32, i32) = (2, 6);
-/// Two-sided 95 % of a normal distribution.
+/// Two-sided 95 % limit of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
-/// A drawing of the size of a panel, with what it shows in words.
-pub(super) fn panel(label: &str, draw: impl FnOnce(&mut String)) -> Markup {
+/// Creates a drawing of the size of a panel, with its content in words.
+pub fn panel(label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     panel_of_height(PANEL_HEIGHT, label, draw)
 }
 
-/// The same, as high as its drawing needs.
-pub(super) fn panel_of_height(height: f64, label: &str, draw: impl FnOnce(&mut String)) -> Markup {
+/// Does the same with the height of the drawing.
+pub fn panel_of_height(height: f64, label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     let mut svg = String::new();
     draw(&mut svg);
     let view = format!("0 0 {PANEL_WIDTH} {height}");
@@ -40,8 +40,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The shortest that has all values on it, within reason.
-    pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
+    /// Returns the shortest scale that covers all values, within limits.
+    pub(super) fn covering(values: impl Iterator<Item = f64>) -> Self {
         let smallest = values.filter(|value| *value > 0.0).fold(1.0, f64::min).log10().floor();
         let (fewest, most) = DECADES;
         let bounds = (f64::from(LAST_DECADE - most), f64::from(LAST_DECADE - fewest));
@@ -54,17 +54,18 @@ impl Scale {
         (self.first_decade..=LAST_DECADE).map(move |k| (k, self.place(10_f64.powi(k))))
     }
 
-    /// Where a value is; what is no number is nothing, and the bar ends where the scale does.
+    /// Returns the position of a value. A value that is not a number is at zero, and the bar ends
+    /// at the end of the scale.
     fn place(self, share: f64) -> f64 {
         let (first, last) = (f64::from(self.first_decade), f64::from(LAST_DECADE));
         let place = (share.log10() - first) / (last - first) * BAR.0;
         if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR.0) }
     }
 
-    /// The numbers of the scale.
+    /// Draws the numbers of the scale.
     pub(super) fn labels(self) -> Markup {
         let mut svg = String::new();
-        // On a long scale there is room for every other one only.
+        // A long scale has space for every other number only.
         let every = if LAST_DECADE - self.first_decade > 3 { 2 } else { 1 };
         for (decade, x) in self.decades().filter(|(k, _)| (LAST_DECADE - k) % every == 0) {
             let percent = 100.0 * 10_f64.powi(decade);
@@ -78,7 +79,7 @@ impl Scale {
         bar(&svg)
     }
 
-    /// A relative standard deviation; a mark shows the classical one.
+    /// Draws a relative standard deviation; a mark shows the classical one.
     pub(super) fn bar(self, corrected: f64, classical: f64) -> Markup {
         let mut svg = String::new();
         for (_, x) in self.decades() {
@@ -91,7 +92,8 @@ impl Scale {
         let (length, mark) = (self.place(corrected), self.place(classical));
         let _ = write!(
             svg,
-            r#"<rect class="length" x="0" y="4" width="{length:.1}" height="{:.1}"/><line class="mark" x1="{mark:.1}" x2="{mark:.1}" y1="2" y2="{:.1}"/>"#,
+            "<rect class=\"length\" x=\"0\" y=\"4\" width=\"{length:.1}\" height=\"{:.1}\"/><line \
+             class=\"mark\" x1=\"{mark:.1}\" x2=\"{mark:.1}\" y1=\"2\" y2=\"{:.1}\"/>",
             BAR.1 - 8.0,
             BAR.1 - 2.0
         );
@@ -99,7 +101,7 @@ impl Scale {
     }
 }
 
-/// Half of a scale for delays \[s\]: a round number that all of them are below with two standard
+/// Returns half of a scale for delays \[s\]: a round number above every delay with two standard
 /// deviations.
 pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> f64 {
     let largest = delays
@@ -111,18 +113,21 @@ pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> 
     round.unwrap_or(10.0 * power)
 }
 
-/// The numbers of that scale.
+/// Draws the numbers of that scale.
 pub(super) fn delay_labels(reach: f64) -> Markup {
     let reach = significant(1e6 * reach, 1);
     let svg = format!(
-        r#"<text class="tick" x="0" y="11">−{reach}</text><text class="tick" x="{}" y="11" text-anchor="middle">0</text><text class="tick" x="{}" y="11" text-anchor="end">{reach} µs</text>"#,
+        "<text class=\"tick\" x=\"0\" y=\"11\">−{reach}</text><text class=\"tick\" x=\"{}\" \
+         y=\"11\" text-anchor=\"middle\">0</text><text class=\"tick\" x=\"{}\" y=\"11\" \
+         text-anchor=\"end\">{reach} µs</text>",
         BAR.0 / 2.0,
         BAR.0
     );
     bar(&svg)
 }
 
-/// A torque delay with two standard deviations to either side; `reach` \[s\] is half the scale.
+/// Draws a torque delay with two standard deviations to either side; `reach` \[s\] is half the
+/// scale.
 pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
     let place = |seconds: f64| ((seconds / reach + 1.0) / 2.0 * BAR.0).clamp(0.0, BAR.0);
     let (middle, spread) = (delay.delay_s, 2.0 * delay.standard_deviation_s);
@@ -130,7 +135,9 @@ pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
     if (middle + spread).is_finite() {
         let _ = write!(
             svg,
-            r#"<line class="axis" x1="{0:.1}" x2="{0:.1}" y1="0" y2="{1}"/><line class="spread" x1="{2:.1}" x2="{3:.1}" y1="{4}" y2="{4}"/><circle class="point" cx="{5:.1}" cy="{4}" r="3.5"/>"#,
+            "<line class=\"axis\" x1=\"{0:.1}\" x2=\"{0:.1}\" y1=\"0\" y2=\"{1}\"/><line \
+             class=\"spread\" x1=\"{2:.1}\" x2=\"{3:.1}\" y1=\"{4}\" y2=\"{4}\"/><circle \
+             class=\"point\" cx=\"{5:.1}\" cy=\"{4}\" r=\"3.5\"/>",
             place(0.0),
             BAR.1,
             place(middle - spread),
@@ -142,7 +149,8 @@ pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
     bar(&svg)
 }
 
-/// The numbers beside a bar say the same: it is for the eye only.
+/// Creates an inline drawing. It is hidden from screen readers, because the numbers next to it say
+/// the same.
 fn bar(svg: &str) -> Markup {
     let (width, height) = BAR;
     let view = format!("0 0 {width} {height}");
@@ -153,40 +161,42 @@ fn bar(svg: &str) -> Markup {
     }
 }
 
-/// Draws autocorrelations from lag 1 as stems over the band where white noise has 95 % of its own,
-/// between `low` and `high`.
-pub(super) fn draw_autocorrelation(
+/// Draws autocorrelations from lag 1 as stems over the 95 % band of white noise, between `low` and
+/// `high`.
+pub fn draw_autocorrelation(
     svg: &mut String,
     title: &str,
     found: &[f64],
     expected: &[NoiseAutocorrelation],
     (low, high): (f64, f64),
 ) {
-    let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let (wide, tall) = (PANEL_WIDTH - PLOT_LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
     let count = found.len().min(expected.len());
     #[expect(clippy::cast_precision_loss, reason = "a few dozen lags")]
-    let x = |lag: usize| LEFT + lag as f64 / (count.max(1) as f64 + 0.5) * wide;
+    let x = |lag: usize| PLOT_LEFT + lag as f64 / (count.max(1) as f64 + 0.5) * wide;
     let y = |value: f64| TOP + (high - value) / (high - low) * tall;
-    let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
+    let _ = write!(svg, r#"<text class="title" x="{PLOT_LEFT}" y="20">{title}</text>"#);
     for tick in ticks(low, high, 4) {
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{tick}</text>"#,
-            LEFT + wide,
-            LEFT - 5.0,
+            "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{at:.1}\" \
+             y2=\"{at:.1}\"/><text class=\"tick\" x=\"{}\" y=\"{:.1}\" \
+             text-anchor=\"end\">{tick}</text>",
+            PLOT_LEFT + wide,
+            PLOT_LEFT - 5.0,
             y(tick) + 3.5,
             at = y(tick)
         );
     }
-    let lags: Vec<(usize, f64, &NoiseAutocorrelation)> = (found.iter().zip(expected).zip(1..))
+    let lag_count: Vec<(usize, f64, &NoiseAutocorrelation)> = (found.iter().zip(expected).zip(1..))
         .filter(|((found, _), _)| found.is_finite())
         .map(|((found, noise), lag)| (lag, *found, noise))
         .collect();
     let half_lag = (x(1) - x(0)) / 2.0;
-    for (lag, _, noise) in &lags {
+    for (lag, _, noise) in &lag_count {
         let top = y(noise.mean + NORMAL_95 * noise.deviation);
         let bottom = y(noise.mean - NORMAL_95 * noise.deviation);
-        // A little wider, so that no gap shows between neighbours.
+        // Slightly wider, so that there is no gap between neighbours.
         let _ = write!(
             svg,
             r#"<rect class="band" x="{:.1}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
@@ -197,11 +207,11 @@ pub(super) fn draw_autocorrelation(
     }
     let _ = write!(
         svg,
-        r#"<line class="axis" x1="{LEFT}" x2="{}" y1="{1:.1}" y2="{1:.1}"/>"#,
-        LEFT + wide,
+        r#"<line class="axis" x1="{PLOT_LEFT}" x2="{}" y1="{1:.1}" y2="{1:.1}"/>"#,
+        PLOT_LEFT + wide,
         y(0.0)
     );
-    for (lag, value, _) in lags {
+    for (lag, value, _) in lag_count {
         let _ = write!(
             svg,
             r#"<line class="stem" x1="{0:.1}" x2="{0:.1}" y1="{1:.1}" y2="{2:.1}"/>"#,
@@ -220,11 +230,8 @@ pub(super) fn draw_autocorrelation(
     }
 }
 
-/// The extremes of all autocorrelations and all bands, with zero between them.
-pub(super) fn autocorrelation_range(
-    found: &[Vec<f64>],
-    expected: &[NoiseAutocorrelation],
-) -> (f64, f64) {
+/// Returns the extremes of all autocorrelations and all bands, with zero between them.
+pub fn autocorrelation_range(found: &[Vec<f64>], expected: &[NoiseAutocorrelation]) -> (f64, f64) {
     let band = expected.iter().flat_map(|noise| {
         [-NORMAL_95, NORMAL_95].map(|sigmas| noise.mean + sigmas * noise.deviation)
     });

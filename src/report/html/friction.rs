@@ -1,12 +1,13 @@
-//! The friction laws, and which of them the data chose.
+//! The friction laws, and those that the data chose.
 
-use didim_core::robot::JointFriction;
+use didim_dynamics::robot::JointFriction;
 use maud::{Markup, html};
 
 use super::Report;
 use crate::report::friction::{effect, gains};
 
-/// The laws of each joint; where the data chose, what was changed and what each change gained.
+/// Lists the laws of each joint. If the data chose laws, also lists the changes and the gain of
+/// each.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let laws = laws(report);
     let Some(chosen) = &report.identification.estimate.friction else {
@@ -35,26 +36,26 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         (laws)
     };
     let explanation = "Chosen by how well each law predicts pieces of the motion that it was not \
-                       fitted to; none that makes the torque elsewhere less certain is taken, ties \
-                       of 0.1 points aside.";
+        fitted to; no law that makes the torque outside the motion less certain is accepted, ties \
+        of 0.1 points aside.";
     super::section("Friction laws", explanation, &content)
 }
 
-/// The law for the sign and the further terms of each joint.
+/// Lists the law for the sign and the further terms of each joint.
 fn laws(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let has_sign = report.cell.robot.friction().coulomb;
-    let of = |own: &JointFriction| {
+    let terms_of = |own: &JointFriction| {
         let terms = own.laws.iter().map(ToString::to_string);
         let sign = has_sign.then(|| format!("sign = {}", own.sign));
-        let all: Vec<String> = sign.into_iter().chain(terms).collect();
-        if all.is_empty() { "–".to_owned() } else { all.join(", ") }
+        let all_terms: Vec<String> = sign.into_iter().chain(terms).collect();
+        if all_terms.is_empty() { "–".to_owned() } else { all_terms.join(", ") }
     };
     html! { div.scroll { table {
         thead { tr { th scope="col" { "Joint" } th scope="col" { "Friction" } } }
         tbody { @for (joint, own) in (1..).zip(&estimate.friction_laws) { tr {
             th scope="row" { (joint) }
-            td { (of(own)) }
+            td { (terms_of(own)) }
         } } }
     } } }
 }

@@ -1,4 +1,5 @@
-//! The report of a history: what left its band, every result, every parameter over time.
+//! The report of a history: parameters outside their bands, every result, every parameter over
+//! time.
 
 mod spark;
 
@@ -8,9 +9,9 @@ use didim_formats::RecordingStart;
 use maud::{Markup, html};
 
 use super::super::history::drift_text;
-use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
 use super::chart::panel;
-use super::summary::sentence;
+use super::page::sentence;
 use super::{document, section, signed};
 use crate::archive::drift::{Change, JudgedHistory, Trend};
 use crate::archive::store::Timestamp;
@@ -18,12 +19,12 @@ use crate::text::escape;
 
 const OWN_STYLE: &str = include_str!("history.css");
 
-/// Standard deviations to either side of a value.
+/// Number of standard deviations to either side of a value.
 const SIGMAS: f64 = 2.0;
-/// Shorter histories have the time of the day at their axis \[d\].
+/// Shorter histories show the time of day on their axis \[d\].
 const DAYS_WITH_TIME: f64 = 3.0;
 
-/// What a report of a history is made from.
+/// Input of a history report.
 #[derive(Clone, Copy, Debug)]
 pub struct HistoryReport<'a> {
     /// The history.
@@ -33,7 +34,8 @@ pub struct HistoryReport<'a> {
 }
 
 impl HistoryReport<'_> {
-    /// The report as HTML. It holds no date of its own: the same history gives the same bytes.
+    /// Returns the report as HTML. It contains no date of its creation: the same history gives the
+    /// same bytes.
     pub fn to_html(&self) -> String {
         let robots = self.history.entries.iter().rev().map(|entry| entry.line.robot.as_str());
         let robot = robots.clone().next().unwrap_or("no robot");
@@ -86,21 +88,26 @@ impl HistoryReport<'_> {
         html! {
             section.alarms.raised[raised] {
                 h2 { (heading) }
-                p { "The baseline is result " (status.baseline) " of " (status.time.minute()) " (UTC)." }
+                p {
+                    "The baseline is result " (status.baseline) " of " (status.time.minute())
+                    " (UTC)."
+                }
                 @if let Some(why) = &status.why_not { p { (sentence(why)) } }
                 @if let Some(text) = self.history.undated_text() { p { (sentence(&text)) } }
-                @if status.reconfigured { p { "The configuration has changed since the baseline." } }
+                @if status.reconfigured {
+                    p { "The configuration has changed since the baseline." }
+                }
                 @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
             }
         }
     }
 
-    /// The change of a parameter since the baseline, by the last result that was compared.
+    /// Returns the change of a parameter since the baseline, from the last compared result.
     fn change(&self, name: &str) -> Option<Change> {
         self.history.tracker.as_ref()?.last_change(name)
     }
 
-    /// The parameters: what has to be looked at comes first, then those that use most of their bands.
+    /// Returns the parameters: raised alarms first, then those that use most of their bands.
     fn by_band(&self) -> Vec<&str> {
         let alarms = || self.history.tracker.iter().flat_map(|tracker| tracker.alarms());
         let mut names: Vec<(bool, f64, &str)> = (self.parameters.iter())
@@ -123,7 +130,8 @@ impl HistoryReport<'_> {
                 @let since = since(name);
                 figure.alarmed[since.is_some()] {
                     (self.chart(name, since))
-                    @if let Some(text) = self.history.tracker.as_ref().and_then(|t| t.sentence(name)) {
+                    @let tracker = self.history.tracker.as_ref();
+                    @if let Some(text) = tracker.and_then(|tracker| tracker.sentence(name)) {
                         figcaption { (text) "." }
                     }
                 }
@@ -148,14 +156,13 @@ impl HistoryReport<'_> {
             "" => escape(name),
             unit => format!("{} [{}]", escape(name), escape(unit)),
         };
-        let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
+        let _ = write!(svg, r#"<text class="title" x="{PLOT_LEFT}" y="20">{title}</text>"#);
         let (Some(&(first, ..)), Some(&(last, ..)), Some((start, _))) =
             (points.first(), points.last(), self.history.extent())
         else {
             return;
         };
         let band = self.history.band(name).map(|(middle, half)| (middle - half, middle + half));
-        let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
         let ends = points
             .iter()
             .flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
@@ -163,53 +170,28 @@ impl HistoryReport<'_> {
         let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
         let margin = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-12);
         let (low, high) = (low - margin, high + margin);
-        let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
-        // Points at the edge are whole.
-        let days = (last - first).max(1e-6);
-        let x = |at: f64| LEFT + 6.0 + (at - first) / days * (wide - 12.0);
-        let y = |value: f64| TOP + (high - value) / (high - low) * tall;
+        let scale = Scale { first, last, low, high };
+        let (wide, tall) = (Scale::WIDE, Scale::TALL);
+        let (x, y) = (|at| scale.x(at), |value| scale.y(value));
         if let Some((bottom, top)) = band {
             let _ = write!(
                 svg,
-                r#"<rect class="band" x="{LEFT}" y="{:.1}" width="{wide}" height="{:.1}"/>"#,
+                r#"<rect class="band" x="{PLOT_LEFT}" y="{:.1}" width="{wide}" height="{:.1}"/>"#,
                 y(top),
                 y(bottom) - y(top)
             );
         }
-        for tick in ticks(low, high, 4) {
-            let _ = write!(
-                svg,
-                r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
-                LEFT + wide,
-                LEFT - 5.0,
-                y(tick) + 3.5,
-                signed(&format!("{tick}")),
-                at = y(tick)
-            );
-        }
-        for (at, anchor) in [(first, "start"), (0.5 * (first + last), "middle"), (last, "end")] {
-            let label = start.plus_days(at).map(|time| {
-                if last - first < DAYS_WITH_TIME { time.minute() } else { time.date() }
-            });
-            if anchor == "start" || last > first {
-                let _ = write!(
-                    svg,
-                    r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
-                    if anchor == "start" { LEFT } else { x(at) },
-                    TOP + tall + 16.0,
-                    label.unwrap_or_default()
-                );
-            }
-        }
+        draw_ticks(svg, &scale, start);
         if let Some((bottom, top)) = band {
             let middle = y(0.5 * (bottom + top));
             let _ = write!(
                 svg,
-                r#"<line class="baseline" x1="{LEFT}" x2="{}" y1="{middle:.1}" y2="{middle:.1}"/>"#,
-                LEFT + wide
+                "<line class=\"baseline\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{middle:.1}\" \
+                 y2=\"{middle:.1}\"/>",
+                PLOT_LEFT + wide
             );
         }
-        // One that left it before what is shown has no place here; its sentence says when.
+        // A date before the shown period has no place here; the parameter's sentence gives it.
         let since =
             since.map(|since| since.days_after(start)).filter(|at| (first..=last).contains(at));
         if let Some(at) = since.map(x) {
@@ -219,25 +201,7 @@ impl HistoryReport<'_> {
                 TOP + tall
             );
         }
-        for &(at, value, sigma) in &points {
-            let _ = write!(
-                svg,
-                r#"<line class="spread" x1="{0:.1}" x2="{0:.1}" y1="{1:.1}" y2="{2:.1}"/>"#,
-                x(at),
-                y(value + spread(sigma)),
-                y(value - spread(sigma))
-            );
-        }
-        for &(at, value, _) in &points {
-            let outside = band.is_some_and(|(bottom, top)| value < bottom || value > top);
-            let off = if outside { " off" } else { "" };
-            let _ = write!(
-                svg,
-                r#"<circle class="value{off}" cx="{:.1}" cy="{:.1}" r="2.6"/>"#,
-                x(at),
-                y(value)
-            );
-        }
+        draw_points(svg, &scale, &points, band);
         let baseline = self.history.tracker.as_ref().map(|t| t.baseline().result.time);
         let trend = self.history.tracker.as_ref().and_then(|tracker| tracker.trend(name));
         if let (Some(baseline), Some(Trend { slope, span, mean_time, at_mean, .. })) =
@@ -245,7 +209,7 @@ impl HistoryReport<'_> {
         {
             let offset = baseline.days_after(start);
             let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
-            // Of a trend that began before what is shown, the rest.
+            // Of an earlier trend, only the part in the shown period is drawn.
             let (from, to) = (span.0.max(first - offset), span.1.min(last - offset));
             if from > to {
                 return;
@@ -283,8 +247,12 @@ impl HistoryReport<'_> {
                         td { (RecordingStart::minute(line.recorded)) }
                         td { (line.time.minute()) }
                         td { (line.method) }
-                        td.refused[!line.applicable] { (if line.applicable { "yes" } else { "no" }) }
-                        td.number { (line.relative_error.map_or("–".into(), |error| super::percent(error, 3))) }
+                        td.refused[!line.applicable] {
+                            (if line.applicable { "yes" } else { "no" })
+                        }
+                        td.number {
+                            (line.relative_error.map_or("–".into(), |e| super::percent(e, 3)))
+                        }
                         td.drift { (drift_text(self.history, entry).replace('-', "−")) }
                         td.note { (line.note.as_ref().map(|note| note.line()).unwrap_or_default()) }
                     }
@@ -292,5 +260,95 @@ impl HistoryReport<'_> {
             } }
         };
         section("Results", "The newest first.", &table)
+    }
+}
+
+/// Where the values of a chart lie in its panel. Times are in days since the first result.
+struct Scale {
+    first: f64,
+    last: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Scale {
+    const WIDE: f64 = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    const TALL: f64 = PANEL_HEIGHT - TOP - BOTTOM;
+
+    /// The margin keeps points at the edge complete.
+    fn x(&self, at: f64) -> f64 {
+        let days = (self.last - self.first).max(1e-6);
+        PLOT_LEFT + 6.0 + (at - self.first) / days * (Self::WIDE - 12.0)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        TOP + (self.high - value) / (self.high - self.low) * Self::TALL
+    }
+}
+
+/// Draws the grid of values and the first, middle and last time.
+fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
+    let Scale { first, last, low, high } = *scale;
+    let (wide, tall) = (Scale::WIDE, Scale::TALL);
+    for tick in ticks(low, high, 4) {
+        let _ = write!(
+            svg,
+            "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{at:.1}\" \
+                 y2=\"{at:.1}\"/><text class=\"tick\" x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{}</text>",
+            PLOT_LEFT + wide,
+            PLOT_LEFT - 5.0,
+            scale.y(tick) + 3.5,
+            signed(&format!("{tick}")),
+            at = scale.y(tick)
+        );
+    }
+    for (at, anchor) in [(first, "start"), (0.5 * (first + last), "middle"), (last, "end")] {
+        let label = start
+            .plus_days(at)
+            .map(|time| if last - first < DAYS_WITH_TIME { time.minute() } else { time.date() });
+        if anchor == "start" || last > first {
+            let _ = write!(
+                svg,
+                r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+                if anchor == "start" { PLOT_LEFT } else { scale.x(at) },
+                TOP + tall + 16.0,
+                label.unwrap_or_default()
+            );
+        }
+    }
+}
+
+/// Half the length of a result's spread; none without a finite standard deviation.
+fn spread(sigma: f64) -> f64 {
+    if sigma.is_finite() { SIGMAS * sigma } else { 0.0 }
+}
+
+/// Draws each result with its spread, those outside the band marked.
+fn draw_points(
+    svg: &mut String,
+    scale: &Scale,
+    points: &[(f64, f64, f64)],
+    band: Option<(f64, f64)>,
+) {
+    let (x, y) = (|at| scale.x(at), |value| scale.y(value));
+    for &(at, value, sigma) in points {
+        let _ = write!(
+            svg,
+            r#"<line class="spread" x1="{0:.1}" x2="{0:.1}" y1="{1:.1}" y2="{2:.1}"/>"#,
+            x(at),
+            y(value + spread(sigma)),
+            y(value - spread(sigma))
+        );
+    }
+    for &(at, value, _) in points {
+        let outside = band.is_some_and(|(bottom, top)| value < bottom || value > top);
+        let off = if outside { " off" } else { "" };
+        let _ = write!(
+            svg,
+            r#"<circle class="value{off}" cx="{:.1}" cy="{:.1}" r="2.6"/>"#,
+            x(at),
+            y(value)
+        );
     }
 }

@@ -1,11 +1,11 @@
-//! Information on each parameter by moves.
+//! Information on each parameter, by moves.
 
-use didim_core::identification::Information;
+use didim_identification::identification::Information;
 use maud::{Markup, html};
 
 use super::{Report, number, section as framed};
 
-/// A table of parameters against moves, shaded by share and readable without the shades.
+/// Creates a table of parameters against moves, shaded by share and readable without the shades.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let Information { moves_s, between_rests, shares } = &report.identification.fit.information;
     if moves_s.is_empty() {
@@ -40,7 +40,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     framed("Information on each parameter by moves", &explanation, &content)
 }
 
-/// The number of per cent on a shade of it.
+/// Formats a share in per cent on a shade of that strength.
 fn cell(share: f64) -> Markup {
     if !share.is_finite() {
         return html! { td.number { "–" } };

@@ -1,13 +1,13 @@
 //! The residuals, joint by joint.
 
-use didim_core::identification::Estimate;
-use didim_core::regression::{RobustLoss, autocorrelation};
+use didim_identification::identification::Estimate;
+use didim_identification::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
 
 use super::super::{TorquePanel, figure, panels};
 use super::{Report, chart, number, percent, probability, section};
 
-/// Measured and predicted torque over time, with the errors of each joint.
+/// Plots measured and predicted torque over time, with the errors of each joint.
 pub(super) fn torques(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let content = html! {
@@ -21,27 +21,28 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             } }
             tbody { @for (k, joint) in report.cell.robot.chain().iter().enumerate() { tr {
                 th scope="row" { (k + 1) }
-                td.number { (at(&estimate.relative_error_per_joint, k, |v| percent(v, 3))) }
+                td.number { (text_at(&estimate.relative_error_per_joint, k, |v| percent(v, 3))) }
                 td.number {
-                    (at(&estimate.rms_error_per_joint_nm, k, |v| number(v, 3)))
+                    (text_at(&estimate.rms_error_per_joint_nm, k, |v| number(v, 3)))
                     " " (joint.kind.torque_unit())
                 }
                 td.number {
-                    (at(&estimate.relative_prediction_deviation_per_joint, k, |v| percent(v, 2)))
+                    (text_at(&estimate.relative_prediction_deviation_per_joint, k, |v| {
+                        percent(v, 2)
+                    }))
                 }
             } } }
         } }
     };
     let explanation = "Both sides of the equation as they were fitted, over the samples that \
-                       count. Below, on an axis of its own, what the model leaves: the band is two \
-                       standard deviations of it to either side of zero, and what leaves the band \
-                       in a pattern is what the model lacks. The uncertainty of the prediction is the standard deviation of this \
-                       motion's torque that follows from those of the parameters, relative to the \
-                       torque.";
+        count. Below, on an axis of its own, what the model leaves: the band is two standard \
+        deviations of it to either side of zero, and what leaves the band in a pattern is what the \
+        model lacks. The uncertainty of the prediction is the standard deviation of this motion's \
+        torque that follows from those of the parameters, relative to the torque.";
     section("Torque, measured and predicted", explanation, &content)
 }
 
-/// Measured and predicted torque of each joint over time, under a legend.
+/// Plots measured and predicted torque of each joint over time, under a legend.
 pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
     html! {
         p.legend aria-hidden="true" {
@@ -80,17 +81,17 @@ fn key(class: &str) -> Markup {
     } }
 }
 
-/// Whether the residuals look like noise.
+/// Shows how much the residuals resemble white noise.
 pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let (estimate, fit) = (&report.identification.estimate, &report.identification.fit);
-    let found: Vec<Vec<f64>> = (fit.equation_residuals.iter())
+    let autocorrelations: Vec<Vec<f64>> = (fit.equation_residuals.iter())
         .map(|residual| autocorrelation(residual, fit.white_noise.len()))
         .collect();
-    let range = chart::autocorrelation_range(&found, &fit.white_noise);
+    let range = chart::autocorrelation_range(&autocorrelations, &fit.white_noise);
     let loss = report.cell.options.robust.filter(|_| !fit.downweighted.is_empty());
     let content = html! {
         div.panels {
-            @for (k, found) in found.iter().enumerate() {
+            @for (k, found) in autocorrelations.iter().enumerate() {
                 @let name = format!("joint {}", k + 1);
                 figure {
                     (chart::panel(
@@ -110,12 +111,12 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Effective rows" }
                 @if loss.is_some() { th.number scope="col" { "Weighted down" } }
             } }
-            tbody { @for k in 0..found.len() { tr {
+            tbody { @for k in 0..autocorrelations.len() { tr {
                 th scope="row" { (k + 1) }
-                td.number { (at(&estimate.durbin_watson_per_joint, k, |v| number(v, 3))) }
-                td.number { (at(&estimate.whiteness_per_joint, k, probability)) }
+                td.number { (text_at(&estimate.durbin_watson_per_joint, k, |v| number(v, 3))) }
+                td.number { (text_at(&estimate.whiteness_per_joint, k, probability)) }
                 td.number {
-                    (at(&estimate.effective_rows_per_joint, k, |v| number(v, 3)))
+                    (text_at(&estimate.effective_rows_per_joint, k, |v| number(v, 3)))
                     " of " (fit.time_s.len())
                 }
                 @if loss.is_some() {
@@ -142,7 +143,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
     section("Residuals", &explanation, &content)
 }
 
-/// What a person calls the weight function.
+/// Returns the readable name of the weight function.
 fn robust(loss: RobustLoss) -> String {
     match loss {
         RobustLoss::Huber { tuning } => format!("Huber's, tuning constant {tuning}"),
@@ -150,7 +151,7 @@ fn robust(loss: RobustLoss) -> String {
     }
 }
 
-/// When the torques act, over what their timing says.
+/// Shows the delays of the torques relative to their configured timing.
 pub(super) fn delays(estimate: &Estimate) -> Markup {
     let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
     let content = html! {
@@ -180,6 +181,6 @@ pub(super) fn delays(estimate: &Estimate) -> Markup {
     section("Torque delays", explanation, &content)
 }
 
-fn at(values: &[f64], k: usize, text: impl Fn(f64) -> String) -> String {
+fn text_at(values: &[f64], k: usize, text: impl Fn(f64) -> String) -> String {
     values.get(k).map_or("–".to_owned(), |value| text(*value))
 }

@@ -1,23 +1,25 @@
-//! The motion that a result was identified along.
+//! The motion of a result's identification.
 
 use maud::{Markup, html};
 
 use super::super::figure::{MotionPanel, TORQUE_PANEL_HEIGHT, draw_motion};
 use super::{Report, chart};
 
-/// Position and velocity of every joint over time.
+/// Plots position and velocity of every joint over time.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let motion = &report.identification.fit.motion;
     let joints = motion.position.iter().zip(&motion.velocity).zip(report.cell.robot.chain());
-    let content = html! { div.panels { @for (number, ((position, velocity), joint)) in (1..).zip(joints) {
-        @let panel = MotionPanel { joint: number, kind: joint.kind, time_s: &motion.time_s, position, velocity };
+    let content = html! { div.panels {
+        @for (number, ((position, velocity), joint)) in (1..).zip(joints) {
+        @let (kind, time_s) = (joint.kind, &motion.time_s);
+        @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };
         figure { (chart::panel_of_height(
             TORQUE_PANEL_HEIGHT,
             &format!("Position and velocity of joint {number}"),
             |svg| draw_motion(svg, &panel),
         )) }
     } } };
-    let explanation = "Position of each joint, and below it the velocity, behind the filter of the positions. Of what a \
-                       joint has not done here, a result knows only what the model says.";
+    let explanation = "Position of each joint, and below it the velocity, behind the filter of the \
+        positions. Of what a joint has not done here, a result knows only what the model says.";
     super::section("Motion", explanation, &content)
 }

@@ -1,6 +1,6 @@
-//! What the names of the parameters mean, as far as they occur.
+//! Meanings of the parameter names that occur.
 
-use didim_core::robot::ParameterKind;
+use didim_dynamics::robot::ParameterKind;
 use maud::{Markup, html};
 
 use super::super::names::{NAMES, meaning};
@@ -11,10 +11,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let named = |name: &str| {
         estimate.parameters.iter().any(|p| p.name == name || p.name == format!("{name}r"))
     };
-    let all = report.cell.robot.parameters();
-    let all = all.names().iter().zip(all.parameters());
+    let parameters = report.cell.robot.parameters();
+    let parameters = parameters.names().iter().zip(parameters.parameters());
     let mut kinds: Vec<ParameterKind> =
-        all.filter(|(name, _)| named(name)).map(|(_, own)| own.kind).collect();
+        parameters.filter(|(name, _)| named(name)).map(|(_, own)| own.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let content = html! {
@@ -32,12 +32,13 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             }
         } }
     };
-    let explanation = "A name is a symbol and the number of a link, joint or motor, and may end in r. Links have frames \
-                       of modified Denavit–Hartenberg parameters; the z axis of a link's frame is the axis of its joint.";
+    let explanation = "A name is a symbol and the number of a link, joint or motor, and may end in \
+        r. Links have frames of modified Denavit–Hartenberg parameters; the z axis of a link's \
+        frame is the axis of its joint.";
     super::section("Names of parameters", explanation, &content)
 }
 
-/// Without the marks of the manual.
+/// Removes the markup of the manual.
 fn plain(text: &str) -> String {
     text.replace('`', "")
 }

@@ -1,21 +1,21 @@
-//! The parameters with their uncertainty, and how regrouped ones are made up.
+//! The parameters with their uncertainty, and the composition of regrouped ones.
 
-use didim_core::identification::ParameterEstimate;
+use didim_identification::identification::ParameterEstimate;
 use maud::{Markup, html};
 
-use super::super::estimate::{kept, value};
+use super::super::estimate::{fixed_parameters, value};
 use super::chart::Scale;
 use super::{Report, number, percent, signed};
 use crate::cell::Cell;
 
-/// Above this relative standard deviation a parameter could be zero.
+/// Relative standard deviation above which a parameter could be zero.
 const COULD_BE_ZERO: f64 = 0.5;
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let parameters = &report.identification.estimate.parameters;
     let nominal = |name: &str| nominal(report.cell, name);
     let has_nominal = parameters.iter().any(|p| nominal(&p.name).is_some());
-    let scale = Scale::of(
+    let scale = Scale::covering(
         parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
     );
     let columns = if has_nominal { 10 } else { 8 };
@@ -36,10 +36,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 }
             } }
             @for joint in 0..report.cell.robot.joints() {
-                @let own = own(report.cell, parameters, joint);
-                @if !own.is_empty() { tbody {
+                @let rows = parameters_of_joint(report.cell, parameters, joint);
+                @if !rows.is_empty() { tbody {
                     tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint + 1) } }
-                    @for (parameter, unit) in own {
+                    @for (parameter, unit) in rows {
                         (row(parameter, unit, scale, has_nominal.then(|| nominal(&parameter.name))))
                     }
                 } }
@@ -49,16 +49,18 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let content = html! {
         (table)
-        @if !estimate.kept.is_empty() { p { "Kept at their nominal values: " (kept(estimate)) "." } }
+        @if !estimate.nominal.is_empty() {
+            p { "Kept at their nominal values: " (fixed_parameters(estimate)) "." }
+        }
         (regrouping(report))
         p { a href="#names-of-parameters" { "What the names mean" } }
     };
     let explanation = format!(
         "σ is the standard deviation, corrected for coloured residuals; “classical” is the \
          relative one that assumes white residuals, the mark in the bar. The bars are on a \
-         logarithmic scale. “Combined” is the relative uncertainty with what the model lacks and how \
-         well what is stated is known. A name that ends in r stands for several parameters that no motion \
-         distinguishes.{}",
+         logarithmic scale. “Combined” is the relative uncertainty with what the model lacks and \
+         how well what is stated is known. A name that ends in r stands for several parameters \
+         that no motion distinguishes.{}",
         if has_nominal { " Nominal values are those of the robot file." } else { "" }
     );
     super::section("Parameters", &explanation, &content)
@@ -90,15 +92,16 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
     }
 }
 
-/// A value's difference to the nominal one, relative to that: with its sign.
+/// Formats the difference of a value to the nominal one, relative to the nominal one and with its
+/// sign.
 fn off(value: f64, nominal: f64) -> String {
     let share = (value - nominal) / nominal.abs();
     let sign = if share > 0.0 { "+" } else { "" };
     if share.is_finite() { format!("{sign}{}", percent(share, 2)) } else { "–".to_owned() }
 }
 
-/// The parameters of a joint, its link and its motor, each with its unit.
-fn own<'a>(
+/// Returns the parameters of a joint, its link and its motor, each with its unit.
+fn parameters_of_joint<'a>(
     cell: &Cell,
     parameters: &'a [ParameterEstimate],
     joint: usize,
@@ -106,22 +109,21 @@ fn own<'a>(
     let table = cell.robot.parameters();
     let described = |p: &ParameterEstimate| table.parameters().get(table.find(&p.name)?).copied();
     let kind = cell.robot.chain().get(joint).map(|described| described.kind);
-    let own = parameters.iter().filter_map(|p| {
+    let described_parameters = parameters.iter().filter_map(|p| {
         let described = described(p).filter(|described| described.joint == joint)?;
         Some((p, described.kind.unit(kind?)))
     });
-    own.collect()
+    described_parameters.collect()
 }
 
-/// What the robot's file says of a base parameter; nothing where it lists none of those that make
-/// it up.
+/// Returns the nominal value of a base parameter from the robot's file. `None` if the file lists
+/// none of its components.
 fn nominal(cell: &Cell, name: &str) -> Option<f64> {
     let nominal = cell.robot.nominal()?;
-    let regrouped = || {
+    nominal.value(name).or_else(|| {
         let value = *cell.base.regroup(nominal.standard()).get(cell.base.find(name)?)?;
         (value != 0.0).then_some(value)
-    };
-    nominal.value(name).or_else(regrouped)
+    })
 }
 
 fn regrouping(report: &Report<'_>) -> Markup {

@@ -1,9 +1,10 @@
-//! The report of a prediction: how far a stored result is from a record that it was not identified from.
+//! The report of a prediction: the error of a stored result on a record that it was not identified
+//! from.
 
 use std::fmt::Write as _;
 
-use didim_core::identification::Prediction;
 use didim_formats::RecordingStart;
+use didim_identification::identification::Prediction;
 use maud::{Markup, html};
 
 use super::super::panels;
@@ -11,38 +12,38 @@ use super::joints::torque_panels;
 use super::{InputFile, document, number, percent, section};
 use crate::cell::Cell;
 
-/// What a report of a prediction is made from.
+/// Input of a prediction report.
 #[derive(Clone, Copy, Debug)]
 pub struct PredictionReport<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// The file of the result.
+    /// File of the result.
     pub result: &'a InputFile,
-    /// The file of the record.
+    /// File of the record.
     pub input: &'a InputFile,
-    /// When that was recorded, where it is known.
+    /// Start time of the record, if known.
     pub recorded: Option<RecordingStart>,
-    /// What came of it.
+    /// The prediction.
     pub prediction: &'a Prediction,
-    /// What must be known with it.
+    /// Notes on the prediction.
     pub notes: &'a [String],
 }
 
 impl PredictionReport<'_> {
-    /// The report as HTML.
+    /// Returns the report as HTML.
     pub fn to_html(&self) -> String {
         let robot = self.cell.robot.name();
-        let mut whole =
+        let mut sentence =
             format!("Error {} of the torque", percent(self.prediction.error.relative_error, 3));
-        if let Some(foretold) = &self.prediction.foretold {
+        if let Some(expected) = &self.prediction.expected_error {
             // Writing to a String cannot fail.
-            let _ = write!(whole, ", foretold {}", percent(foretold.relative_error, 3));
+            let _ = write!(sentence, ", expected {}", percent(expected.relative_error, 3));
         }
         let content = html! {
             header {
                 p.kind { "Prediction by a stored result" }
                 h1 { (robot) }
-                p { (whole) }
+                p { (sentence) }
                 @for note in self.notes { p { "Note: " (note) } }
             }
             main {
@@ -60,9 +61,9 @@ impl PredictionReport<'_> {
     }
 
     fn joints(&self) -> Markup {
-        let Prediction { error, quantiles_per_joint, foretold, .. } = self.prediction;
-        let foretold = foretold.as_ref().map(|foretold| &foretold.relative_error_per_joint);
-        let foretold = |joint: usize| foretold.and_then(|of| of.get(joint)).copied();
+        let Prediction { error, quantiles_per_joint, expected_error, .. } = self.prediction;
+        let expected = expected_error.as_ref().map(|error| &error.relative_error_per_joint);
+        let expected_of = |joint: usize| expected.and_then(|of| of.get(joint)).copied();
         let errors = error.relative_error_per_joint.iter().zip(&error.rms_error_per_joint_nm);
         let joints = errors.zip(quantiles_per_joint).zip(self.cell.robot.chain()).enumerate();
         html! {
@@ -71,7 +72,7 @@ impl PredictionReport<'_> {
                 thead { tr {
                     th scope="col" { "Joint" }
                     th.number scope="col" { "Error" }
-                    th.number scope="col" { "Foretold" }
+                    th.number scope="col" { "Expected" }
                     th.number scope="col" { "RMS error" }
                     th.number scope="col" { "99 % below" }
                     th.number scope="col" { "99.9 % below" }
@@ -80,7 +81,7 @@ impl PredictionReport<'_> {
                 tbody { @for (k, (((relative, rms), quantiles), described)) in joints { tr {
                     th scope="row" { (k + 1) }
                     td.number { (percent(*relative, 3)) }
-                    td.number { (foretold(k).map_or("–".to_owned(), |share| percent(share, 3))) }
+                    td.number { (expected_of(k).map_or("–".to_owned(), |share| percent(share, 3))) }
                     @for nm in [*rms, quantiles.of_99, quantiles.of_999, quantiles.of_9999] {
                         td.number { (number(nm, 3)) " " (described.kind.torque_unit()) }
                     }

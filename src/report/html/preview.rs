@@ -1,22 +1,24 @@
-//! A designed motion to look at before anything moves.
+//! Preview of a designed motion before the arm moves.
 
-use didim_core::excitation::Course;
-use didim_core::robot::Robot;
+use didim_dynamics::robot::Robot;
+use didim_identification::excitation::Course;
 use maud::{PreEscaped, html};
 
 use super::super::figure::{MotionPanel, TORQUE_PANEL_HEIGHT, draw_motion};
 use super::super::robot::postures;
 use super::chart;
 
-/// Points of a curve, and postures that are drawn.
+/// Number of points of a curve, and of postures to draw.
 const POINTS: usize = 800;
 const POSTURES: usize = 16;
 
-const STYLE: &str = "\
-.arm{max-width:100%}.arm .link{fill:none;stroke:var(--measured);stroke-width:4;stroke-linejoin:round;stroke-linecap:round;opacity:.35}\
-.arm .first{stroke:var(--accent);opacity:1}.arm .tip{fill:none;stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);stroke-width:2}";
+const STYLE: &str = ".arm{max-width:100%}.arm \
+.link{fill:none;stroke:var(--measured);stroke-width:4;stroke-linejoin:round;\
+stroke-linecap:round;opacity:.35}.arm .first{stroke:var(--accent);opacity:1}.arm .tip{fill:none;\
+stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);stroke-width:2}";
 
-/// A page with the arm along a motion, and position and velocity of every joint. `header` is that of the motion's files.
+/// Creates a page with the arm along a motion, and position and velocity of every joint. `header`
+/// is that of the motion's files.
 pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
     let joints = robot.joints();
     #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
@@ -28,13 +30,14 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
     };
     let time_s = times(POINTS);
     let states: Vec<_> = time_s.iter().map(|time| motion.state(*time)).collect();
-    let of_joint = |joint: usize| -> [Vec<f64>; 2] {
-        [
-            states.iter().map(|state| state.position[joint]).collect(),
-            states.iter().map(|state| state.velocity[joint]).collect(),
-        ]
-    };
-    let curves: Vec<[Vec<f64>; 2]> = (0..joints).map(of_joint).collect();
+    let curves: Vec<[Vec<f64>; 2]> = (0..joints)
+        .map(|joint: usize| -> [Vec<f64>; 2] {
+            [
+                states.iter().map(|state| state.position[joint]).collect(),
+                states.iter().map(|state| state.velocity[joint]).collect(),
+            ]
+        })
+        .collect();
     let arm = postures(robot, &positions(&times(POSTURES)), &positions(&time_s));
     let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
@@ -42,16 +45,19 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
         main {
             (super::section(
                 "The arm along the motion",
-                "Axes and common normals at the beginning, strong, and at fifteen instants after it, with the way of the last \
-                 link's origin. Up is against gravity.",
+                "Axes and common normals at the beginning, strong, and at fifteen instants after \
+                 it, with the way of the last link's origin. Up is against gravity.",
                 &PreEscaped(arm),
             ))
             (super::section(
                 "Joints over time",
                 "Position of each joint, and below it the velocity.",
-                &html! { div.panels { @for (number, (curves, joint)) in (1..).zip(curves.iter().zip(robot.chain())) {
+                &html! { div.panels {
+                    @let joints = curves.iter().zip(robot.chain());
+                    @for (number, (curves, joint)) in (1..).zip(joints) {
                     @let [position, velocity] = curves;
-                    @let panel = MotionPanel { joint: number, kind: joint.kind, time_s: &time_s, position, velocity };
+                    @let (kind, time_s) = (joint.kind, &time_s);
+                    @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };
                     figure { (chart::panel_of_height(
                         TORQUE_PANEL_HEIGHT,
                         &format!("Position and velocity of joint {number}"),

@@ -1,11 +1,11 @@
-//! What is needed to reproduce the result.
+//! The data needed to reproduce the result.
 
 use std::ops::Range;
 use std::path::Path;
 
 use crate::text::hexadecimal;
-use didim_core::identification::{Method, Options};
 use didim_formats::RecordingStart;
+use didim_identification::identification::{Method, Options};
 use maud::{Markup, html};
 use sha2::Sha256;
 
@@ -14,33 +14,33 @@ use crate::archive::store::WindowProvenance;
 use crate::cell::Cell;
 use crate::window::{DriveReadings, Note};
 
-/// Where the samples of a result come from.
+/// Source of a result's samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Origin {
-    /// The file that was read, if it was one.
+    /// The file read, if the source is a file.
     pub input: Option<InputFile>,
-    /// Which of its samples.
+    /// Range of its samples.
     pub samples: SampleRange,
-    /// The files after the first, and which of their samples.
+    /// The files after the first, with the ranges of their samples.
     pub further: Vec<(InputFile, SampleRange)>,
-    /// What a person noted with them.
+    /// Note by a person, if any.
     pub note: Option<Note>,
 }
 
-/// Which samples a result comes from.
+/// Samples that a result comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleRange {
-    /// Those of a whole piece of a measurement.
+    /// Samples of a complete piece of a measurement.
     Measurement {
         /// Which count.
         counted: Range<usize>,
         /// Their rate \[Hz\].
         rate_hz: f64,
-        /// When the piece begins, after the first sample of the measurement \[s\].
+        /// Start of the piece after the first sample of the measurement \[s\].
         begins_s: f64,
-        /// When the first sample of the measurement was recorded, where that is known.
+        /// Recording time of the measurement's first sample, if known.
         recorded: Option<RecordingStart>,
-        /// What the drives told besides along the samples that count.
+        /// Additional drive readings along the counted samples.
         readings: DriveReadings,
     },
     /// A window of the stream.
@@ -48,7 +48,7 @@ pub enum SampleRange {
 }
 
 impl SampleRange {
-    /// What the drives told besides along the samples that count.
+    /// Returns the additional drive readings along the counted samples.
     pub fn readings(&self) -> &DriveReadings {
         match self {
             Self::Measurement { readings, .. } => readings,
@@ -57,24 +57,25 @@ impl SampleRange {
     }
 }
 
-/// A file by its name and content.
+/// A file, identified by its name and content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {
-    /// Its name without the folder, which is nothing to the result.
+    /// Its name without the folder, which is irrelevant to the result.
     pub name: String,
     /// SHA-256 of its content in hexadecimal digits.
     pub sha256: String,
 }
 
 impl InputFile {
-    /// Reads the file through.
+    /// Reads the complete file.
     ///
     /// # Errors
-    /// The file cannot be read, or is no regular file, which would have to be read a second time.
+    /// The file cannot be read, or is no regular file; another file could not be read a second
+    /// time.
     pub fn read(path: &Path) -> std::io::Result<Self> {
         let mut digest = Sha256::default();
         if path.is_dir() {
-            // A split bag: its files one after the other, by their names.
+            // A split bag: its files are read one after the other, by name.
             let entries = std::fs::read_dir(path)?;
             let mut files =
                 entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
@@ -83,7 +84,7 @@ impl InputFile {
             for file in files {
                 std::io::copy(&mut std::fs::File::open(file)?, &mut digest)?;
             }
-            return Ok(Self::of(path, digest));
+            return Ok(Self::new(path, digest));
         }
         let mut file = std::fs::File::open(path)?;
         if !file.metadata()?.is_file() {
@@ -92,10 +93,10 @@ impl InputFile {
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
         std::io::copy(&mut file, &mut digest)?;
-        Ok(Self::of(path, digest))
+        Ok(Self::new(path, digest))
     }
 
-    fn of(path: &Path, digest: Sha256) -> Self {
+    fn new(path: &Path, digest: Sha256) -> Self {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Self { name, sha256: hexadecimal(digest) }
     }
@@ -117,8 +118,8 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     super::section("Provenance", explanation, &content)
 }
 
-/// Input, samples, configuration and program.
-pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
+/// Lists input, samples, configuration and program.
+pub fn entries(cell: &Cell, origin: &Origin) -> Markup {
     html! {
         @if let Some(input) = &origin.input {
             div { dt { "Input" } dd { (input.name) } }
@@ -162,7 +163,7 @@ fn samples(samples: &SampleRange) -> Markup {
                 (seconds(counted.end.saturating_sub(1), *rate_hz))
                 " after the first" @if *begins_s > 0.0 { " of this piece" }
             } }
-            (told(readings))
+            (readings_list(readings))
         },
         SampleRange::Window(window) => html! {
             div { dt { "Recorded" } dd { (RecordingStart::shown(window.recorded)) } }
@@ -174,13 +175,13 @@ fn samples(samples: &SampleRange) -> Markup {
             div { dt { "Samples that count" } dd {
                 (window.counted) " from " (window.first_counted)
             } }
-            (told(&window.readings))
+            (readings_list(&window.readings))
         },
     }
 }
 
-/// What the drives told along them.
-fn told(readings: &DriveReadings) -> Markup {
+/// Lists the drive readings along the samples.
+fn readings_list(readings: &DriveReadings) -> Markup {
     html! {
         @for (name, text) in readings.lines() {
             div { dt { (capitalised(name)) } dd { (text) } }
@@ -199,7 +200,7 @@ fn seconds(samples: usize, rate_hz: f64) -> String {
     format!("{} s", number(seconds, 4))
 }
 
-/// The options of the method, as a cell file has them.
+/// Formats the options of the method as in a cell file.
 fn options(report: &Report<'_>) -> Option<String> {
     let method: Method = report.identification.estimate.method.parse().ok()?;
     let options = &report.cell.options;

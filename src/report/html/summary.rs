@@ -1,11 +1,12 @@
-//! What is read first: which arm, may the result be used, how good is it; and last, how it was
-//! found.
+//! The first part of the report: the arm, the verdict and the quality of the result. The last part:
+//! the way the result was found.
 
-use didim_core::identification::{ConvergenceStep, Method, Use};
+use didim_identification::identification::{ConvergenceStep, Method, Use};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
 use super::super::uses;
+use super::page::sentence;
 use super::{Report, chart, number, percent, section};
 
 pub(super) fn heading(report: &Report<'_>) -> Markup {
@@ -56,7 +57,7 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
                     td { (line.meaning) }
                 } } }
             } }
-            (lacking(report))
+            (missing(report))
             @if !verdict.notes.is_empty() {
                 p { "Notes on the result:" }
                 ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }
@@ -65,13 +66,15 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
     }
 }
 
-/// A joint that stays below this share of its highest speed hardly moves.
+/// Share of its highest speed below which a joint barely moves.
 const HARDLY: f64 = 0.1;
 
-/// Where a use is refused: what noise leaves uncertain, and which joints hardly moved.
-fn lacking(report: &Report<'_>) -> Markup {
+/// Lists the parameters that noise leaves uncertain and the joints that barely moved, if a use is
+/// refused.
+fn missing(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
-    let refused = Use::ALL.iter().any(|of| estimate.verdict.uses.of(*of).applicable == Some(false));
+    let refused =
+        Use::ALL.iter().any(|of| estimate.verdict.uses.get(*of).applicable == Some(false));
     let limit = report.cell.options.limits.parameter_uncertainty;
     let uncertain: Vec<&str> = (estimate.parameters.iter())
         .filter(|of| of.relative_standard_deviation > limit)
@@ -90,20 +93,15 @@ fn lacking(report: &Report<'_>) -> Markup {
         .collect();
     html! {
         p {
-            "Noise alone leaves these uncertain by more than " (percent(limit, 2)) ": " (uncertain.join(", ")) "."
+            "Noise alone leaves these uncertain by more than " (percent(limit, 2)) ": "
+            (uncertain.join(", ")) "."
             @if !still.is_empty() {
                 " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
             }
-            " " code { "didim advise" } " with this result says which motions bring them, and how well."
+            " " code { "didim advise" } " with this result says which motions bring them, and how \
+                well."
         }
     }
-}
-
-/// With a capital and a full stop.
-pub(super) fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    first.chain(letters).chain(['.']).collect()
 }
 
 pub(super) fn key_figures(report: &Report<'_>) -> Markup {
@@ -148,13 +146,13 @@ pub(super) fn key_figures(report: &Report<'_>) -> Markup {
     }
 }
 
-/// The way there, for methods that iterate.
+/// Shows the convergence, for methods that iterate.
 pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
     if steps.is_empty() {
         return html! {};
     }
     let content = html! {
-        div.beside {
+        div.columns {
             figure {
                 (chart::panel("Convergence over the simulations", |svg| draw_panel(svg, steps)))
             }

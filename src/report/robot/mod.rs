@@ -1,10 +1,10 @@
-//! What a robot file says of an arm, for people: what lets them see a wrong sign.
+//! Description of an arm from its robot file, made for people to notice a wrong sign.
 
 mod picture;
 mod postures;
 
-use didim_core::dynamics::{BaseParameters, LinkFrame, Model};
-use didim_core::robot::{Joint, JointKind, ParameterKind, Robot};
+use didim_dynamics::dynamics::{BaseParameters, LinkFrame, Model};
+use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
 
 use crate::cell::RobotSource;
 use crate::text::{aligned, significant};
@@ -12,10 +12,10 @@ use crate::text::{aligned, significant};
 pub use picture::picture;
 pub use postures::postures;
 
-/// A base parameter's sum is shown so far.
+/// Maximum length of a base parameter's sum in the output.
 const LONGEST: usize = 100;
 
-/// Axes, tip, reach, masses, base parameters and what has to be known of the arm.
+/// Describes axes, tip, reach, masses and base parameters, with notes on the arm.
 pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
     let robot = &source.robot;
     let frames = Model::new(robot).link_frames(&[]);
@@ -40,11 +40,11 @@ pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
     if let Some(nominal) = robot.nominal() {
         let mass = robot.parameters().parameters().iter().zip(nominal.standard());
         let masses = mass.filter(|(parameter, _)| parameter.kind == ParameterKind::M);
-        let all: f64 = masses.map(|(_, mass)| mass).sum();
-        if all > 0.0 {
+        let total: f64 = masses.map(|(_, mass)| mass).sum();
+        if total > 0.0 {
             text += &format!(
                 "mass that moves                   {} kg (nominal)\n",
-                significant(all, 4)
+                significant(total, 4)
             );
         }
     }
@@ -64,7 +64,7 @@ pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
 
 fn heading(source: &RobotSource) -> String {
     let robot = &source.robot;
-    let from = match &source.urdf {
+    let origin = match &source.urdf {
         Some(arm) => {
             let [base, tip] = arm.ends();
             format!(", a URDF from {base} to {tip}")
@@ -72,7 +72,7 @@ fn heading(source: &RobotSource) -> String {
         None => String::new(),
     };
     format!(
-        "{}: {} joints{from}; gravity {} m/s²\n\n",
+        "{}: {} joints{origin}; gravity {} m/s²\n\n",
         robot.name(),
         robot.joints(),
         three(robot.gravity_m_s2())
@@ -94,7 +94,8 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
                 JointKind::Prismatic => (1e3, "mm", "prismatic"),
             };
             let [low, high] = [limits.position_min, limits.position_max].map(|at| at * scale);
-            let degrees = |of: &didim_core::robot::Angle| number(of.sin.atan2(of.cos).to_degrees());
+            let degrees =
+                |of: &didim_dynamics::robot::Angle| number(of.sin.atan2(of.cos).to_degrees());
             let speed = if joint.kind == JointKind::Revolute { "rad/s" } else { "m/s" };
             vec![
                 names
@@ -134,31 +135,35 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
     aligned(&header, &rows)
 }
 
-/// A limit, where the file does not leave it open.
+/// Formats a limit, unless the file leaves it open.
 fn open_or(limit: Option<f64>, unit: &str) -> String {
     limit.map_or_else(|| "open".to_owned(), |most| format!("{} {unit}", significant(most, 3)))
 }
 
-/// The lengths between the second axis and the last link's frame, stretched out \[m\].
+/// Returns the stretched length from the second axis to the last link's frame \[m\].
 fn reach(robot: &Robot) -> f64 {
-    let length = |joint: &Joint| {
-        let stroke = match joint.kind {
-            JointKind::Revolute => joint.r_m.abs(),
-            JointKind::Prismatic => {
-                let ends = [joint.limits.position_min, joint.limits.position_max];
-                ends.map(|end| (joint.r_m + end).abs()).into_iter().fold(0.0, f64::max)
-            }
-        };
-        joint.d_m.hypot(stroke)
-    };
-    robot.chain().iter().skip(2).map(length).sum()
+    robot
+        .chain()
+        .iter()
+        .skip(2)
+        .map(|joint: &Joint| {
+            let stroke = match joint.kind {
+                JointKind::Revolute => joint.r_m.abs(),
+                JointKind::Prismatic => {
+                    let ends = [joint.limits.position_min, joint.limits.position_max];
+                    ends.map(|end| (joint.r_m + end).abs()).into_iter().fold(0.0, f64::max)
+                }
+            };
+            joint.d_m.hypot(stroke)
+        })
+        .sum()
 }
 
 fn three(values: [f64; 3]) -> String {
     values.map(number).join("  ")
 }
 
-/// To a tenth of a millimetre or of a thousandth of a degree, without the zeros behind.
+/// Formats a number to a tenth of a millimetre or a thousandth of a degree, without trailing zeros.
 fn number(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

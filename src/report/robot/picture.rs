@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use didim_core::dynamics::{LinkFrame, Model};
-use didim_core::robot::{JointKind, Robot};
+use didim_dynamics::dynamics::{LinkFrame, Model};
+use didim_dynamics::robot::{JointKind, Robot};
 
 use crate::text::escape;
 
@@ -12,21 +12,21 @@ const MARGIN: f64 = 46.0;
 const HEADER: f64 = 44.0;
 /// Length of a drawn axis, relative to the arm.
 const AXIS: f64 = 0.16;
-/// Ends that are nearer than this have one label.
+/// Distance below which two ends have one label.
 const LABEL: f64 = 8.0;
 
-const STYLE: &str = "\
-svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--link:#9fb3c8;--axis:#b3261e}\
-@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--link:#6d8299;--axis:#ff8a73}}\
-text{font:12px sans-serif;fill:var(--ink)}.heading{font-size:15px}.paper{fill:var(--paper)}\
-.link{fill:none;stroke:var(--link);stroke-width:7;stroke-linecap:round;stroke-linejoin:round}\
-.axis{stroke:var(--axis);stroke-width:2}.end{fill:var(--axis)}.joint{fill:var(--paper);stroke:var(--ink)}\
-.frame{fill:none;stroke:var(--faint)}.ground{stroke:var(--ink);stroke-width:2}";
+const STYLE: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--link:#9fb3c8;--axis:#b3261e}\
+    @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;\
+    --faint:#333c46;--link:#6d8299;--axis:#ff8a73}}text{font:12px sans-serif;fill:var(--ink)}\
+    .heading{font-size:15px}.paper{fill:var(--paper)}.link{fill:none;stroke:var(--link);\
+    stroke-width:7;stroke-linecap:round;stroke-linejoin:round}.axis{stroke:var(--axis);\
+    stroke-width:2}.end{fill:var(--axis)}.joint{fill:var(--paper);stroke:var(--ink)}\
+    .frame{fill:none;stroke:var(--faint)}.ground{stroke:var(--ink);stroke-width:2}";
 
 pub(super) type Vector = [f64; 3];
 
-/// Links, and the axis of every joint with its number on the side of the positive sense. `names` are the joints', where
-/// they have any.
+/// Draws the links, and the axis of every joint with its number on the side of the positive sense.
+/// `names` are those of the joints, if they have any.
 pub fn picture(robot: &Robot, names: &[&str]) -> String {
     let frames = Model::new(robot).link_frames(&[]);
     let up = up(robot.gravity_m_s2());
@@ -39,20 +39,15 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         ("from the side", back, up),
         ("from above, aslant", slanted, tilted),
     ];
-    let way = way(robot, &frames, &[]);
-    let size = way.iter().flatten().fold(0.05_f64, |size, value| size.max(value.abs()));
+    let outline = outline(robot, &frames, &[]);
+    let size = outline.iter().flatten().fold(0.05_f64, |size, value| size.max(value.abs()));
     let axis = AXIS * size;
     let mut svg = String::new();
     let (width, height) = (3.0 * SIZE, HEADER + SIZE);
-    // Writing to a String cannot fail.
-    let _ = write!(
-        svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title><style>{STYLE}</style><rect class="paper" width="{width}" height="{height}"/><text class="heading" x="16" y="26">{0}</text>"#,
-        escape(&format!("{} at q = 0, up is against gravity", robot.name()))
-    );
-    // One scale for all.
+    draw_header(&mut svg, robot.name(), width, height);
+    // All views have one scale.
     let range = |direction: Vector| {
-        let values = way.iter().map(|point| dot(*point, direction));
+        let values = outline.iter().map(|point| dot(*point, direction));
         values.fold([-axis, axis], |[low, high], v| [low.min(v - axis), high.max(v + axis)])
     };
     let directions = views.iter().flat_map(|(_, along, upwards)| [along, upwards]);
@@ -63,21 +58,22 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         let seen = |point: Vector| [dot(point, along), dot(point, upwards)];
         let middle = [along, upwards].map(range).map(|[low, high]| 0.5 * (low + high));
         #[expect(clippy::cast_precision_loss, reason = "three views")]
-        let left = index as f64 * SIZE;
+        let offset = index as f64 * SIZE;
         let place = |[x, y]: [f64; 2]| {
-            let x = left + 0.5 * SIZE + scale * (x - middle[0]);
+            let x = offset + 0.5 * SIZE + scale * (x - middle[0]);
             (x, HEADER + 0.5 * SIZE - scale * (y - middle[1]))
         };
         let _ = write!(
             svg,
-            r#"<rect class="frame" x="{}" y="{HEADER}" width="{}" height="{}"/><text x="{}" y="{}">{title}</text>"#,
-            left + 6.0,
+            "<rect class=\"frame\" x=\"{}\" y=\"{HEADER}\" width=\"{}\" height=\"{}\"/><text \
+             x=\"{}\" y=\"{}\">{title}</text>",
+            offset + 6.0,
             SIZE - 12.0,
             SIZE - 6.0,
-            left + 16.0,
+            offset + 16.0,
             HEADER + 20.0
         );
-        let line: Vec<String> = way
+        let line: Vec<String> = outline
             .iter()
             .map(|point| place(seen(*point)))
             .map(|(x, y)| format!("{x:.1},{y:.1}"))
@@ -85,7 +81,8 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         let (x, y) = place(seen([0.0; 3]));
         let _ = write!(
             svg,
-            r#"<line class="ground" x1="{}" x2="{}" y1="{y:.1}" y2="{y:.1}"/><polyline class="link" points="{}"/>"#,
+            "<line class=\"ground\" x1=\"{}\" x2=\"{}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/><polyline \
+             class=\"link\" points=\"{}\"/>",
             x - 14.0,
             x + 14.0,
             line.join(" ")
@@ -97,82 +94,108 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
                 [frame.origin_m, tip].map(|point| place(seen(point)))
             })
             .collect();
-        for (k, &[from, to]) in arrows.iter().enumerate() {
-            // Axes that end at one place have one label.
-            let is_here =
-                |other: &[(f64, f64); 2]| (other[1].0 - to.0).hypot(other[1].1 - to.1) < LABEL;
-            let label: Vec<String> = match arrows[..k].iter().any(is_here) {
-                true => Vec::new(),
-                false => (1..)
-                    .zip(&arrows)
-                    .filter(|(_, o)| is_here(o))
-                    .map(|(n, _)| n.to_string())
-                    .collect(),
-            };
-            let name = names.get(k).copied().unwrap_or_default();
-            let kind = match robot.chain()[k].kind {
-                JointKind::Revolute => "turns about",
-                JointKind::Prismatic => "moves along",
-            };
-            let _ = write!(
-                svg,
-                r#"<g><title>joint {0} {1} {kind} this axis</title><line class="axis" x1="{2:.1}" y1="{3:.1}" x2="{4:.1}" y2="{5:.1}"/><circle class="end" cx="{4:.1}" cy="{5:.1}" r="3.5"/><circle class="joint" cx="{2:.1}" cy="{3:.1}" r="4.5"/><text x="{6:.1}" y="{7:.1}">{8}</text></g>"#,
-                k + 1,
-                escape(name),
-                from.0,
-                from.1,
-                to.0,
-                to.1,
-                to.0 + 6.0,
-                to.1 - 4.0,
-                label.join(", ")
-            );
-        }
-        let metre = nice(0.3 * extent);
-        let (x, y) = (left + 16.0, HEADER + SIZE - 22.0);
-        let _ = write!(
-            svg,
-            r#"<line class="ground" x1="{x}" x2="{:.1}" y1="{y}" y2="{y}"/><text x="{x}" y="{}">{metre} m</text>"#,
-            x + scale * metre,
-            y - 6.0
-        );
+        draw_axes(&mut svg, robot, names, &arrows);
+        draw_scale(&mut svg, extent, scale, offset);
     }
     svg += "</svg>\n";
     svg
 }
 
-/// From one origin to the next along the common normal, then along the axis, at these positions.
-pub(super) fn way(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
-    let mut way: Vec<Vector> = vec![[0.0; 3]];
+/// Begins the picture: its style, its title and its background.
+fn draw_header(svg: &mut String, robot: &str, width: f64, height: f64) {
+    // Writing to a String cannot fail.
+    let _ = write!(
+        svg,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
+         aria-label=\"{0}\"><title>{0}</title><style>{STYLE}</style><rect class=\"paper\" \
+         width=\"{width}\" height=\"{height}\"/><text class=\"heading\" x=\"16\" \
+         y=\"26\">{0}</text>",
+        escape(&format!("{} at q = 0, up is against gravity", robot))
+    );
+}
+
+/// Draws the axis of each joint, from its origin to its tip in the picture.
+fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f64); 2]]) {
+    for (k, &[from, to]) in arrows.iter().enumerate() {
+        // Axes with a common end have one label.
+        let is_here =
+            |other: &[(f64, f64); 2]| (other[1].0 - to.0).hypot(other[1].1 - to.1) < LABEL;
+        let label: Vec<String> = match arrows[..k].iter().any(is_here) {
+            true => Vec::new(),
+            false => {
+                (1..).zip(arrows).filter(|(_, o)| is_here(o)).map(|(n, _)| n.to_string()).collect()
+            }
+        };
+        let name = names.get(k).copied().unwrap_or_default();
+        let kind = match robot.chain()[k].kind {
+            JointKind::Revolute => "turns about",
+            JointKind::Prismatic => "moves along",
+        };
+        let _ = write!(
+            svg,
+            "<g><title>joint {0} {1} {kind} this axis</title><line class=\"axis\" \
+                 x1=\"{2:.1}\" y1=\"{3:.1}\" x2=\"{4:.1}\" y2=\"{5:.1}\"/><circle class=\"end\" \
+                 cx=\"{4:.1}\" cy=\"{5:.1}\" r=\"3.5\"/><circle class=\"joint\" cx=\"{2:.1}\" \
+                 cy=\"{3:.1}\" r=\"4.5\"/><text x=\"{6:.1}\" y=\"{7:.1}\">{8}</text></g>",
+            k + 1,
+            escape(name),
+            from.0,
+            from.1,
+            to.0,
+            to.1,
+            to.0 + 6.0,
+            to.1 - 4.0,
+            label.join(", ")
+        );
+    }
+}
+
+/// Draws a length in metres.
+fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
+    let metre = nice(0.3 * extent);
+    let (x, y) = (offset + 16.0, HEADER + SIZE - 22.0);
+    let _ = write!(
+        svg,
+        "<line class=\"ground\" x1=\"{x}\" x2=\"{:.1}\" y1=\"{y}\" y2=\"{y}\"/><text x=\"{x}\" \
+             y=\"{}\">{metre} m</text>",
+        x + scale * metre,
+        y - 6.0
+    );
+}
+
+/// Returns the path from one origin to the next along the common normal, then along the axis, at
+/// these positions.
+pub(super) fn outline(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
+    let mut outline: Vec<Vector> = vec![[0.0; 3]];
     for (index, (joint, frame)) in robot.chain().iter().zip(frames).enumerate() {
         let slid = match joint.kind {
             JointKind::Revolute => 0.0,
             JointKind::Prismatic => q.get(index).copied().unwrap_or(0.0),
         };
-        way.push(add(frame.origin_m, scaled(frame.axes[2], -joint.r_m - slid)));
-        way.push(frame.origin_m);
+        outline.push(add(frame.origin_m, scaled(frame.axes[2], -joint.r_m - slid)));
+        outline.push(frame.origin_m);
     }
-    way
+    outline
 }
 
-/// Against gravity; z where there is none.
+/// Returns the direction against gravity; z without gravity.
 pub(super) fn up(gravity: Vector) -> Vector {
     let size = dot(gravity, gravity).sqrt();
     if size > 0.0 { scaled(gravity, -1.0 / size) } else { [0.0, 0.0, 1.0] }
 }
 
-/// A direction at right angles to another, along x where it can be.
+/// Returns a direction at right angles to another, along x if possible.
 pub(super) fn perpendicular(to: Vector) -> Vector {
-    let of = |axis: Vector| add(axis, scaled(to, -dot(axis, to)));
-    let x = of([1.0, 0.0, 0.0]);
-    if dot(x, x) > 0.01 { normalised(x) } else { normalised(of([0.0, 1.0, 0.0])) }
+    let projected = |axis: Vector| add(axis, scaled(to, -dot(axis, to)));
+    let x = projected([1.0, 0.0, 0.0]);
+    if dot(x, x) > 0.01 { normalised(x) } else { normalised(projected([0.0, 1.0, 0.0])) }
 }
 
-/// 1, 2 or 5 times a power of ten, at most so much.
+/// Returns 1, 2 or 5 times a power of ten, up to the given value.
 fn nice(most: f64) -> f64 {
     let power = 10.0_f64.powf(most.log10().floor());
     let digit = [5.0, 2.0, 1.0].into_iter().find(|digit| digit * power <= most);
-    // 0.05 rather than 0.05000000000000001.
+    // Gives 0.05 rather than 0.05000000000000001.
     (digit.unwrap_or(1.0) * power * 1e6).round() / 1e6
 }
 

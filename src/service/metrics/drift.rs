@@ -1,4 +1,4 @@
-//! How the last estimate differs from the baseline, as families of metrics.
+//! Differences between the last estimate and the baseline, as metric families.
 
 use super::exposition::{Kind, MAX_LABELS, Text, truth};
 use crate::archive::drift::DriftStatus;
@@ -9,7 +9,7 @@ pub(super) fn drift(text: &mut Text, status: &DriftStatus) {
     let help =
         "Whether the last result was compared with the baseline; `didim status` says why not.";
     text.family("didim_drift_compared", Gauge, help).value(truth(status.compared));
-    // No number is NaN, as Prometheus has it.
+    // Prometheus uses NaN for a missing number.
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let shown = || status.parameters.iter().take(MAX_LABELS);
     let help = "Relative change of a parameter since the baseline.";

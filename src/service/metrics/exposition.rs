@@ -2,17 +2,17 @@
 
 use core::fmt::Write;
 
-/// The most values of one label that are told: causes, parameters.
+/// Maximum number of reported values of one label: causes, parameters.
 pub const MAX_LABELS: usize = 128;
 
-/// What a family is.
+/// Type of a metric family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Goes up and down.
+    /// Value that rises and falls.
     Gauge,
-    /// Only grows, until the service starts anew.
+    /// Value that only grows until the service restarts.
     Counter,
-    /// Quantiles of what was counted.
+    /// Quantiles of the counted values.
     Summary,
 }
 
@@ -21,7 +21,7 @@ pub(super) enum Kind {
 pub(super) struct Text(String);
 
 impl Text {
-    /// Begins a family; its samples follow.
+    /// Begins a family. Its samples follow.
     pub(super) fn family<'t>(
         &'t mut self,
         name: &'static str,
@@ -52,17 +52,17 @@ pub(super) struct Family<'t> {
 }
 
 impl Family<'_> {
-    /// The one sample of a family without labels.
+    /// Writes the only sample of a family without labels.
     pub(super) fn value(&mut self, value: f64) {
         self.sample("", &[], value);
     }
 
-    /// A sample with its labels.
+    /// Writes a sample with its labels.
     pub(super) fn labelled(&mut self, labels: &[(&str, &str)], value: f64) {
         self.sample("", labels, value);
     }
 
-    /// A sample whose name goes on behind the family's.
+    /// Writes a sample whose name is the family name with a suffix.
     pub(super) fn sample(&mut self, suffix: &str, labels: &[(&str, &str)], value: f64) {
         *self.text += self.name;
         *self.text += suffix;

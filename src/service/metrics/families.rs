@@ -1,4 +1,4 @@
-//! A status as families of metrics.
+//! Conversion of a status into metric families.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::window::JointReading;
 
 use Kind::{Counter, Gauge, Summary};
 
-/// The metrics of a service, or of one that does not answer.
+/// Returns the metrics of a service, or of one that does not answer.
 pub fn exposition(snapshot: Option<&Snapshot>) -> String {
     let mut text = Text::default();
     let up = truth(snapshot.is_some());
@@ -75,8 +75,8 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
     }
     let unused = "Frames not used, by cause.";
     by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
-    let lost = "Bus cycles without a sample, by cause.";
-    by_label(text, ("didim_cycles_lost_total", "cause"), lost, &status.cycles_lost);
+    let loss_help = "Bus cycles without a sample, by cause.";
+    by_label(text, ("didim_cycles_lost_total", "cause"), loss_help, &status.cycles_lost);
     let buffers = [
         (
             "didim_receive_buffer_bytes",
@@ -97,12 +97,12 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
     let readings = [
         (
             "didim_motor_temperature_celsius",
-            "Temperature of the motors, as the drives told it last.",
+            "Last temperature of the motors that the drives reported.",
             &status.readings.temperature,
         ),
         (
             "didim_supply_voltage_volts",
-            "Supply voltage of the drives, as they told it last.",
+            "Last supply voltage that the drives reported.",
             &status.readings.supply_voltage,
         ),
     ];
@@ -235,7 +235,7 @@ fn estimate(text: &mut Text, last: &EstimateSummary) {
     }
     let method = last.method.as_str();
     let shown = || last.parameters.iter().take(MAX_LABELS);
-    // Of every unit that parameters have, so the unit is no part of the name.
+    // The values have the units of all parameters, so the name contains no unit.
     let mut family = text.family(
         "didim_estimate_parameter",
         Gauge,
@@ -275,7 +275,7 @@ fn by_label(
     help: &str,
     counts: &BTreeMap<String, u64>,
 ) {
-    // A family without samples says that the cause has not occurred.
+    // A family without samples shows that the cause has not occurred.
     let mut family = text.family(name, Counter, help);
     for (cause, value) in counts.iter().take(MAX_LABELS) {
         family.labelled(&[(label, cause)], count(*value));

@@ -1,4 +1,4 @@
-//! The load on the flange, as families of metrics.
+//! The load on the flange, as metric families.
 
 use super::exposition::{Kind, Text, count, truth, write};
 use crate::live::worker::{LoadState, LoadStatus};

@@ -1,8 +1,9 @@
-//! The status for Prometheus: a process of its own that asks the status socket at every scrape.
+//! The status for Prometheus: a separate process that queries the status socket at every scrape.
 //!
-//! The service itself opens no network port. Names follow the rules of Prometheus: base units in the
-//! names, `_total` for what only grows. What is read is bounded: labels come from the program's own
-//! causes and the cell's parameters, and no more than [`MAX_LABELS`] of a kind are told.
+//! The service itself opens no network port. Names follow the rules of Prometheus: base units in
+//! the names, and `_total` for values that only grow. The output is bounded. Labels come from the
+//! program's own causes and the cell's parameters, and at most [`MAX_LABELS`] of a kind are
+//! reported.
 
 mod drift;
 mod exposition;

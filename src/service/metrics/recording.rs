@@ -1,4 +1,4 @@
-//! What is recorded and kept, as families of metrics.
+//! Recording and kept recordings, as metric families.
 
 use super::exposition::{Kind, Text, count, truth, write};
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
@@ -9,7 +9,8 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
     let gauges = [
         (
             "didim_recording",
-            "Whether frames are being written: 0 before the first frame, after a failure, at the end.",
+            "Whether frames are being written: 0 before the first frame, after a failure, at the \
+            end.",
             truth(status.state == RecordingState::Recording),
         ),
         ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ring_that_gives_way_is_told() {
+    fn a_ring_that_gives_way_is_reported() {
         let mut text = Text::default();
         let status =
             RecordingStatus { gives_way: true, segments_given_way: 3, ..Default::default() };

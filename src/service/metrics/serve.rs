@@ -16,21 +16,21 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Mutex, Semaphore};
 
-/// The content type of the exposition format.
+/// Content type of the exposition format.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
-/// Longest request line and headers \[bytes\]; the least that hyper takes.
+/// Maximum length of request line and headers \[bytes\]. It is the minimum that hyper accepts.
 const MAX_HEAD: usize = 8192;
-/// Most headers of a request.
+/// Maximum number of headers of a request.
 const MAX_HEADERS: usize = 64;
-/// Pause after a failed accept: a lack of descriptors does not go away by asking again at once.
+/// Pause after a failed accept: a lack of descriptors does not disappear by an immediate retry.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 
-/// What clients may take.
+/// Limits for clients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Clients at a time; one more is sent away.
+    /// Maximum number of simultaneous clients. Another one is disconnected.
     pub clients: usize,
-    /// How long one may take, from its connection to the end of the answer.
+    /// Maximum time of a client, from its connection to the end of the answer.
     pub time: Duration,
 }
 
@@ -40,10 +40,10 @@ impl Default for Limits {
     }
 }
 
-/// Why metrics cannot be served.
+/// Reason why metrics cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The address cannot be had: another program may have it. Name another with --listen.
+    /// The address is not available: another program may use it. Name another with --listen.
     #[error("cannot listen at {address}: {cause}; name another address with --listen")]
     Listen {
         /// The address.
@@ -53,8 +53,8 @@ pub enum ServeError {
     },
 }
 
-/// Answers scrapes at `address` with what `metrics` gives, until it is dropped. `ready` gets the
-/// address once it listens. `metrics` may block; it is asked by one client at a time.
+/// Answers scrapes at `address` with the text from `metrics` until it is dropped. `ready` gets the
+/// address once it listens. `metrics` may block, and is called for one client at a time.
 ///
 /// # Errors
 /// [`ServeError::Listen`].
@@ -78,7 +78,7 @@ pub async fn serve(
                 continue;
             }
         };
-        // Without a place the client is dropped, which it sees as an end.
+        // If no place is free, the client is dropped, which it sees as an end.
         let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
         let metrics = Arc::clone(&metrics);
         tokio::spawn(async move {
@@ -88,7 +88,7 @@ pub async fn serve(
     }
 }
 
-/// One request of one client, and its end.
+/// Handles one request of one client, and closes the connection.
 async fn answer<F>(client: TcpStream, limits: Limits, metrics: Arc<Mutex<Arc<F>>>)
 where
     F: Fn() -> String + Send + Sync + 'static,

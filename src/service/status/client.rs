@@ -1,4 +1,4 @@
-//! The other end of the two sockets, for the command line.
+//! The client end of the two sockets, for the command line.
 
 use core::time::Duration;
 use std::io::{self, Read, Write};
@@ -9,17 +9,18 @@ use std::path::{Path, PathBuf};
 use super::request::Request;
 use super::snapshot::{SCHEMA, Snapshot};
 
-/// How long the service may take.
+/// Maximum response time of the service.
 const TIMEOUT: Duration = Duration::from_secs(5);
-/// The longest answer \[bytes\].
+/// Maximum length of an answer \[bytes\].
 const MAX_ANSWER: u64 = 1 << 20;
 
-/// Why the service could not be asked.
+/// Reason why the service could not be queried.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// Nobody listens there. Start the service, or give the path that its cell file names.
+    /// No service listens there. Start the service, or give the path named in its cell file.
     #[error(
-        "no service at {}: {cause}; start `didim run`, or give the folder of its sockets with --runtime",
+        "no service at {}: {cause}; start `didim run`, or give the folder of its sockets with \
+        --runtime",
         path.display()
     )]
     NoService {
@@ -28,7 +29,8 @@ pub enum ClientError {
         /// The system's error.
         cause: io::Error,
     },
-    /// This user may not ask. Add the user to the socket's group, if that may.
+    /// This user has no permission. Add the user to the socket's group, if the group has
+    /// permission.
     #[error("not allowed to use {}: {remedy}", path.display())]
     NotAllowed {
         /// The path.
@@ -36,7 +38,7 @@ pub enum ClientError {
         /// The remedy.
         remedy: &'static str,
     },
-    /// The connection broke, or took too long.
+    /// The connection failed, or took too long.
     #[error("asking at {} failed: {cause}", path.display())]
     Io {
         /// The path.
@@ -44,7 +46,7 @@ pub enum ClientError {
         /// The system's error.
         cause: io::Error,
     },
-    /// The service is busy with other clients: ask again.
+    /// The service is busy with other clients. Try again.
     #[error("the service at {} is busy with other clients: try again", path.display())]
     Busy {
         /// The path.
@@ -58,13 +60,13 @@ pub enum ClientError {
         /// What is wrong.
         cause: serde_json::Error,
     },
-    /// The service is of another version. Use its own program.
+    /// The service has another version. Use the program of that version.
     #[error("the service speaks version {theirs} of the status, this program {SCHEMA}")]
     OtherSchema {
         /// Its version.
         theirs: u32,
     },
-    /// The service did not take the command.
+    /// The service refused the command.
     #[error("the service refused: {why}")]
     Refused {
         /// Its reason.
@@ -72,7 +74,7 @@ pub enum ClientError {
     },
 }
 
-/// Asks for the status.
+/// Queries the status.
 ///
 /// # Errors
 /// [`ClientError`].
@@ -86,7 +88,7 @@ pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
     }
 }
 
-/// Gives a command, and returns what the service says of it: one line, or nothing.
+/// Sends a command, and returns the answer of the service: one line, or nothing.
 ///
 /// # Errors
 /// [`ClientError`].
@@ -122,7 +124,8 @@ fn connect(path: &Path) -> Result<UnixStream, ClientError> {
     })
 }
 
-/// Who connects needs to write to the socket: membership of its group helps where the group may.
+/// Returns the remedy for a missing permission. A client needs write access to the socket.
+/// Membership of its group helps if the group has write access.
 fn to_be_allowed(mode: Option<u32>) -> &'static str {
     match mode {
         Some(mode) if mode & 0o020 != 0 => "become a member of its group",

@@ -1,4 +1,4 @@
-//! Makes snapshots of what the threads count.
+//! Creation of snapshots from the counts of the threads.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -12,13 +12,13 @@ use crate::live::acquire::{
 use crate::live::stream::StreamOptions;
 use crate::live::worker::SharedEstimation;
 
-/// An estimation on its own tells when no sample came for so long.
+/// Time without a sample after which a separate estimation process reports it.
 const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
 
-/// What an acquisition in another process said longer ago is not known any more.
+/// Maximum age of the status of an acquisition in another process. An older status is ignored.
 const HEARD: Duration = Duration::from_secs(3);
 
-/// Collects the counts of this process's threads, and makes rates of them.
+/// Collector of the counts of this process's threads. It computes rates from them.
 #[derive(Debug)]
 pub struct Collector {
     cell: String,
@@ -27,20 +27,21 @@ pub struct Collector {
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
     receive_buffer: Option<ReceiveBuffer>,
-    /// The status of the process itself.
+    /// Status of the process itself.
     pub process: ProcessStatus,
-    /// Samples of a worker without a bus in this process, and when they were last more than before.
+    /// Sample count of a worker without a bus in this process, and the time of its last increase.
     last_sample: (u64, Instant),
-    /// What an acquisition in another process said last.
+    /// Latest status of an acquisition in another process.
     other: Option<(AcquisitionStatus, Instant)>,
-    /// When frames and samples were last counted, and how many there were.
+    /// Time of the last count of frames and samples, and both counts.
     before: Option<(Instant, u64, u64)>,
-    /// What was counted lately.
+    /// Recent counts.
     recent: RecentWatch,
 }
 
 impl Collector {
-    /// For the threads that this process runs. `receive_buffer` is that of its sockets.
+    /// Creates the collector for the threads of this process. `receive_buffer` is that of its
+    /// sockets.
     pub fn new(
         options: &StreamOptions,
         acquisition: Option<SharedAcquisition>,
@@ -67,7 +68,7 @@ impl Collector {
         }
     }
 
-    /// The snapshot of this instant; its rates are those since the one before.
+    /// Returns the snapshot of this instant. Its rates are those since the previous snapshot.
     pub fn snapshot(&mut self, now: Instant) -> Snapshot {
         let acquisition = self.acquisition.as_ref().map(|shared| {
             let counts = shared.counts();
@@ -96,9 +97,9 @@ impl Collector {
             idle = resting.is_some_and(|(other, _)| other.flow() == Flow::Idle);
             estimation.without_samples_s = resting.is_none().then_some(silent.as_secs());
         }
-        let mut health = Health::of(acquisition.as_ref(), estimation.as_ref());
+        let mut health = Health::new(acquisition.as_ref(), estimation.as_ref());
         health.idle |= idle;
-        // What somebody has just done comes first.
+        // Recent user actions come first.
         for reason in self.process.reasons().into_iter().rev() {
             health.ok = false;
             health.reasons.insert(0, reason);
@@ -117,21 +118,21 @@ impl Collector {
     }
 }
 
-/// What is looked at in the status of another process.
+/// The part of another process's status that is used.
 #[derive(Deserialize)]
 struct Other {
     acquisition: Option<AcquisitionStatus>,
 }
 
 impl Collector {
-    /// Takes the status of an acquisition in another process.
+    /// Processes the status of an acquisition in another process.
     pub fn hear(&mut self, document: &[u8], now: Instant) {
         if let Ok(Other { acquisition: Some(status) }) = serde_json::from_slice(document) {
             self.other = Some((status, now));
         }
     }
 
-    /// For how long another process has sent nothing, if that is long.
+    /// Returns the time for which another process has sent no samples, if it is long.
     fn without_samples(&mut self, samples: u64, now: Instant) -> Option<Duration> {
         if samples != self.last_sample.0 {
             self.last_sample = (samples, now);

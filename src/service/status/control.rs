@@ -14,18 +14,18 @@ use super::listen::Socket;
 use super::request::{MAX_REQUEST, parse_request};
 use super::serve::accept;
 
-/// Clients at a time.
+/// Maximum number of simultaneous clients.
 const CLIENTS: usize = 4;
-/// How long a client may take for its line, and again for reading the answer.
+/// Maximum time of a client to send its line, and again to read the answer.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
-/// The longest answer, in characters: an error may quote a file.
+/// Maximum length of an answer in characters: an error may quote a file.
 const MAX_ANSWER: usize = 2048;
 
-/// Takes requests until it is dropped. The answer is one line: `ok: ` and what is done, or
-/// `error: ` and why not.
+/// Processes requests until it is dropped. The answer is one line: `ok: ` and the action, or
+/// `error: ` and the reason.
 ///
 /// # Errors
-/// Only at the start, when the runtime cannot take the socket.
+/// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.tokio()?;
     let places = Arc::new(Semaphore::new(CLIENTS));
@@ -42,7 +42,8 @@ pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Resu
 async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
     let (read, mut write) = client.into_split();
     let mut line = Vec::with_capacity(MAX_REQUEST);
-    // One byte more than a line may have: it tells a line that is too long from one that ends.
+    // One byte more than the maximum line length. It distinguishes a line that is too long from a
+    // complete one.
     let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
     let answer = match parse_request(&line) {
@@ -55,13 +56,13 @@ async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> 
     tokio::time::timeout(CLIENT_TIMEOUT, write.write_all(answer.as_bytes())).await?
 }
 
-/// Any reason in one line.
+/// Formats any reason as one line.
 fn refusal(why: &str) -> String {
     format!("error: {}\n", one_line(why, MAX_ANSWER))
 }
 
-/// A text as one line without control characters, of at most so many characters: it may quote a
-/// file, and what follows a line break would be taken for a line of its own.
+/// Formats a text as one line without control characters, with at most `limit` characters. The text
+/// may quote a file, and text after a line break would be read as a separate line.
 pub(crate) fn one_line(text: &str, limit: usize) -> String {
     let words = text.split(|each: char| each.is_whitespace() || each.is_control());
     let line = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");

@@ -1,4 +1,4 @@
-//! From a request to whoever does it.
+//! Routing of requests to the parts that execute them.
 
 use core::time::Duration;
 
@@ -8,47 +8,48 @@ use super::request::Request;
 use crate::live::recording::CaptureError;
 use crate::live::worker::{Command, Commands, SubmitError};
 
-/// How long the worker may take.
+/// Maximum response time of the worker.
 const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
-/// How long a reload may take: less than a client waits, so that it is told.
+/// Maximum duration of a reload. It is shorter than the wait of a client, so that the client gets
+/// the answer.
 const RELOAD_TIMEOUT: Duration = Duration::from_secs(4);
-/// Reloads that may wait.
+/// Maximum number of waiting reloads.
 const RELOADS: usize = 4;
 
-/// The handles of those who do what is asked; nothing where this process has none.
+/// Handles of the parts that execute requests. `None` if this process does not have the part.
 #[derive(Clone, Debug, Default)]
 pub struct Dispatcher {
-    /// Windows and captures: the worker.
+    /// The worker, for windows and captures.
     pub windows: Option<Commands>,
-    /// The configuration: the supervision.
+    /// The supervision, for the configuration.
     pub reload: Option<ReloadSender>,
 }
 
-/// Why a request was not done.
+/// Reason why a request was not executed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DispatchError {
-    /// Nobody in this process does it: ask the process that has that part.
+    /// No part of this process executes it. Ask the process that has that part.
     #[error("this process {0}")]
     NotHere(&'static str),
-    /// The worker did not.
+    /// The worker did not execute it.
     #[error(transparent)]
     Worker(#[from] SubmitError),
-    /// A capture cannot begin or end.
+    /// A capture cannot be started or stopped.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// The baseline stays as it is.
+    /// The baseline was not changed.
     #[error("{0}")]
     Baseline(String),
-    /// The new configuration is not used; the one before goes on.
+    /// The new configuration is not used. The previous one remains active.
     #[error("{0}")]
     Reload(String),
-    /// Whoever does it is busy, or the service ends: ask again later.
+    /// The executing part is busy, or the service ends. Try again later.
     #[error("the service is busy: try again")]
     Busy,
 }
 
 impl Dispatcher {
-    /// Has a request done, in a bounded time, and says what is done.
+    /// Executes a request in a bounded time, and returns a description of the action.
     ///
     /// # Errors
     /// [`DispatchError`].
@@ -85,7 +86,8 @@ impl Dispatcher {
         }
     }
 
-    /// Asks the worker, which answers between two batches, from a thread that may wait.
+    /// Sends a request to the worker from a thread that may block. The worker answers between two
+    /// batches.
     async fn on_worker<T: Send + 'static>(
         &self,
         without: &'static str,
@@ -96,15 +98,15 @@ impl Dispatcher {
     }
 }
 
-/// Who asks for a reload, to be told what came of it.
+/// Channel for the outcome of a reload, to the requester.
 pub type ReloadAnswer = oneshot::Sender<Result<(), String>>;
 
-/// Asks the supervision to read the configuration again.
+/// Sender of reload requests to the supervision.
 #[derive(Clone, Debug)]
 pub struct ReloadSender(mpsc::Sender<ReloadAnswer>);
 
 impl ReloadSender {
-    /// With the end at which the supervision hears of it.
+    /// Creates the sender, and the receiver for the supervision.
     pub fn channel() -> (Self, mpsc::Receiver<ReloadAnswer>) {
         let (sender, receiver) = mpsc::channel(RELOADS);
         (Self(sender), receiver)

@@ -4,17 +4,17 @@ use super::client::{ClientError, fetch_status};
 use super::snapshot::{Health, Snapshot};
 use crate::service::paths::Paths;
 
-/// The status of the whole service: where it runs in two processes, of both together. One of them
-/// that does not answer is a reason why all is not well.
+/// Returns the status of the complete service. If it runs in two processes, both are merged. A
+/// process that does not answer is a reason for bad health.
 ///
 /// # Errors
-/// [`ClientError`] when none answers.
+/// [`ClientError`] if none answers.
 pub fn fetch(paths: &Paths) -> Result<Snapshot, ClientError> {
     let mut snapshot = match fetch_status(&paths.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),
         Ok(snapshot) => snapshot,
         Err(error) => {
-            // Without the other one either, it is the first that a person is told of.
+            // If the other process does not answer either, the first error is returned.
             let Ok(mut snapshot) = fetch_status(&paths.acquisition_socket()) else {
                 return Err(error);
             };
@@ -32,11 +32,11 @@ pub fn fetch(paths: &Paths) -> Result<Snapshot, ClientError> {
 /// Adds the acquisition to the status of the estimation.
 fn merge(snapshot: &mut Snapshot, other: Snapshot) {
     snapshot.acquisition = other.acquisition;
-    snapshot.health = Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
-    let own = snapshot.process.reasons();
+    snapshot.health = Health::new(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
+    let reasons = snapshot.process.reasons();
     let others = other.process.reasons();
     let others = others.into_iter().map(|reason| format!("acquisition: {reason}"));
-    own.into_iter().chain(others).for_each(|reason| snapshot.health.add(reason));
+    reasons.into_iter().chain(others).for_each(|reason| snapshot.health.add(reason));
 }
 
 #[cfg(test)]
@@ -52,7 +52,7 @@ mod tests {
     use crate::live::worker::SharedEstimation;
     use crate::service::status::Collector;
 
-    /// Answers once, as the process with this half of the service does.
+    /// Answers once, like the process with this half of the service.
     fn answer(socket: &Path, acquires: bool) {
         let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0);
         let acquisition = acquires.then(SharedAcquisition::default);
@@ -67,7 +67,8 @@ mod tests {
         });
     }
 
-    /// What both tell when the worker has got nothing for five seconds.
+    /// Returns the health from both processes when the worker has received nothing for five
+    /// seconds.
     fn without_samples(acquisition: &AcquisitionStatus) -> (Health, Health) {
         let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0);
         let start = Instant::now();
@@ -76,11 +77,11 @@ mod tests {
         let mut half = Collector::new(&options.unwrap(), None, estimation, None, start);
         let json = serde_json::json!({ "acquisition": acquisition });
         half.hear(&serde_json::to_vec(&json).unwrap(), now);
-        let mut told = half.snapshot(now);
-        let alone = told.health.clone();
-        let other = Snapshot { acquisition: Some(acquisition.clone()), ..told.clone() };
-        merge(&mut told, other);
-        (alone, told.health)
+        let mut snapshot = half.snapshot(now);
+        let alone = snapshot.health.clone();
+        let other = Snapshot { acquisition: Some(acquisition.clone()), ..snapshot.clone() };
+        merge(&mut snapshot, other);
+        (alone, snapshot.health)
     }
 
     #[test]

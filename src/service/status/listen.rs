@@ -1,4 +1,4 @@
-//! A Unix socket with its permissions from the first moment, in the place of a dead one.
+//! A Unix socket that has its permissions from the beginning and replaces a dead one.
 
 use std::fs::{self, DirBuilder, Permissions};
 use std::io;
@@ -6,7 +6,7 @@ use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt}
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-/// A listening socket; its name goes with it.
+/// A listening socket. Its name is removed with it.
 #[derive(Debug)]
 pub struct Socket {
     listener: UnixListener,
@@ -14,10 +14,10 @@ pub struct Socket {
     inode: u64,
 }
 
-/// Why a socket cannot be made.
+/// Reason why a socket cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// A living process answers there. Stop it, or give this one another path.
+    /// A live process answers there. Stop it, or give this one another path.
     #[error("{} is in use by a running service", path.display())]
     InUse {
         /// The path.
@@ -38,7 +38,7 @@ pub enum ListenError {
         /// What is wrong.
         problem: String,
     },
-    /// Something that is no socket has the name. Remove it, or give another path.
+    /// The name belongs to a file that is not a socket. Remove it, or give another path.
     #[error("{} exists and is not a socket", path.display())]
     NotASocket {
         /// The path.
@@ -56,30 +56,32 @@ pub enum ListenError {
 }
 
 impl Socket {
-    /// Listens at `path` with permissions `mode`, and as the `group`'s, if one is named. The name of a dead process is taken over.
+    /// Listens at `path` with permissions `mode`, and the group `group` if one is given. The name
+    /// of a dead process is taken over.
     ///
-    /// The socket is made in a folder of its own that nobody else can enter, gets its permissions
-    /// there, and is then moved to its name: nobody can connect before, and there is no moment
-    /// without one. The process's umask, which all threads share, is left alone.
+    /// The socket is created in a private folder that nobody else can enter, and gets its
+    /// permissions there. It is then moved to its name. Nobody can connect before, and a socket
+    /// exists at every moment. The process's umask, which all threads share, is not changed.
     ///
     /// # Errors
     /// [`ListenError`].
     pub fn listen(path: &Path, mode: u32, group: Option<&str>) -> Result<Self, ListenError> {
-        let at = |cause| ListenError::Io { path: path.to_owned(), cause };
+        let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
         refuse_living(path)?;
         let group = group.map(|group| Ok((group, group_id(path, group)?))).transpose()?;
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let name = path.file_name().ok_or_else(|| at(io::ErrorKind::InvalidInput.into()))?;
-        // One per process and socket; what a dead process of our number left is in the way.
+        let name = path.file_name().ok_or_else(|| io_error(io::ErrorKind::InvalidInput.into()))?;
+        // One folder per process and socket. Leftovers of a dead process with our number would
+        // block it.
         let mut private = std::ffi::OsString::from(format!(".{}.", std::process::id()));
         private.push(name);
         let private = folder.join(private);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
-        DirBuilder::new().mode(0o700).create(&private).map_err(at)?;
+        DirBuilder::new().mode(0o700).create(&private).map_err(io_error)?;
         let made = make(&private.join("s"), path, mode, group);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
@@ -87,12 +89,13 @@ impl Socket {
         Ok(Self { listener, path: path.to_owned(), inode })
     }
 
-    /// Whether its name leads to it still: files are removed, and others may take a name over.
+    /// Returns true if its name still refers to it. Files may be removed, and other processes may
+    /// take over a name.
     pub(crate) fn has_its_name(&self) -> bool {
         fs::symlink_metadata(&self.path).is_ok_and(|data| data.ino() == self.inode)
     }
 
-    /// For tokio, which wants it without blocking.
+    /// Returns the listener for tokio, which requires non-blocking mode.
     pub(super) fn tokio(&self) -> io::Result<tokio::net::UnixListener> {
         let listener = self.listener.try_clone()?;
         listener.set_nonblocking(true)?;
@@ -102,7 +105,7 @@ impl Socket {
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        // Unless another has taken the name over.
+        // Not if another socket has taken over the name.
         if self.has_its_name() {
             let _ = fs::remove_file(&self.path);
         }
@@ -110,10 +113,10 @@ impl Drop for Socket {
 }
 
 fn refuse_living(path: &Path) -> Result<(), ListenError> {
-    let at = |cause| ListenError::Io { path: path.to_owned(), cause };
+    let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
     match fs::symlink_metadata(path) {
         Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(cause) => return Err(at(cause)),
+        Err(cause) => return Err(io_error(cause)),
         Ok(data) if !data.file_type().is_socket() => {
             return Err(ListenError::NotASocket { path: path.to_owned() });
         }
@@ -122,7 +125,7 @@ fn refuse_living(path: &Path) -> Result<(), ListenError> {
     match UnixStream::connect(path) {
         Ok(_) => Err(ListenError::InUse { path: path.to_owned() }),
         Err(cause) if cause.kind() == io::ErrorKind::ConnectionRefused => Ok(()),
-        Err(cause) => Err(at(cause)),
+        Err(cause) => Err(io_error(cause)),
     }
 }
 
@@ -132,22 +135,22 @@ fn make(
     mode: u32,
     group: Option<(&str, u32)>,
 ) -> Result<(UnixListener, u64), ListenError> {
-    let at = |cause| ListenError::Io { path: path.to_owned(), cause };
-    let listener = UnixListener::bind(private).map_err(at)?;
+    let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
+    let listener = UnixListener::bind(private).map_err(io_error)?;
     if let Some((group, id)) = group {
-        // Before the permissions: chown(2) may take some away.
+        // Done before setting the permissions: chown(2) may remove some.
         std::os::unix::fs::chown(private, None, Some(id))
             .map_err(|cause| no_group(path, group, &cause))?;
     }
-    fs::set_permissions(private, Permissions::from_mode(mode)).map_err(at)?;
-    let inode = fs::symlink_metadata(private).map_err(at)?.ino();
-    fs::rename(private, path).map_err(at)?;
+    fs::set_permissions(private, Permissions::from_mode(mode)).map_err(io_error)?;
+    let inode = fs::symlink_metadata(private).map_err(io_error)?.ino();
+    fs::rename(private, path).map_err(io_error)?;
     Ok((listener, inode))
 }
 
 fn group_id(path: &Path, name: &str) -> Result<u32, ListenError> {
-    let found = nix::unistd::Group::from_name(name);
-    match found.map_err(|cause| no_group(path, name, &cause))? {
+    let group_found = nix::unistd::Group::from_name(name);
+    match group_found.map_err(|cause| no_group(path, name, &cause))? {
         Some(group) => Ok(group.gid.as_raw()),
         None => Err(no_group(path, name, &"there is no such group")),
     }

@@ -1,8 +1,9 @@
-//! What the service tells about itself, and what it may be told: two Unix sockets.
+//! The status of the service, and its commands: two Unix sockets.
 //!
-//! The library of the stream serves one user only; people and other users come in here. The status
-//! socket is write-only: connect, read one JSON object, end. The command socket takes one line and
-//! answers with one. Neither can be held up by a client: their number, time and length are bounded.
+//! The stream library serves one user only. People and other users connect here. The status socket
+//! is write-only: a client connects, reads one JSON object, and is disconnected. The command socket
+//! takes one line and answers with one. A client can block neither: number, time and length are
+//! bounded.
 
 mod client;
 mod collect;

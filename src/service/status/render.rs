@@ -1,4 +1,4 @@
-//! The status for people.
+//! Formats the status for people.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
 use crate::text::significant;
 
-/// Whether the terminal is sent colour codes.
+/// Use of terminal colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
     /// Plain text.
@@ -21,16 +21,16 @@ pub enum Colour {
     Always,
 }
 
-/// What a line of the status is.
+/// Kind of a status line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A value that is neither good nor bad.
     Plain,
-    /// As it should be.
+    /// Normal value.
     Good,
-    /// Not as it should be.
+    /// Abnormal value.
     Bad,
-    /// A count of what should not be, which the name says.
+    /// Count of an unwanted event named by the line.
     Count,
     /// Such a count with its cause.
     Cause,
@@ -43,16 +43,16 @@ pub struct Row {
     pub name: &'static str,
     /// Its value as text.
     pub value: String,
-    /// How it is shown.
+    /// Display style.
     pub kind: Kind,
 }
 
-/// The snapshot as aligned lines of a name and a value.
+/// Formats the snapshot as aligned lines of a name and a value.
 pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
     aligned(&rows(snapshot), colour)
 }
 
-/// The lines before they are aligned.
+/// Returns the lines before alignment.
 pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
     let mut rows = Rows(Vec::new());
     rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
@@ -246,7 +246,7 @@ impl Rows {
         self.0.push(Row { name, value: clean(value), kind });
     }
 
-    /// A count that is only worth a line when it is not zero.
+    /// Adds a count. It gets a line only if it is not zero.
     fn counted(&mut self, name: &'static str, count: u64) {
         if count > 0 {
             self.add(name, &count.to_string(), Kind::Count);
@@ -275,7 +275,7 @@ fn aligned(rows: &[Row], colour: Colour) -> String {
     let mut before = "";
     let mut text = String::new();
     for Row { name, value, kind } in rows {
-        // A name is written once for its lines.
+        // The name is written only once for consecutive lines.
         let shown = if *name == before { "" } else { name };
         let value = match (colour, kind) {
             (Colour::Always, Kind::Good) => format!("\x1b[32m{value}\x1b[0m"),
@@ -288,7 +288,7 @@ fn aligned(rows: &[Row], colour: Colour) -> String {
     text
 }
 
-/// Without control characters: the text comes from another process.
+/// Removes control characters: the text comes from another process.
 pub fn clean(text: &str) -> String {
     text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
 }
@@ -298,14 +298,14 @@ fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
 }
 
-/// The quantiles of a latency in a line.
+/// Formats the quantiles of a latency as a line.
 pub fn quantiles(times: LatencySummary) -> String {
     let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
     let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
     format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
 }
 
-/// A short time with three digits.
+/// Formats a short time with three digits.
 #[expect(clippy::cast_precision_loss, reason = "three digits for people")]
 fn time(ns: u64) -> String {
     let (value, unit) = match ns as f64 {
@@ -323,7 +323,7 @@ fn time(ns: u64) -> String {
     format!("{value:.decimals$} {unit}")
 }
 
-/// A time in its two largest units.
+/// Formats a time in its two largest units.
 pub fn duration(seconds: f64) -> String {
     #[expect(
         clippy::cast_possible_truncation,

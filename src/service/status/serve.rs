@@ -1,4 +1,4 @@
-//! The status socket: one object to each who connects.
+//! The status socket: each client gets one object.
 
 use core::time::Duration;
 use std::io;
@@ -10,18 +10,17 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
 use super::listen::Socket;
 
-/// Clients at a time; one more is sent away.
+/// Maximum number of simultaneous clients. Another one is disconnected.
 const CLIENTS: usize = 8;
-/// How long a client may take.
+/// Maximum time of a client.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
-/// Pause after a failed accept: a lack of descriptors does not go away by asking again at once.
+/// Pause after a failed accept: a lack of descriptors does not disappear by an immediate retry.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 
-/// Serves the latest document to each client; nothing that a client sends is read. Runs until it
-/// is dropped.
+/// Sends the latest document to each client, and reads nothing from it. Runs until it is dropped.
 ///
 /// # Errors
-/// Only at the start, when the runtime cannot take the socket.
+/// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_status(
     socket: &Socket,
     latest: watch::Receiver<Arc<[u8]>>,
@@ -43,7 +42,7 @@ async fn answer(mut client: UnixStream, document: &[u8]) -> io::Result<()> {
     client.shutdown().await
 }
 
-/// The next client that there is a place for.
+/// Accepts the next client for which there is a place.
 pub(super) async fn accept(
     listener: &UnixListener,
     places: &Arc<Semaphore>,
@@ -51,7 +50,7 @@ pub(super) async fn accept(
     loop {
         match listener.accept().await {
             Ok((client, _)) => {
-                // Without a place the client is dropped, which it sees as an end.
+                // If no place is free, the client is dropped, which it sees as an end.
                 if let Ok(place) = Arc::clone(places).try_acquire_owned() {
                     return (client, place);
                 }

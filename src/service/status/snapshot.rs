@@ -6,11 +6,11 @@ use crate::live::acquire::{AcquisitionStatus, Flow, Grant};
 use crate::live::recording::RecordingState;
 use crate::live::worker::{EstimationStatus, Rejection};
 
-/// Version of the object's layout: it changes when a key changes its meaning or goes away.
+/// Version of the object's layout. It changes when a key changes its meaning or is removed.
 pub const SCHEMA: u32 = 2;
 
-/// The status of the service. Fields of a later version are passed over, so that
-/// an old client can read a new service.
+/// Status of the service. Fields of a later version are ignored, so that an old client can read a
+/// new service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// [`SCHEMA`].
@@ -19,51 +19,51 @@ pub struct Snapshot {
     pub version: String,
     /// Name of the cell.
     pub cell: String,
-    /// Time since the service began \[s\].
+    /// Time since the start of the service \[s\].
     pub uptime_s: f64,
-    /// Whether all is well.
+    /// Health of the service.
     pub health: Health,
-    /// The process that answers; where there are two, the one that estimates.
+    /// The answering process. If there are two, the estimating one.
     #[serde(default)]
     pub process: ProcessStatus,
-    /// The stream between the two.
+    /// Stream between acquisition and estimation.
     pub stream: StreamStatus,
-    /// The bus thread; nothing where another process runs it.
+    /// The bus thread. `None` if another process runs it.
     pub acquisition: Option<AcquisitionStatus>,
-    /// The worker; nothing where another process runs it.
+    /// The worker. `None` if another process runs it.
     pub estimation: Option<EstimationStatus>,
 }
 
-/// Whether all is well, and if not, why not.
+/// Health of the service, with the reasons if it is bad.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
-    /// True when there is no reason.
+    /// True if there is no reason against it.
     pub ok: bool,
-    /// The reasons, for people.
+    /// Readable reasons.
     pub reasons: Vec<String>,
-    /// No drive is enabled: no sample comes, and none can.
+    /// True if no drive is enabled: no sample comes, and none can.
     #[serde(default)]
     pub idle: bool,
 }
 
-/// The health of a service that is idle.
+/// Health text of an idle service.
 pub const IDLE: &str = "idle, no drive is enabled";
 
-/// The status of the process itself.
+/// Status of the process itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProcessStatus {
-    /// Why the configuration, read again, was not taken over; nothing when it was, or was not read
-    /// again.
+    /// Reason why a reloaded configuration was refused. `None` if it was accepted, or if there was
+    /// no reload.
     pub reload_refused: Option<String>,
-    /// Sockets whose names are gone, with why they cannot be made again.
+    /// Sockets whose names are gone, and the reasons why they cannot be recreated.
     pub sockets_missing: Vec<String>,
-    /// The folder of the stream, where it was removed while the service runs.
+    /// Folder of the stream, if it was removed while the service runs.
     pub stream_folder_gone: Option<String>,
 }
 
 impl ProcessStatus {
-    /// Why all is not well with it.
+    /// Returns the reasons for bad health of the process.
     pub fn reasons(&self) -> Vec<String> {
         let refused = self.reload_refused.iter();
         let refused = refused.map(|why| {
@@ -84,81 +84,38 @@ impl ProcessStatus {
 pub struct StreamStatus {
     /// Nominal sample rate \[Hz\].
     pub sample_rate_hz: f64,
-    /// How long a worker may be away before samples are lost \[s\].
+    /// Time that a worker may be inactive before samples are lost \[s\].
     pub buffer_s: f64,
-    /// Shared memory that the cell takes \[bytes\].
+    /// Shared memory of the cell \[bytes\].
     pub shared_memory_bytes: u64,
 }
 
 impl Health {
-    /// Judges what is told. Of the bus the last seconds count: what happened long ago and is over is
-    /// counted, but is no reason.
-    pub fn of(
+    /// Derives the health from the statuses. For the bus, only the last seconds count. Earlier
+    /// events that are over are counted, but are not a reason.
+    pub fn new(
         acquisition: Option<&AcquisitionStatus>,
         estimation: Option<&EstimationStatus>,
     ) -> Self {
         let (mut reasons, mut idle) = (Vec::new(), false);
-        if let Some(acquisition) = acquisition {
-            if !acquisition.bus.is_well() {
-                reasons.push(acquisition.bus.sentence().to_owned());
-            }
-            match acquisition.flow() {
-                Flow::Well => {}
-                Flow::Idle => idle = true,
-                Flow::Stopped { causes } => {
-                    reasons.push(format!("frames come, but no sample is complete: {causes}"));
-                }
-                Flow::Lossy { lost, of, causes } => {
-                    reasons.push(format!("bus cycles are lost, {lost} of the last {of}: {causes}"));
-                }
-            }
-            let grants =
-                acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
-            for grant in grants {
-                if let Grant::Refused { why } = grant {
-                    reasons.push(format!("not granted: {why}"));
-                }
-            }
-            if let Some(recording) = &acquisition.recording
-                && recording.state == RecordingState::Failed
-            {
-                let why = recording.why.as_deref().unwrap_or("see the log");
-                reasons.push(format!("the bus is not recorded: {why}"));
-            }
-            if let Some(recording) = &acquisition.recording
-                && recording.gives_way
-            {
-                let why = "the disk is nearly full: recordings of the ring are deleted to leave \
-                           room for results; free disk space, or reduce the ring";
-                reasons.push(why.to_owned());
-            }
-            let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
-            if let (Some(granted), Some(asked)) = buffer
-                && granted < asked
-            {
-                reasons.push(format!(
-                    "the receive buffer has {granted} bytes instead of {asked}: raise \
-                     net.core.rmem_max, or give the service CAP_NET_ADMIN"
-                ));
-            }
-        }
+        acquisition_reasons(acquisition, &mut reasons, &mut idle);
         if let Some(estimation) = estimation {
             if let Some(seconds) = estimation.without_samples_s {
                 match acquisition {
                     None => reasons.push(format!(
-                        "no sample has come for {seconds} s: the bus is silent, no drive is enabled, or \
-                         the acquisition does not run"
+                        "no sample has come for {seconds} s: the bus is silent, no drive is \
+                         enabled, or the acquisition does not run"
                     )),
                     Some(acquisition) if acquisition.samples_per_second > 0.0 => {
                         reasons.push(format!(
                             "no sample has come for {seconds} s, and the acquisition sends some"
                         ));
                     }
-                    // It says itself why there are none.
+                    // The acquisition itself gives the reason.
                     Some(_) => {}
                 }
             }
-            // What is left behind `window identify` is nobody's fault.
+            // A remainder after `window identify` is not a fault.
             let rejected = estimation.last_rejection.as_ref();
             let rejected =
                 rejected.filter(|of| !matches!(of.rejection, Rejection::Remainder { .. }));
@@ -175,7 +132,7 @@ impl Health {
                 && !estimate.monitoring_reasons.is_empty()
             {
                 reasons.push(format!(
-                    "the last estimate is not good for monitoring: {}",
+                    "the last estimate is not usable for monitoring: {}",
                     estimate.monitoring_reasons.join("; ")
                 ));
             }
@@ -200,14 +157,65 @@ impl Health {
         Self { ok: reasons.is_empty(), reasons, idle }
     }
 
-    /// The health of a service without a reason against it.
+    /// Returns the health text of a service without a reason against it.
     pub fn label(&self) -> &'static str {
         if self.idle { IDLE } else { "ok" }
     }
 
-    /// Adds a reason why all is not well.
+    /// Adds a reason for bad health.
     pub fn add(&mut self, reason: String) {
         self.ok = false;
         self.reasons.push(reason);
+    }
+}
+
+fn acquisition_reasons(
+    acquisition: Option<&AcquisitionStatus>,
+    reasons: &mut Vec<String>,
+    idle: &mut bool,
+) {
+    if let Some(acquisition) = acquisition {
+        if !acquisition.bus.is_well() {
+            reasons.push(acquisition.bus.sentence().to_owned());
+        }
+        match acquisition.flow() {
+            Flow::Well => {}
+            Flow::Idle => *idle = true,
+            Flow::Stopped { causes } => {
+                reasons.push(format!("frames come, but no sample is complete: {causes}"));
+            }
+            Flow::Lossy { lost, of, causes } => {
+                reasons.push(format!("bus cycles are lost, {lost} of the last {of}: {causes}"));
+            }
+        }
+        let grants =
+            acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
+        for grant in grants {
+            if let Grant::Refused { why } = grant {
+                reasons.push(format!("not granted: {why}"));
+            }
+        }
+        if let Some(recording) = &acquisition.recording
+            && recording.state == RecordingState::Failed
+        {
+            let why = recording.why.as_deref().unwrap_or("see the log");
+            reasons.push(format!("the bus is not recorded: {why}"));
+        }
+        if let Some(recording) = &acquisition.recording
+            && recording.gives_way
+        {
+            let why = "the disk is nearly full: recordings of the ring are deleted to leave \
+                           room for results; free disk space, or reduce the ring";
+            reasons.push(why.to_owned());
+        }
+        let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
+        if let (Some(granted), Some(asked)) = buffer
+            && granted < asked
+        {
+            reasons.push(format!(
+                "the receive buffer has {granted} bytes instead of {asked}: raise \
+                     net.core.rmem_max, or give the service CAP_NET_ADMIN"
+            ));
+        }
     }
 }

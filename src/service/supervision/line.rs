@@ -1,4 +1,4 @@
-//! The state of the service in a line, for `systemctl status`.
+//! The state of the service as one line, for `systemctl status`.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use crate::live::acquire::{AcquisitionStatus, BusState};
 use crate::live::worker::{EstimationStatus, WindowState};
 use crate::service::status::{Health, IDLE, Snapshot};
 
-/// Remembers when the last estimate came: the snapshot holds no times.
+/// State of the line: the arrival time of the last estimate. The snapshot contains no times.
 #[derive(Debug, Default)]
 pub(super) struct StatusLine {
     identified: u64,
@@ -14,8 +14,8 @@ pub(super) struct StatusLine {
 }
 
 impl StatusLine {
-    /// What is so at `now`: facts first, then the reasons why all is not well.
-    pub(super) fn of(&mut self, snapshot: &Snapshot, now: Instant) -> String {
+    /// Returns the state at `now`: facts first, then the reasons for bad health.
+    pub(super) fn next_line(&mut self, snapshot: &Snapshot, now: Instant) -> String {
         let mut parts = Vec::new();
         parts
             .extend(snapshot.acquisition.as_ref().and_then(|status| bus(status, &snapshot.health)));
@@ -43,7 +43,7 @@ impl StatusLine {
     }
 }
 
-/// What comes from the bus; that it is not well stands among the reasons.
+/// Returns the state of the bus. A bad state is listed among the reasons instead.
 fn bus(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
     match acquisition.bus {
         BusState::Ok if health.idle => Some(IDLE.to_owned()),
@@ -86,12 +86,12 @@ mod tests {
         let (mut line, start) = (StatusLine::default(), Instant::now());
         snapshot.health.add(BusState::Waiting.sentence().to_owned());
         let waiting = "no window open, no estimate yet; no frame has come yet";
-        assert_eq!(line.of(&snapshot, start), waiting);
+        assert_eq!(line.next_line(&snapshot, start), waiting);
         snapshot.health = Health { ok: true, idle: true, ..Health::default() };
         let acquisition = AcquisitionStatus { bus: BusState::Ok, ..AcquisitionStatus::default() };
         snapshot.acquisition = Some(acquisition);
         let idle = "idle, no drive is enabled, no window open, no estimate yet";
-        assert_eq!(line.of(&snapshot, start), idle);
+        assert_eq!(line.next_line(&snapshot, start), idle);
         snapshot.health.idle = false;
         snapshot.acquisition = Some(AcquisitionStatus {
             bus: BusState::Ok,
@@ -110,11 +110,14 @@ mod tests {
             last_estimate: Some(estimate),
             ..EstimationStatus::default()
         });
-        line.of(&snapshot, start);
+        line.next_line(&snapshot, start);
         let later = start + Duration::from_secs(12);
         let facts = "5000 samples/s, window open 3.2 s, last estimate applicable, 12 s ago";
-        assert_eq!(line.of(&snapshot, later), facts);
+        assert_eq!(line.next_line(&snapshot, later), facts);
         snapshot.health.add("the receive buffer is small".to_owned());
-        assert_eq!(line.of(&snapshot, later), format!("{facts}; the receive buffer is small"));
+        assert_eq!(
+            line.next_line(&snapshot, later),
+            format!("{facts}; the receive buffer is small")
+        );
     }
 }

@@ -1,8 +1,8 @@
-//! The service put together: bus thread, worker and status under one roof, or in two processes.
+//! The complete service: bus thread, worker and status in one process, or in two.
 //!
-//! tokio runs what waits for people, signals and clocks; the bus and the worker have threads of
-//! their own. What each may do when another fails is decided here: one that fails ends the service,
-//! and a service manager starts it anew.
+//! tokio runs the tasks that wait for people, signals and clocks. The bus and the worker have their
+//! own threads. This module defines the reaction to a failure: a failed part ends the service, and
+//! a service manager restarts it.
 
 mod line;
 mod manager;
@@ -30,48 +30,48 @@ pub use supervise::{run, run_with_reload};
 /// A socket to listen at.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SocketOptions {
-    /// Its path; the folder must exist.
+    /// Path of the socket. The folder must exist.
     pub path: PathBuf,
-    /// Its permissions: whoever may write to it may connect.
+    /// Permissions of the socket. Write access allows connections.
     pub mode: u32,
-    /// Its group; nothing leaves that of the service.
+    /// Group of the socket. `None` keeps the service's group.
     pub group: Option<String>,
 }
 
-/// What the service is beside its parts.
+/// Options of the service in addition to its parts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ServiceOptions {
-    /// Where to ask for the status; 0o660 lets the group ask.
+    /// Status socket. 0o660 lets the group query it.
     pub status: Option<SocketOptions>,
-    /// Where to command windows; needs an estimation. 0o600 unless a group shall command.
+    /// Command socket for windows. It needs an estimation. 0o600 unless a group may send commands.
     pub control: Option<SocketOptions>,
-    /// Receive buffer that the kernel granted, for the status \[bytes\].
+    /// Receive buffer granted by the kernel, for the status \[bytes\].
     pub receive_buffer: Option<ReceiveBuffer>,
 }
 
-/// What the bus thread is made of.
+/// Components of the bus thread.
 pub struct AcquisitionPart {
-    /// Where frames come from.
+    /// Source of the frames.
     pub source: Box<dyn Source>,
-    /// What makes samples of them.
+    /// Assembler that turns frames into samples.
     pub assembler: Assembler,
     /// The rest.
     pub options: AcquireOptions,
-    /// Where its frames are recorded; nothing records none.
+    /// Location of the recorded frames. With `None` none are recorded.
     pub recorder: Option<RecorderOptions>,
 }
 
-/// What the worker is made of.
+/// Components of the worker.
 pub struct EstimationPart {
-    /// What identifies a window.
+    /// Function that identifies a window.
     pub identify: Identify,
-    /// What finds the load along one; nothing looks for none.
+    /// Function that finds the load in a window. With `None` no load is searched for.
     pub find_load: Option<FindLoad>,
     /// The rest.
     pub options: WorkerOptions,
 }
 
-/// Which parts this process runs. Two processes with the same stream make one service.
+/// Parts that this process runs. Two processes with the same stream form one service.
 pub enum Parts {
     /// Both.
     Both(Box<AcquisitionPart>, EstimationPart),
@@ -98,16 +98,16 @@ impl Parts {
     }
 }
 
-/// How the service ended.
+/// Reason for the end of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceEnd {
-    /// By SIGTERM or SIGINT, or by SIGHUP where there is nothing to read again.
+    /// SIGTERM or SIGINT, or SIGHUP if there is nothing to reload.
     Signal,
-    /// The log, or the simulated arm, is at its end, and every window is dealt with.
+    /// The log, or the simulated arm, is at its end, and every window is processed.
     SourceEnded,
 }
 
-/// The end, and the last status before it.
+/// The reason for the end, and the last status before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceReport {
     /// How it ended.
@@ -116,7 +116,7 @@ pub struct ServiceReport {
     pub snapshot: Snapshot,
 }
 
-/// Why the service could not start, or ended before its time.
+/// Reason why the service could not start, or ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
     /// The bus thread failed.
@@ -128,10 +128,10 @@ pub enum ServiceError {
     /// The status cannot be published.
     #[error("status: {0}")]
     Stream(#[from] StreamError),
-    /// A socket cannot be made.
+    /// A socket cannot be created.
     #[error(transparent)]
     Listen(#[from] ListenError),
-    /// The system gives no runtime, thread or signal handler.
+    /// The system cannot provide a runtime, thread or signal handler.
     #[error("cannot {action}: {cause}")]
     System {
         /// What was tried.
@@ -139,13 +139,13 @@ pub enum ServiceError {
         /// The system's error.
         cause: std::io::Error,
     },
-    /// A thread panicked; its message is in the log. Report it.
+    /// A thread panicked. Its message is in the log. Report it.
     #[error("the {thread} thread panicked: see the log above")]
     Panicked {
         /// Which.
         thread: &'static str,
     },
-    /// A control socket without an estimation to control.
+    /// A control socket is configured without an estimation to control.
     #[error("a control socket needs an estimation in the same process")]
     NothingToControl,
 }

@@ -1,4 +1,4 @@
-//! When the service is ready, and whether its threads make progress.
+//! Readiness of the service, and progress of its threads.
 
 use core::time::Duration;
 
@@ -6,21 +6,22 @@ use super::Parts;
 use crate::live::acquire::{BusState, SharedAcquisition};
 use crate::live::worker::SharedEstimation;
 
-/// Ready after this long although frames come and no sample does: the layout may be wrong, which the
-/// health tells, and a service that never gets ready would be ended before anybody could ask it.
+/// Time after which the service is ready even if frames give no sample. The layout may be wrong,
+/// and the health shows it. A service that never gets ready would be ended before anybody could
+/// query it.
 const READY_AT_LATEST: Duration = Duration::from_secs(10);
-/// A process without a bus is ready after this long without samples: the one with the bus may be
-/// started later.
+/// Time without samples after which a process without a bus is ready: the process with the bus may
+/// be started later.
 const WITHOUT_SAMPLES: Duration = Duration::from_millis(500);
 
-/// What the threads of this process count, as far as it tells whether they are well.
+/// Counts of this process's threads that show their progress.
 #[derive(Clone, Debug)]
 pub(super) struct Progress {
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
-    /// A bus without a frame for this long is silent.
+    /// Time without a frame after which a bus is silent.
     silence_after: Duration,
-    /// Iterations of the threads when they were last looked at.
+    /// Iterations of the threads at the last check.
     iterations: (u64, u64),
 }
 
@@ -37,7 +38,8 @@ impl Progress {
         Self { acquisition, estimation, silence_after, iterations: (0, 0) }
     }
 
-    /// Whether samples flow, no drive is enabled, or the bus is known to be silent, `waited` after the threads began.
+    /// Returns true if samples flow, no drive is enabled, or the bus is known to be silent.
+    /// `waited` is the time since the threads began.
     pub(super) fn is_ready(&self, waited: Duration) -> bool {
         if waited >= READY_AT_LATEST {
             return true;
@@ -54,9 +56,10 @@ impl Progress {
         samples > 0 || waited >= self.silence_after
     }
 
-    /// Whether every thread has made progress since this was last true: both do on a silent bus
-    /// and during an identification too. That alone feeds the watchdog: a thread that hangs is helped
-    /// by a restart, a loss on the bus is not, and is told by health.
+    /// Returns true if every thread has made progress since this was last true. Both threads also
+    /// progress on a silent bus and during an identification. Only this feeds the watchdog. A
+    /// restart helps a thread that hangs, but not against a loss on the bus, which the health
+    /// reports.
     pub(super) fn has_progressed(&mut self) -> bool {
         let iterations = (
             self.acquisition.as_ref().map_or(0, |shared| shared.counts().iterations),
@@ -70,7 +73,7 @@ impl Progress {
         acquired && estimated
     }
 
-    /// The bus thread has ended well, and makes no more progress.
+    /// Handles the normal end of the bus thread, which makes no more progress.
     pub(super) fn acquisition_ended(&mut self) {
         self.acquisition = None;
     }
@@ -110,7 +113,7 @@ mod tests {
     #[test]
     fn the_watchdog_is_fed_while_both_turn_and_not_a_time_longer() {
         let mut progress = progress(true, true);
-        // A year, looked at every ten seconds.
+        // A year, checked every ten seconds.
         for _ in 0..365 * 8_640 {
             turn(&progress, true, true);
             assert!(progress.has_progressed());
@@ -118,13 +121,13 @@ mod tests {
         for (bus, worker) in [(false, true), (true, false), (false, false)] {
             for _ in 0..1_000 {
                 turn(&progress, bus, worker);
-                // What one of them had done by the last look counts for the next one.
+                // Progress of one of them since the last check counts for the next check.
                 assert!(!progress.has_progressed() || (bus && worker));
             }
             turn(&progress, true, true);
             assert!(progress.has_progressed() && !progress.has_progressed());
         }
-        // One that has ended well is not waited for.
+        // A thread that has ended normally is not waited for.
         progress.acquisition_ended();
         turn(&progress, false, true);
         assert!(progress.has_progressed() && !progress.has_progressed());
@@ -139,12 +142,12 @@ mod tests {
             progress.acquisition.as_ref().unwrap().publish(&counts);
             (0..=200).map(|n| n * SECOND / 10).find(|waited| progress.is_ready(*waited)).unwrap()
         };
-        let of = |bus| AcquisitionCounts { bus, ..AcquisitionCounts::default() };
-        assert_eq!(ready_after(of(BusState::Waiting)), SECOND);
+        let counts_of = |bus| AcquisitionCounts { bus, ..AcquisitionCounts::default() };
+        assert_eq!(ready_after(counts_of(BusState::Waiting)), SECOND);
         for bus in [BusState::Silent, BusState::Down, BusState::Ended] {
-            assert_eq!(ready_after(of(bus)), Duration::ZERO);
+            assert_eq!(ready_after(counts_of(bus)), Duration::ZERO);
         }
-        let mut frames = of(BusState::Ok);
+        let mut frames = counts_of(BusState::Ok);
         assert_eq!(ready_after(frames), 10 * SECOND, "frames without a sample");
         frames.losses.cycles_idle = 1;
         assert_eq!(ready_after(frames), Duration::ZERO);

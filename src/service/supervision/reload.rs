@@ -1,4 +1,4 @@
-//! Reading the configuration again while the service runs: on SIGHUP, or when it is asked for.
+//! Reload of the configuration of a running service: on SIGHUP, or on request.
 
 use core::future::pending;
 use core::time::Duration;
@@ -10,28 +10,30 @@ use tokio::task::JoinHandle;
 use crate::live::worker::{Commands, Configuration};
 use crate::service::status::ReloadAnswer;
 
-/// How long the worker may take to accept a configuration.
+/// Maximum time for the worker to accept a configuration.
 const WORKER_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Reads the configuration again, and checks that it can be taken over without a restart. Gives what
-/// the worker is to use from its next window on, where there is one, or says why not.
+/// Function that reads the configuration again, and checks that it can be used without a restart.
+/// Returns the configuration that the worker uses from its next window on, if there is one, or the
+/// reason of a refusal.
 pub type Reload = Box<dyn FnMut() -> Result<Option<Configuration>, String> + Send>;
 
 type Outcome = Result<(), String>;
 
-/// One reload at a time, off the thread that serves and feeds the watchdog.
+/// Handler of reloads, one at a time. It runs outside the thread that serves and feeds the
+/// watchdog.
 pub(super) struct Reloader {
     reload: Option<Reload>,
     commands: Option<Commands>,
     asked: Receiver<ReloadAnswer>,
     running: Option<JoinHandle<(Reload, Outcome)>>,
-    /// Who waits for the one that runs.
+    /// Requester of the running reload.
     answer: Option<ReloadAnswer>,
-    /// A signal came while one ran: what it read may be older than the signal.
+    /// True if a signal came during a reload. The reload may have read files older than the signal.
     again: bool,
 }
 
-/// What there is to do.
+/// Next event to handle.
 pub(super) enum Event {
     /// One begins.
     Asked(ReloadAnswer),
@@ -48,7 +50,8 @@ impl Reloader {
         Self { reload, commands, asked, running: None, answer: None, again: false }
     }
 
-    /// Waits until somebody asks, or what runs is over. Nothing is lost when it is dropped.
+    /// Waits for a request, or for the end of the running reload. It can be dropped without losing
+    /// an event.
     pub(super) async fn next(&mut self) -> Event {
         match &mut self.running {
             Some(running) => {
@@ -70,20 +73,21 @@ impl Reloader {
         }
     }
 
-    /// Begins; true when one has begun, false when it follows the one that runs, or cannot be done.
+    /// Starts a reload. Returns true if it has started, and false if it has to follow the running
+    /// one or is not possible.
     pub(super) fn begin(&mut self, answer: Option<ReloadAnswer>) -> bool {
         if self.running.is_some() {
             self.again = true;
             return false;
         }
         let Some(mut reload) = self.reload.take() else {
-            tell(answer, &Err("there is no file to reload".to_owned()));
+            notify(answer, &Err("there is no file to reload".to_owned()));
             return false;
         };
         self.answer = answer;
         let commands = self.commands.clone();
         self.running = Some(tokio::task::spawn_blocking(move || {
-            // One that panics is there for the next time all the same.
+            // A reload function that panics can be used again.
             let read = catch_unwind(AssertUnwindSafe(&mut reload));
             let read = read.unwrap_or_else(|_| Err(panicked()));
             let outcome = read.and_then(|configuration| match (configuration, commands) {
@@ -97,9 +101,9 @@ impl Reloader {
         true
     }
 
-    /// Answers who asked; whether another one has to follow.
+    /// Answers the requester. Returns true if another reload has to follow.
     pub(super) fn finish(&mut self, outcome: &Outcome) -> bool {
-        tell(self.answer.take(), outcome);
+        notify(self.answer.take(), outcome);
         core::mem::take(&mut self.again)
     }
 }
@@ -108,9 +112,9 @@ fn panicked() -> String {
     "reading it panicked: see the log before this".to_owned()
 }
 
-fn tell(answer: Option<ReloadAnswer>, outcome: &Outcome) {
+fn notify(answer: Option<ReloadAnswer>, outcome: &Outcome) {
     if let Some(answer) = answer {
-        // Whoever asked may have gone.
+        // The requester may have disconnected.
         let _ = answer.send(outcome.clone());
     }
 }

@@ -1,4 +1,4 @@
-//! The running parts as seen from the supervision.
+//! The running parts, as seen by the supervision.
 
 use core::time::Duration;
 use std::path::PathBuf;
@@ -18,25 +18,25 @@ use crate::live::stream::{DocumentReader, DocumentWriter};
 use crate::live::worker::{Commands, SharedEstimation};
 use crate::service::status::{Collector, Snapshot, one_line};
 
-/// How long the parts may take to stop: with what the end of the process takes, a second. An
-/// identification that takes longer is abandoned; its result is stored whole or not at all.
+/// Maximum time for the parts to stop. With the end of the process it is a second. A longer
+/// identification is abandoned. Its result is stored completely or not at all.
 const STOP_TIMEOUT: Duration = Duration::from_millis(800);
-/// How often a start asks the service manager for more time, and how often at most: a folder of many
-/// results and shared memory that has to be made room for take their time, but not for ever.
+/// Interval and maximum number of requests for more start time. A folder of many results, and space
+/// in shared memory, take their time, but not forever.
 const EXTEND_EVERY: Duration = Duration::from_secs(2);
 const EXTENSIONS: u32 = 150;
-/// The longest reason of a refused reload in the status \[characters\].
+/// Maximum length of the reason of a refused reload in the status \[characters\].
 const MAX_REASON: usize = 1000;
 
 pub(super) struct Running {
     collector: Collector,
     publisher: DocumentWriter,
-    /// Tells what the other half says, where this is the estimation alone.
+    /// Reader of the other half's status, if this process is the estimation alone.
     statuses: Option<DocumentReader>,
     line: StatusLine,
     /// The latest line.
     latest: String,
-    /// Where the library of the stream has its files.
+    /// Folder of the stream library's files.
     stream_root: PathBuf,
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
@@ -45,9 +45,9 @@ pub(super) struct Running {
     report: UnboundedSender<Report>,
     reports: UnboundedReceiver<Report>,
     stop: Arc<AtomicBool>,
-    /// Threads that have not ended.
+    /// Number of threads that have not ended.
     threads: usize,
-    /// When the threads began.
+    /// Start time of the threads.
     began: Instant,
 }
 
@@ -91,7 +91,7 @@ impl Running {
         }
     }
 
-    /// Starts the worker and then the bus, so that the first sample finds a reader; returns when
+    /// Starts the worker and then the bus, so that the first sample finds a reader. Returns when
     /// both have their ports.
     pub(super) async fn start(
         &mut self,
@@ -127,23 +127,23 @@ impl Running {
         }
     }
 
-    /// Hands commands to the worker; nothing without one.
+    /// Returns the command sender of the worker. `None` without a worker.
     pub(super) fn commands(&self) -> Option<Commands> {
         self.commands.clone()
     }
 
-    /// The next report of a thread.
+    /// Returns the next report of a thread.
     pub(super) async fn report(&mut self) -> Option<Report> {
         self.reports.recv().await
     }
 
-    /// The end, when the last part has ended well.
+    /// Handles a report. Returns the end if the last part has ended normally.
     pub(super) fn handle(
         &mut self,
         report: Option<Report>,
     ) -> Result<Option<ServiceEnd>, ServiceError> {
         match report {
-            // We hold a sender ourselves: there is always one more to come.
+            // This struct holds a sender itself, so the channel never closes.
             None | Some(Report::AcquisitionReady) => return Ok(None),
             Some(Report::EstimationReady(commands)) => {
                 self.commands = Some(commands);
@@ -170,22 +170,22 @@ impl Running {
             self.collector.hear(&status, now);
         }
         let snapshot = self.collector.snapshot(now);
-        // A snapshot has no key that JSON cannot hold.
+        // JSON can represent every key of a snapshot.
         let mut document = serde_json::to_vec(&snapshot).unwrap_or_default();
         document.push(b'\n');
         if let Err(cause) = self.publisher.publish(&document) {
             tracing::debug!("the status is not published: {cause}");
         }
-        self.latest = self.line.of(&snapshot, now);
+        self.latest = self.line.next_line(&snapshot, now);
         (snapshot, document.into())
     }
 
-    /// The latest snapshot in a line.
+    /// Returns the latest snapshot as a line.
     pub(super) fn line(&self) -> String {
         self.latest.clone()
     }
 
-    /// Tells of sockets that are missing, and notices when the files of the stream are.
+    /// Reports missing sockets, and checks if the files of the stream exist.
     pub(super) fn look_at_files(&mut self, sockets_missing: Vec<String>) {
         let process = &mut self.collector.process;
         process.sockets_missing = sockets_missing;
@@ -198,17 +198,17 @@ impl Running {
         }
     }
 
-    /// Whether samples flow or the bus is known to be silent.
+    /// Returns true if samples flow or the bus is known to be silent.
     pub(super) fn is_ready(&self, now: Instant) -> bool {
         self.progress.is_ready(now.saturating_duration_since(self.began))
     }
 
-    /// Whether all threads have made progress since this was last true.
+    /// Returns true if all threads have made progress since this was last true.
     pub(super) fn has_progressed(&mut self) -> bool {
         self.progress.has_progressed()
     }
 
-    /// Remembers what came of a reload until the next one.
+    /// Stores the outcome of a reload until the next one.
     pub(super) fn reloaded(&mut self, outcome: &Result<(), String>) {
         match outcome {
             Ok(()) => tracing::info!("the configuration was read again"),
@@ -218,7 +218,7 @@ impl Running {
             outcome.as_ref().err().map(|why| one_line(why, MAX_REASON));
     }
 
-    /// Tells the threads to stop and waits for them, for a while.
+    /// Tells the threads to stop, and waits for them for a limited time.
     pub(super) async fn stop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let stopped = async {

@@ -1,5 +1,5 @@
-//! The sockets of a running service. One whose name goes away, as a rule with the runtime folder, is made again:
-//! a service that nobody can ask for ever is as good as none.
+//! The sockets of a running service. A socket whose name is removed, usually with the runtime
+//! folder, is created again. A service that can no longer be queried is useless.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -12,10 +12,10 @@ use super::SocketOptions;
 use crate::files::own_folder;
 use crate::service::status::Socket;
 
-/// How often it is looked whether a socket has its name.
+/// Interval at which the name of a socket is checked.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
-/// Sockets that are gone and cannot be made again, with why not.
+/// Sockets that are gone and cannot be recreated, with the reasons.
 #[derive(Debug, Default)]
 pub(super) struct Missing(RefCell<BTreeMap<PathBuf, String>>);
 
@@ -29,7 +29,7 @@ impl Missing {
         words.collect()
     }
 
-    fn tell(&self, at: &SocketOptions, why: Option<String>) {
+    fn notify(&self, at: &SocketOptions, why: Option<String>) {
         let mut missing = self.0.borrow_mut();
         if missing.get(&at.path) == why.as_ref() {
             return;
@@ -44,7 +44,8 @@ impl Missing {
     }
 }
 
-/// Serves at a socket until it is dropped, and at another one of the same name once that is gone.
+/// Serves at a socket until it is dropped, and at a new one of the same name after the socket is
+/// gone.
 ///
 /// # Errors
 /// Those of `serve`.
@@ -63,11 +64,11 @@ pub(super) async fn keep(
         socket = loop {
             match again(at) {
                 Ok(socket) => break socket,
-                Err(why) => missing.tell(at, Some(why)),
+                Err(why) => missing.notify(at, Some(why)),
             }
             tokio::time::sleep(LOOK_EVERY).await;
         };
-        missing.tell(at, None);
+        missing.notify(at, None);
     }
 }
 
@@ -77,7 +78,7 @@ async fn is_gone(socket: &Socket) {
     }
 }
 
-/// With its folder, which must be as trustworthy as that of the start.
+/// Recreates the socket and its folder. The folder must be as trustworthy as at the start.
 fn again(at: &SocketOptions) -> Result<Socket, String> {
     if let Some(folder) = at.path.parent() {
         own_folder(folder).map_err(|why| why.to_string())?;
@@ -95,16 +96,16 @@ mod tests {
     fn a_socket_that_is_gone_is_made_again_once_it_can_be() {
         let place = tempfile::tempdir_in("/tmp").unwrap();
         let folder = place.path().join("run");
-        let at = SocketOptions { path: folder.join("status"), mode: 0o660, group: None };
-        let first = again(&at).unwrap();
+        let options = SocketOptions { path: folder.join("status"), mode: 0o660, group: None };
+        let first = again(&options).unwrap();
         assert!(first.has_its_name());
         fs::remove_dir_all(&folder).unwrap();
         assert!(!first.has_its_name());
-        // Something else is where the folder was.
+        // A file has taken the place of the folder.
         fs::write(&folder, "notes").unwrap();
         let missing = Missing::default();
-        missing.tell(&at, again(&at).err());
-        missing.tell(&at, again(&at).err());
+        missing.notify(&options, again(&options).err());
+        missing.notify(&options, again(&options).err());
         let [reason] = missing.reasons().try_into().unwrap();
         assert!(
             reason.contains("cannot be made again") && reason.contains("not a folder"),
@@ -112,16 +113,16 @@ mod tests {
         );
         assert_eq!(fs::read_to_string(&folder).unwrap(), "notes");
         fs::remove_file(&folder).unwrap();
-        let second = again(&at).unwrap();
-        missing.tell(&at, None);
+        let second = again(&options).unwrap();
+        missing.notify(&options, None);
         assert!(missing.reasons().is_empty());
-        // The end of the first one takes nothing away from the second.
+        // The end of the first socket does not affect the second.
         drop(first);
         assert!(second.has_its_name());
-        // Nor is the name taken from another process.
-        fs::remove_file(&at.path).unwrap();
-        let _other = again(&at).unwrap();
-        let why = again(&at).unwrap_err();
+        // The name is not taken from another process either.
+        fs::remove_file(&options.path).unwrap();
+        let _other = again(&options).unwrap();
+        let why = again(&options).unwrap_err();
         assert!(!second.has_its_name() && why.contains("in use by a running service"), "{why}");
     }
 }

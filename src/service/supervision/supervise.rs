@@ -1,4 +1,4 @@
-//! The supervision: starts the parts, tells about them, stops them.
+//! The supervision: it starts the parts, reports on them, and stops them.
 
 use core::convert::Infallible;
 use core::future::pending;
@@ -16,14 +16,14 @@ use super::sockets::{Missing, keep};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
-use crate::signals::{Signals, Told};
+use crate::signals::{Received, Signals};
 
-/// How often the status is taken.
+/// Interval at which the status is collected.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
-/// How often a start looks whether it is over.
+/// Interval at which a start checks if it is complete.
 const READY_POLL: Duration = Duration::from_millis(20);
 
-/// Runs the parts until a signal comes, a log ends, or one of them fails. See [`run_with_reload`].
+/// Runs the parts until a signal comes, a log ends, or a part fails. See [`run_with_reload`].
 ///
 /// # Errors
 /// [`ServiceError`].
@@ -31,11 +31,12 @@ pub fn run(options: &ServiceOptions, parts: Parts) -> Result<ServiceReport, Serv
     run_with_reload(options, parts, None)
 }
 
-/// As [`run`], and reads the configuration again on SIGHUP and by command.
+/// Runs the parts like [`run`], and reloads the configuration on SIGHUP and by command.
 ///
-/// Says `READY=1` to the service manager when samples flow or the bus is known to be silent, a
-/// status line every second, `WATCHDOG=1` at half of the manager's time and only while the threads
-/// really turn, `RELOADING=1`, and `STOPPING=1`.
+/// It sends the following to the service manager. `READY=1` is sent when samples flow or the bus is
+/// known to be silent. A status line is sent every second. `WATCHDOG=1` is sent at half of the
+/// manager's time, and only while the threads make progress. `RELOADING=1` and `STOPPING=1` are
+/// sent as well.
 ///
 /// # Errors
 /// [`ServiceError`].
@@ -49,7 +50,7 @@ pub fn run_with_reload(
         .build()
         .map_err(|cause| ServiceError::System { action: "start the runtime", cause })?;
     let report = runtime.block_on(supervise(options, parts, reload));
-    // A command that waits for its answer must not hold up the end.
+    // A command that waits for its answer must not delay the end.
     runtime.shutdown_background();
     report
 }
@@ -65,12 +66,13 @@ async fn supervise(
     let mut signals = Signals::register(reload.is_some())
         .map_err(|cause| ServiceError::System { action: "register for signals", cause })?;
     let mut manager = Manager::from_environment();
-    // First the sockets: they tell a second service of the same cell from the first.
+    // The sockets come first: they distinguish a second service of the same cell from the first.
     let status_socket = listen(options.status.as_ref())?;
     let control_socket = listen(options.control.as_ref())?;
     let node = StreamNode::join(parts.stream())?;
     let publisher = node.document_writer(Topic::Status)?;
-    // Without it an estimation on its own cannot tell disabled drives from a silent bus.
+    // Without it a separate estimation process cannot distinguish disabled drives from a silent
+    // bus.
     let alone = matches!(parts, Parts::Estimation(_));
     let statuses = alone.then(|| node.document_reader(Topic::Status).ok()).flatten();
     let mut running = Running::new(options, &parts, publisher, statuses);
@@ -121,7 +123,7 @@ async fn supervise(
     Ok(ServiceReport { end: end?, snapshot })
 }
 
-/// Does what is to be done while the parts run; says how they ended.
+/// Handles events while the parts run. Returns how they ended.
 async fn attend(
     (running, manager, mut reloader, mut signals): (&mut Running, &mut Manager, Reloader, Signals),
     missing: &Missing,
@@ -132,9 +134,9 @@ async fn attend(
     let mut feeding = manager.feeding_period().map(every);
     loop {
         tokio::select! {
-            told = signals.next() => match told {
-                Told::End => return Ok(ServiceEnd::Signal),
-                Told::Reload => {
+            reported = signals.next() => match reported {
+                Received::End => return Ok(ServiceEnd::Signal),
+                Received::Reload => {
                     if reloader.begin(None) {
                         manager.reloading();
                     }

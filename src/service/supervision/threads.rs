@@ -12,7 +12,8 @@ use crate::live::acquire::{AcquireEnd, Acquisition, SharedAcquisition};
 use crate::live::recording::{FrameTap, Recorder, RecorderOptions};
 use crate::live::worker::{Commands, SharedEstimation, Worker, WorkerEnd};
 
-/// What a thread reports: at most two reports each, so an unbounded channel is bounded.
+/// Report of a thread. Each thread sends at most two, so the unbounded channel is bounded in
+/// practice.
 pub(super) enum Report {
     /// The bus thread has its ports.
     AcquisitionReady,
@@ -37,10 +38,10 @@ pub(super) fn start_acquisition(
             let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
             let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
             let acquisition = acquisition.with_tap(tap);
-            // The receiver outlives the threads but for the last moments of the process.
+            // The receiver outlives the threads, except in the last moments of the process.
             let _ = reports.send(Report::AcquisitionReady);
             let end = acquisition.run(&stop);
-            // The tap is gone: what was recorded is closed.
+            // The tap is dropped: the recording is closed.
             recorder.into_iter().for_each(Recorder::finish);
             Ok(end?)
         });
@@ -87,8 +88,8 @@ fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(),
         .map_err(|cause| ServiceError::System { action: "start a thread", cause })
 }
 
-/// A panic is an end like another: whoever supervises must hear of it. What the closure shares with
-/// others are counts, which are no worse for a missing one.
+/// Runs a thread body, and reports a panic like any other end to the supervision. The closure
+/// shares only counts with other threads. A missing count does no harm.
 fn guarded<T>(
     thread: &'static str,
     body: impl FnOnce() -> Result<T, ServiceError>,

@@ -1,4 +1,4 @@
-//! The object dictionary of one node, as its device file writes it.
+//! Object dictionary of one node, read from its device file.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::ini::{self, Entry, Section, Sections};
 use super::number;
 use crate::layout::Encoding;
 
-/// An object's value with where it stands.
+/// Value of an object, and its place in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Value {
     pub(in crate::layout) number: u64,
@@ -21,7 +21,7 @@ pub(in crate::layout) struct Value {
 pub(in crate::layout) struct Dictionary<'a> {
     pub(in crate::layout) file: &'a Path,
     pub(in crate::layout) node: u8,
-    /// Whether it is a DCF, whose `ParameterValue` counts.
+    /// True if it is a DCF, whose `ParameterValue` applies.
     configured: bool,
     sections: Sections<'a>,
 }
@@ -33,30 +33,31 @@ impl<'a> Dictionary<'a> {
         node: u8,
         configured: bool,
     ) -> Result<Self, EdsError> {
-        let own = Self { file, node, configured, sections: ini::parse(text, file)? };
-        own.check_node()?;
-        Ok(own)
+        let dictionary = Self { file, node, configured, sections: ini::parse(text, file)? };
+        dictionary.check_node()?;
+        Ok(dictionary)
     }
 
-    /// The node that a DCF was made for, if it says so.
+    /// Returns the node that a DCF was made for, if the file contains it.
     pub(in crate::layout) fn commissioned(
         text: &'a str,
         file: &'a Path,
     ) -> Result<Option<u8>, EdsError> {
-        // Any node: a number of the file's own does not refer to it.
-        let own = Self { file, node: 1, configured: true, sections: ini::parse(text, file)? };
-        let Some(found) = own.made_for()? else { return Ok(None) };
+        // Use any node: no number of the file is relative to it here.
+        let dictionary =
+            Self { file, node: 1, configured: true, sections: ini::parse(text, file)? };
+        let Some(found) = dictionary.made_for()? else { return Ok(None) };
         match u8::try_from(found.number) {
             Ok(node @ 1..=127) => Ok(Some(node)),
             _ => {
                 let reason =
                     format!("NodeID is {}, no node's number; correct it: 1 to 127", found.number);
-                Err(own.refuse(&found, reason))
+                Err(dictionary.refuse(&found, reason))
             }
         }
     }
 
-    /// The node of a DCF; the section's name is spelt so in the standard.
+    /// Returns the node of a DCF; the standard spells the section's name this way.
     fn made_for(&self) -> Result<Option<Value>, EdsError> {
         let section = ["devicecomissioning", "devicecommissioning"]
             .into_iter()
@@ -66,7 +67,7 @@ impl<'a> Dictionary<'a> {
         self.number(section, "NodeID", entry).map(Some)
     }
 
-    /// A DCF belongs to one node.
+    /// Checks that a DCF belongs to this node.
     fn check_node(&self) -> Result<(), EdsError> {
         let Some(found) = self.made_for()? else { return Ok(()) };
         if found.number == u64::from(self.node) {
@@ -79,25 +80,25 @@ impl<'a> Dictionary<'a> {
         Err(self.refuse(&found, reason))
     }
 
-    /// Whether there is an object of this index.
+    /// Returns true if an object has this index.
     pub(in crate::layout) fn has(&self, index: u16) -> bool {
         self.sections.contains_key(&format!("{index:04x}"))
             || self.sections.contains_key(&format!("{index:04x}sub0"))
     }
 
-    /// The indices from `first` to `last` that are there, ascending.
+    /// Returns the existing indices from `first` to `last`, ascending.
     pub(in crate::layout) fn indices(&self, first: u16, last: u16) -> impl Iterator<Item = u16> {
         (first..=last).filter(|index| self.has(*index))
     }
 
-    /// The value of an object, if the file gives one.
+    /// Returns the value of an object, if the file gives one.
     pub(in crate::layout) fn value(&self, index: u16, sub: u8) -> Result<Option<Value>, EdsError> {
         if let Some(section) = self.section(index, sub) {
             return self.value_in(section);
         }
         let Some(parent) = self.sections.get(&format!("{index:04x}")) else { return Ok(None) };
         let Some(count) = parent.get("compactsubobj") else { return Ok(None) };
-        // The values of compact sub-objects stand together, by their numbers in decimal.
+        // The values of compact sub-objects are in one section, under their numbers in decimal.
         let count = self.number(parent, "CompactSubObj", count)?;
         if sub == 0 {
             return Ok(Some(count));
@@ -112,7 +113,7 @@ impl<'a> Dictionary<'a> {
         }
     }
 
-    /// The value that has to be there.
+    /// Returns a value that must be present.
     pub(in crate::layout) fn required(
         &self,
         index: u16,
@@ -127,26 +128,28 @@ impl<'a> Dictionary<'a> {
         })
     }
 
-    /// How the bits of an object are a number, and how many there are.
+    /// Returns the encoding of an object and its number of bits.
     pub(in crate::layout) fn data_type(
         &self,
         index: u16,
         sub: u8,
     ) -> Result<(Encoding, u64), EdsError> {
-        let parent = || {
-            let parent = self.sections.get(&format!("{index:04x}"))?;
-            parent.get("compactsubobj").is_some().then_some(parent)
-        };
         let missing = || EdsError::Missing {
             file: self.file.to_owned(),
             section: name(index, sub),
             key: "DataType",
             remedy: "take the device file that belongs to the drive's firmware",
         };
-        let section = self.section(index, sub).or_else(parent).ok_or_else(missing)?;
+        let section = self
+            .section(index, sub)
+            .or_else(|| {
+                let parent = self.sections.get(&format!("{index:04x}"))?;
+                parent.get("compactsubobj").is_some().then_some(parent)
+            })
+            .ok_or_else(missing)?;
         let entry = section.get("datatype").ok_or_else(missing)?;
         let value = self.number(section, "DataType", entry)?;
-        let found = match value.number {
+        let encoding = match value.number {
             0x01 => (Encoding::Unsigned, 1),
             0x02 => (Encoding::Signed, 8),
             0x03 => (Encoding::Signed, 16),
@@ -170,10 +173,10 @@ impl<'a> Dictionary<'a> {
                 return Err(self.refuse(&value, reason));
             }
         };
-        Ok(found)
+        Ok(encoding)
     }
 
-    /// What is wrong with a value, and where it stands.
+    /// Returns the error for a value, with its place in the file.
     pub(in crate::layout) fn refuse(&self, value: &Value, reason: String) -> EdsError {
         EdsError::Entry {
             file: self.file.to_owned(),
@@ -184,10 +187,10 @@ impl<'a> Dictionary<'a> {
         }
     }
 
-    /// The section of a sub-object; an object without sub-objects is its own sub-object 0.
+    /// Returns the section of a sub-object; an object without sub-objects is its own sub-object 0.
     fn section(&self, index: u16, sub: u8) -> Option<&Section<'a>> {
-        let own = self.sections.get(&format!("{index:04x}sub{sub:x}"));
-        own.or_else(|| {
+        let section = self.sections.get(&format!("{index:04x}sub{sub:x}"));
+        section.or_else(|| {
             let parent = self.sections.get(&format!("{index:04x}")).filter(|_| sub == 0)?;
             let simple = parent.get("subnumber").is_none() && parent.get("compactsubobj").is_none();
             simple.then_some(parent)
@@ -209,12 +212,15 @@ impl<'a> Dictionary<'a> {
         key: &'static str,
         entry: Entry<'a>,
     ) -> Result<Value, EdsError> {
-        let at = |number| Value { number, section: section.name.to_owned(), key, line: entry.line };
-        number::parse(entry.value, self.node).map(at).map_err(|reason| self.refuse(&at(0), reason))
+        let value_with =
+            |number| Value { number, section: section.name.to_owned(), key, line: entry.line };
+        number::parse(entry.value, self.node)
+            .map(value_with)
+            .map_err(|reason| self.refuse(&value_with(0), reason))
     }
 }
 
-/// The name of a sub-object's section.
+/// Returns the name of a sub-object's section.
 pub(in crate::layout) fn name(index: u16, sub: u8) -> String {
     format!("{index:04X}sub{sub:X}")
 }

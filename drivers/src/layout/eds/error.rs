@@ -1,19 +1,19 @@
-//! Why a device file was refused.
+//! Errors that refuse a device file.
 
 use std::path::PathBuf;
 
-/// Why an EDS or a DCF does not make a plan. Every variant names the file as the layout names it;
+/// Reason why an EDS or a DCF gives no plan. Every variant names the file as the layout names it;
 /// lines count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EdsError {
-    /// A line that is none of the format's.
+    /// A line does not match the format.
     #[error("{}: line {line}: {reason}", file.display())]
     Line {
         /// The file.
         file: PathBuf,
         /// The line.
         line: usize,
-        /// What is wrong, and what would be right.
+        /// The problem and its correction.
         reason: String,
     },
     /// An entry has a value that cannot be used.
@@ -27,10 +27,10 @@ pub enum EdsError {
         section: String,
         /// The key.
         key: String,
-        /// What is wrong, and what would be right.
+        /// The problem and its correction.
         reason: String,
     },
-    /// A section or one of its keys is not there.
+    /// A section or one of its keys is missing.
     #[error("{}: [{section}] has no {key}; {remedy}", file.display())]
     Missing {
         /// The file.
@@ -44,9 +44,9 @@ pub enum EdsError {
     },
     /// No PDO carries an object of the layout.
     #[error(
-        "{}: `{key}`: no {direction} of node {node} carries {object}; its {direction}s carry {}; map \
-         it in the drive and in its DCF",
-        file.display(), Carried(.carried)
+        "{}: `{key}`: no {direction} of node {node} carries {object}; its {direction}s carry {}; \
+         map it in the drive and in its DCF",
+        file.display(), Attached(.mapped)
     )]
     NotMapped {
         /// The file.
@@ -60,9 +60,9 @@ pub enum EdsError {
         /// The object, `6064:00`.
         object: String,
         /// What is mapped.
-        carried: Vec<String>,
+        mapped: Vec<String>,
     },
-    /// A PDO carries the object and cannot be used.
+    /// A PDO carries the object but cannot be used.
     #[error("{}: [{section}], {pdo} of node {node}: {reason}", file.display())]
     Pdo {
         /// The file.
@@ -73,14 +73,14 @@ pub enum EdsError {
         pdo: String,
         /// The node.
         node: u8,
-        /// What is wrong, and what would be right.
+        /// The problem and its correction.
         reason: String,
     },
 }
 
-struct Carried<'a>(&'a [String]);
+struct Attached<'a>(&'a [String]);
 
-impl core::fmt::Display for Carried<'_> {
+impl core::fmt::Display for Attached<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         if self.0.is_empty() { f.write_str("nothing") } else { f.write_str(&self.0.join(" ")) }
     }

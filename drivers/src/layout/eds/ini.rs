@@ -1,7 +1,7 @@
-//! The lines of a device file: sections, and entries `key=value` (CiA 306-1).
+//! Lines of a device file: sections, and entries `key=value` (CiA 306-1).
 //!
-//! Names are told apart without regard to case. What is no object of the dictionary is passed over,
-//! but for the few sections that are asked for by name.
+//! Names are compared without regard to case. Sections other than dictionary objects are skipped,
+//! except a few that are requested by name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub(super) struct Entry<'a> {
     pub(super) line: usize,
 }
 
-/// One section: its name as it is written, its line, its entries by their names in lower case.
+/// One section: its name as written, its line, its entries by their names in lower case.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Section<'a> {
     pub(super) name: &'a str,
@@ -27,7 +27,7 @@ pub(super) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// An entry that says something. `key` is in lower case.
+    /// Returns an entry if it is not empty. `key` is in lower case.
     pub(super) fn get(&self, key: &str) -> Option<Entry<'a>> {
         self.entries.get(key).copied().filter(|entry| !entry.value.is_empty())
     }
@@ -39,7 +39,7 @@ pub(super) type Sections<'a> = BTreeMap<String, Section<'a>>;
 /// Reads all lines.
 ///
 /// # Errors
-/// [`EdsError::Line`] where a line is none of the format's, or says again what another said.
+/// [`EdsError::Line`] if a line does not match the format or repeats another.
 pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Sections<'a>, EdsError> {
     let refuse = |line, reason: String| EdsError::Line { file: file.to_owned(), line, reason };
     if text.len() > MAX_DEVICE_FILE_BYTES {

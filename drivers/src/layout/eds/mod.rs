@@ -1,12 +1,12 @@
-//! The device files of CANopen drives: EDS and DCF (CiA 306), instead of a DBC file.
+//! Device files of CANopen drives: EDS and DCF (CiA 306), instead of a DBC file.
 //!
-//! A device file says which objects a drive's PDOs carry, under which identifier and when they are
-//! sent; the layout says which objects are the arm's, and `compile_nodes` beside this room makes the
-//! same plan of both as of a DBC file. An EDS gives what a drive has after a reset (`DefaultValue`), a DCF how it was configured
-//! (`ParameterValue`).
+//! A device file lists the objects that a drive's PDOs carry, with the identifier and the time of
+//! sending. The layout selects the objects of the arm. `compile_nodes` next to this module makes
+//! the same plan from both as from a DBC file. An EDS gives the values of a drive after a reset
+//! (`DefaultValue`), a DCF the configured ones (`ParameterValue`).
 //!
-//! A PDO that is not sent or applied at the SYNC is refused: its values belong to no instant that the
-//! layout could name.
+//! A PDO that is not sent or applied at the SYNC is refused: its values belong to no instant that
+//! the layout could name.
 
 mod dictionary;
 mod error;

@@ -1,6 +1,6 @@
-//! Numbers as device files write them: `128`, `0x80`, `$NODEID+0x180`.
+//! Numbers in the notation of device files: `128`, `0x80`, `$NODEID+0x180`.
 
-/// The value of a number for a node, or what is wrong with it.
+/// Returns the value of a number for a node, or a description of the error.
 ///
 /// A decimal number has no leading zero: some tools read it as octal, others do not.
 pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {

@@ -1,4 +1,4 @@
-//! What the PDOs of a node carry, and when (CiA 301, 7.5.2.35 to 7.5.2.38).
+//! Contents and timing of the PDOs of a node (CiA 301, 7.5.2.35 to 7.5.2.38).
 
 use super::dictionary::{Dictionary, name};
 use super::error::EdsError;
@@ -11,7 +11,7 @@ const INVALID: u64 = 1 << 31;
 /// Bit 29 of a COB-ID: the identifier has 29 bits.
 const EXTENDED: u64 = 1 << 29;
 
-/// Who sends a PDO.
+/// Sender of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) enum Direction {
     /// The node.
@@ -28,7 +28,7 @@ impl Direction {
         }
     }
 
-    /// The indices of the first communication and the first mapping object.
+    /// Returns the indices of the first communication and the first mapping object.
     fn first(self) -> (u16, u16) {
         match self {
             Self::Transmit => (0x1800, 0x1A00),
@@ -45,7 +45,7 @@ pub(in crate::layout) struct Object {
 }
 
 impl Object {
-    /// From `6064:00`, index and sub-index in hexadecimal.
+    /// Parses `6064:00`, index and sub-index in hexadecimal.
     pub(in crate::layout) fn parse(text: &str) -> Option<Self> {
         let (index, sub) = text.split_once(':')?;
         let hex = |text: &str| text.bytes().all(|b| b.is_ascii_hexdigit());
@@ -63,7 +63,7 @@ impl core::fmt::Display for Object {
     }
 }
 
-/// Where an object lies in a PDO.
+/// Position of an object in a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Mapped {
     pub(in crate::layout) object: Object,
@@ -71,7 +71,7 @@ pub(in crate::layout) struct Mapped {
     pub(in crate::layout) bits: u64,
 }
 
-/// One PDO: what it carries.
+/// One PDO and its contents.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Pdo {
     pub(in crate::layout) direction: Direction,
@@ -81,19 +81,19 @@ pub(in crate::layout) struct Pdo {
     bits: u64,
 }
 
-/// When and under which identifier a PDO is sent.
+/// Time and identifier with which a PDO is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Sent {
     pub(in crate::layout) id: FrameId,
 }
 
-/// Where a file lacks what a PDO is sent by.
+/// Remedy for a file without the transmission settings of a PDO.
 const REMEDY: &str =
     "the layout needs the identifier and the transmission type; take a DCF that has them";
 
 impl Pdo {
-    /// Every PDO of a direction that maps something.
-    pub(in crate::layout) fn all(
+    /// Returns every PDO of a direction that maps something.
+    pub(in crate::layout) fn read_all(
         dictionary: &Dictionary<'_>,
         direction: Direction,
     ) -> Result<Vec<Self>, EdsError> {
@@ -112,7 +112,7 @@ impl Pdo {
     ) -> Result<Self, EdsError> {
         let index = direction.first().1 + number;
         let mut pdo = Self { direction, number, mapped: Vec::new(), bits: 0 };
-        // Without a number of entries, or with that of a multiplexed PDO, nothing is mapped.
+        // Nothing is mapped without a number of entries, or with the number of a multiplexed PDO.
         let Some(count) = dictionary.value(index, 0)? else { return Ok(pdo) };
         let Ok(count @ 1..=64) = u8::try_from(count.number) else { return Ok(pdo) };
         for sub in 1..=count {
@@ -131,7 +131,7 @@ impl Pdo {
                 );
                 return Err(dictionary.refuse(&entry, reason));
             }
-            // Objects below 1000h are types: gaps of their size that mean nothing.
+            // Objects below 1000h are types: they mark gaps of their size without meaning.
             let object = Object { index: u16::from_be_bytes([high, low]), sub };
             pdo.mapped.push(Mapped { object, first_bit: pdo.bits, bits });
             pdo.bits += bits;
@@ -144,22 +144,22 @@ impl Pdo {
         format!("{}{}", self.direction.name(), self.number + 1)
     }
 
-    /// The bytes of its frames.
+    /// Returns the length of its frames \[bytes\].
     pub(in crate::layout) fn bytes(&self) -> u8 {
         u8::try_from(self.bits.div_ceil(8)).unwrap_or(u8::MAX)
     }
 
-    /// Where an object lies in it.
+    /// Returns the position of an object in the PDO.
     pub(in crate::layout) fn find(&self, object: Object) -> Option<Mapped> {
         self.mapped.iter().copied().find(|mapped| mapped.object == object)
     }
 
-    /// When it is sent. A value has an instant only where the SYNC gives it one.
+    /// Returns how the PDO is sent. A value has an instant only if the SYNC gives it one.
     ///
     /// # Errors
-    /// The PDO does not exist, or goes by events.
+    /// The PDO does not exist, or is sent by events.
     pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
-        let Sent { id } = self.there(dictionary)?;
+        let Sent { id } = self.transmitted(dictionary)?;
         let kind = dictionary.required(self.direction.first().0 + self.number, 2, REMEDY)?;
         match (self.direction, kind.number) {
             (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Sent { id }),
@@ -183,11 +183,14 @@ impl Pdo {
         }
     }
 
-    /// As which frame it comes, whenever that is.
+    /// Returns the frame that carries the PDO, regardless of the time.
     ///
     /// # Errors
     /// The PDO does not exist.
-    pub(in crate::layout) fn there(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
+    pub(in crate::layout) fn transmitted(
+        &self,
+        dictionary: &Dictionary<'_>,
+    ) -> Result<Sent, EdsError> {
         let index = self.direction.first().0 + self.number;
         let cob_id = dictionary.required(index, 1, REMEDY)?;
         let refuse = |sub, reason: String| EdsError::Pdo {
@@ -212,7 +215,7 @@ impl Pdo {
     }
 }
 
-/// The identifier in a COB-ID.
+/// Returns the identifier in a COB-ID.
 pub(in crate::layout) fn identifier(cob_id: u64) -> Result<FrameId, String> {
     let number = u32::try_from(cob_id & 0x1FFF_FFFF).unwrap_or(u32::MAX);
     if cob_id > u64::from(u32::MAX) {

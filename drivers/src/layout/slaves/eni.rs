@@ -1,4 +1,4 @@
-//! ENI files (ETG.2100): the network as the master was configured.
+//! ENI files (ETG.2100): the configured network of the master.
 
 use std::path::Path;
 
@@ -10,16 +10,16 @@ use super::super::spec::SlaveSpec;
 use super::{Area, Command, Network, NetworkError, Slave};
 use crate::ethercat::{ARMW, FRMW, LRD, LRW, LWR, SYSTEM_TIME};
 
-/// An ENI file: its name for errors.
+/// An ENI file, and its name for errors.
 struct Eni<'a> {
     file: &'a Path,
 }
 
-/// A cyclic datagram, as far as it matters.
+/// Relevant kinds of cyclic datagrams.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Kind {
     ProcessData(Command),
-    /// The time of the distributed clock.
+    /// Time of the distributed clock.
     Clock,
     Other,
 }
@@ -44,28 +44,30 @@ pub(in crate::layout) fn read_eni(
             Ok::<_, NetworkError>((name, address, slave))
         })
         .collect::<Result<_, _>>()?;
-    let find = |spec: &SlaveSpec| {
-        let is = |(name, address, _): &&(String, u16, _)| {
-            spec.name.as_ref().is_none_or(|wanted| wanted == name)
-                && spec.address.is_none_or(|wanted| wanted == *address)
-        };
-        let mut found = slaves.iter().filter(is);
-        let (Some((name, _, node)), None) = (found.next(), found.next()) else {
-            let found = slaves.iter().map(|(name, address, _)| format!("{name} ({address})"));
-            let (file, wanted) = (file.to_owned(), spec.label());
-            return Err(NetworkError::NoSlave { file, wanted, found: found.collect() });
-        };
-        let [inputs, outputs] = [("TxPdo", "Recv", "Inputs"), ("RxPdo", "Send", "Outputs")]
-            .map(|kind| eni.area(*node, name, kind));
-        Ok(Slave { name: name.clone(), inputs: inputs?, outputs: outputs? })
-    };
-    let slaves = wanted.iter().map(find).collect::<Result<_, _>>()?;
+    let slaves = wanted
+        .iter()
+        .map(|spec: &SlaveSpec| {
+            let is = |(name, address, _): &&(String, u16, _)| {
+                spec.name.as_ref().is_none_or(|wanted| wanted == name)
+                    && spec.address.is_none_or(|wanted| wanted == *address)
+            };
+            let mut matching = slaves.iter().filter(is);
+            let (Some((name, _, node)), None) = (matching.next(), matching.next()) else {
+                let names = slaves.iter().map(|(name, address, _)| format!("{name} ({address})"));
+                let (file, wanted) = (file.to_owned(), spec.label());
+                return Err(NetworkError::NoSlave { file, wanted, found: names.collect() });
+            };
+            let [inputs, outputs] = [("TxPdo", "Recv", "Inputs"), ("RxPdo", "Send", "Outputs")]
+                .map(|kind| eni.area(*node, name, kind));
+            Ok(Slave { name: name.clone(), inputs: inputs?, outputs: outputs? })
+        })
+        .collect::<Result<_, _>>()?;
     Ok(Network { slaves, commands: eni.commands(config)? })
 }
 
 impl Eni<'_> {
-    /// The process data of a slave in one direction: its PDOs in the order in which its sync managers
-    /// have them.
+    /// Returns the process data of a slave in one direction: its PDOs in the order of its sync
+    /// managers.
     fn area(
         &self,
         slave: Node<'_, '_>,
@@ -79,7 +81,7 @@ impl Eni<'_> {
             remedy: "give it PDOs in the master's configuration, and export anew",
         };
         let Some(data) = child(slave, "ProcessData") else { return Ok(Area::unknown(missing())) };
-        let all: Vec<Node<'_, '_>> = children(data, pdo_tag).collect();
+        let all_pdos: Vec<Node<'_, '_>> = children(data, pdo_tag).collect();
         let managers = data.children().filter(|node| {
             let tag = node.tag_name().name();
             let number = tag.strip_prefix("Sm").filter(|rest| !rest.is_empty());
@@ -94,13 +96,13 @@ impl Eni<'_> {
             let is = |pdo: &Node<'_, '_>| {
                 child(*pdo, "Index").is_some_and(|own| self.number::<u16>(own) == Ok(index))
             };
-            let pdo = all.iter().copied().find(is);
+            let pdo = all_pdos.iter().copied().find(is);
             pdos.push(pdo.ok_or_else(|| {
                 self.wrong(*number, format!("PDO {index:04X} is assigned and not described"))
             })?);
         }
         if assigned.is_empty() {
-            pdos = all.into_iter().filter(|pdo| pdo.has_attribute("Sm")).collect();
+            pdos = all_pdos.into_iter().filter(|pdo| pdo.has_attribute("Sm")).collect();
         }
         let mut entries = Vec::new();
         for entry in pdos.into_iter().flat_map(|pdo| children(pdo, "Entry").collect::<Vec<_>>()) {
@@ -112,7 +114,7 @@ impl Eni<'_> {
         }
         let mut places = children(data, place_tag);
         let Some(place) = places.next() else {
-            return Ok(Area::of(entries, Err(missing())));
+            return Ok(Area::from_entries(entries, Err(missing())));
         };
         if let Some(second) = places.next() {
             return Err(self.wrong(second, "one area is read for each direction".into()));
@@ -124,10 +126,10 @@ impl Eni<'_> {
             let problem = format!("{length} bits, and the PDOs of the slave have {mapped}");
             return Err(self.wrong(place, problem));
         }
-        Ok(Area::of(entries, Ok(start.into())))
+        Ok(Area::from_entries(entries, Ok(start.into())))
     }
 
-    /// The datagrams of process data that are sent in OP, in the order of sending.
+    /// Returns the datagrams of process data that are sent in OP, in the order of sending.
     fn commands(&self, config: Node<'_, '_>) -> Result<Vec<Command>, NetworkError> {
         let mut commands = Vec::new();
         for frame in children(config, "Cyclic").flat_map(|cyclic| children(cyclic, "Frame")) {
@@ -178,7 +180,7 @@ impl Eni<'_> {
         child(node, tag).ok_or_else(|| self.wrong(node, format!("has no {tag}")))
     }
 
-    /// Decimal, or hexadecimal as `#x6064`.
+    /// Parses a decimal number, or a hexadecimal one like `#x6064`.
     fn number<T: TryFrom<u64>>(&self, node: Node<'_, '_>) -> Result<T, NetworkError> {
         let text = text_of(node);
         let parsed = match text.strip_prefix("#x").or_else(|| text.strip_prefix("0x")) {
@@ -196,7 +198,7 @@ impl Eni<'_> {
     }
 }
 
-/// What the bits of a data type are; nothing of types that are no number.
+/// Returns the encoding of a data type, or `None` for types that are no number.
 fn data_type(name: &str) -> Option<Encoding> {
     match name {
         "SINT" | "INT" | "DINT" | "LINT" => Some(Encoding::Signed),

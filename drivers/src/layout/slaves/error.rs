@@ -1,19 +1,19 @@
-//! Why a description of a network was refused.
+//! Errors that refuse the description of a network.
 
 use std::path::PathBuf;
 
 use crate::ethercat::CaptureError;
 
-/// Why an ENI file, or a start-up, does not make a plan. Every variant names the file as the layout
+/// Reason why an ENI file, or a start-up, gives no plan. Every variant names the file as the layout
 /// names it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
-    /// Not XML, or not an ENI.
+    /// The file is not XML, or not an ENI.
     #[error("{}: {problem}; export the ENI file of the master's configuration", file.display())]
     NotEni {
         /// The file.
         file: PathBuf,
-        /// What the parser said, with its line.
+        /// Message of the parser, with its line.
         problem: String,
     },
     /// A value of the ENI cannot be used.
@@ -21,7 +21,7 @@ pub enum NetworkError {
     Value {
         /// The file.
         file: PathBuf,
-        /// The line, from 1.
+        /// Line number, from 1.
         line: u32,
         /// The element.
         element: String,
@@ -29,37 +29,38 @@ pub enum NetworkError {
         problem: String,
     },
     /// No such slave.
-    #[error("{}: there is no slave {wanted}; it has {}; correct `slaves`, or take the file of this arm", file.display(), Listed(.found))]
+    #[error("{}: there is no slave {wanted}; it has {}; correct `slaves`, or take the file of this \
+        arm", file.display(), Listed(.found))]
     NoSlave {
         /// The file.
         file: PathBuf,
-        /// Name or address that the layout asks for.
+        /// Name or address that the layout requires.
         wanted: String,
         /// Names and addresses in the file.
         found: Vec<String>,
     },
-    /// The process data of a slave carry no object of the layout.
+    /// The process data of a slave do not carry an object of the layout.
     #[error(
         "{}: `{key}`: the {whose} do not carry {object}; they carry {}; add it to the \
          PDO in the master's configuration, and export or record anew",
-        file.display(), Listed(.carried)
+        file.display(), Listed(.mapped)
     )]
     NotMapped {
         /// The file.
         file: PathBuf,
         /// The key of the layout.
         key: &'static str,
-        /// Inputs or outputs, and of which slave.
+        /// Inputs or outputs, and the slave.
         whose: String,
         /// The object, `6077:00`.
         object: String,
         /// What is mapped.
-        carried: Vec<String>,
+        mapped: Vec<String>,
     },
-    /// The start-up does not hold what a slave needs.
+    /// The start-up does not contain data that a slave needs.
     #[error(
-        "{}: the capture does not hold {what} of slave {slave}; record from before the master starts until \
-         the drives run, or name the ENI file in place of `startup`",
+        "{}: the capture does not hold {what} of slave {slave}; record from before the master \
+         starts until the drives run, or name the ENI file in place of `startup`",
         file.display()
     )]
     NotLearnt {
@@ -70,9 +71,10 @@ pub enum NetworkError {
         /// What is missing.
         what: String,
     },
-    /// No cyclic datagram goes over the process data of a slave.
+    /// No cyclic datagram covers the process data of a slave.
     #[error(
-        "{}: no cyclic datagram (LRD, LWR, LRW) goes over the {direction} of slave {slave}; {remedy}",
+        "{}: no cyclic datagram (LRD, LWR, LRW) goes over the {direction} of slave {slave}; \
+        {remedy}",
         file.display()
     )]
     NotCyclic {
@@ -85,11 +87,11 @@ pub enum NetworkError {
         /// What to do.
         remedy: &'static str,
     },
-    /// Nobody says what the working counter has to be.
+    /// The expected working counter is missing.
     #[error(
-        "{}: the cyclic datagram at address {address:#010X} has no expected working counter (Cnt), without \
-         which inputs of a drive that did not answer cannot be told from good ones; have the master check \
-         working counters, and export anew",
+        "{}: the cyclic datagram at address {address:#010X} has no expected working counter (Cnt). \
+        Without it, inputs of a drive that did not answer look like good ones. Let the master \
+        check working counters, and export again",
         file.display()
     )]
     NoCounter {
@@ -98,7 +100,7 @@ pub enum NetworkError {
         /// The logical address.
         address: u32,
     },
-    /// An object cannot be read as it is mapped.
+    /// An object cannot be read with its mapping.
     #[error("{}: {object} of slave {slave}: {problem}", file.display())]
     Object {
         /// The file.
@@ -107,13 +109,13 @@ pub enum NetworkError {
         slave: String,
         /// The object.
         object: String,
-        /// What is wrong, and what to do.
+        /// The problem and its remedy.
         problem: String,
     },
     /// The capture cannot be read.
     #[error("{problem}")]
     Capture {
-        /// What is wrong, with the file and the remedy.
+        /// The problem, with the file and the remedy.
         problem: String,
     },
 }

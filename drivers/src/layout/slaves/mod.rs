@@ -1,25 +1,25 @@
-//! EtherCAT slaves: what their process data carry, and which cyclic datagrams they go by.
+//! EtherCAT slaves: the contents of their process data, and the cyclic datagrams that carry them.
 //!
-//! An ENI file says both, as the master was configured; a capture of the start-up holds both, as the
-//! master told the slaves. Either is read to a [`Network`], and `compile_slaves` beside this room makes
-//! the same plan of it as of a DBC file. A device description (ESI) says what a slave could do, not
-//! what the master chose, and is not read.
+//! An ENI file contains both, as configured in the master. A capture of the start-up contains both,
+//! as the master sent them to the slaves. Either is read to a [`Network`], and `compile_slaves`
+//! next to this module makes the same plan from it as from a DBC file. A device description (ESI)
+//! lists the possible settings of a slave, not the master's choice, and is not read.
 
+mod common_objects;
 mod eni;
 mod error;
-mod known;
 mod startup;
 
+pub(super) use common_objects::encoding_of;
 pub(super) use eni::read_eni;
 pub use error::NetworkError;
-pub(super) use known::encoding_of;
 pub(super) use startup::learn;
 
 use super::eds::Object;
 use super::field::Encoding;
 use super::spec::SlaveSpec;
 
-/// What a layout needs of a network: the slaves that it names, in the order of the axes.
+/// Data of a network that a layout needs: the slaves that it names, in the order of the axes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Network {
     pub(super) slaves: Vec<Slave>,
@@ -29,7 +29,7 @@ pub(super) struct Network {
 /// One slave.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slave {
-    /// As people call it: its name, or its address.
+    /// Readable label: its name, or its address.
     pub(super) name: String,
     pub(super) inputs: Area,
     pub(super) outputs: Area,
@@ -39,7 +39,7 @@ pub(super) struct Slave {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Area {
     pub(super) entries: Vec<Entry>,
-    /// Its first bit in the process image; or why it is not known, with the remedy.
+    /// First bit in the process image, or the reason why it is unknown, with the remedy.
     pub(super) first_bit: Result<u64, NetworkError>,
 }
 
@@ -47,10 +47,10 @@ pub(super) struct Area {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub(super) object: Object,
-    /// After the first of its area.
+    /// Offset from the first bit of its area.
     pub(super) first_bit: u64,
     pub(super) bits: u64,
-    /// What the file says that it is.
+    /// Encoding given in the file.
     pub(super) encoding: Option<Encoding>,
 }
 
@@ -61,29 +61,31 @@ pub(super) struct Command {
     pub(super) address: u32,
     /// \[bytes\]
     pub(super) length: u16,
-    /// Its first bit in the image of the inputs, and in that of the outputs.
+    /// First bit in the image of the inputs, and in that of the outputs.
     pub(super) input_bit: u64,
     pub(super) output_bit: u64,
-    /// The working counter when every slave takes part.
+    /// Working counter if every slave takes part.
     pub(super) expected: Option<u16>,
-    /// Whether its frame has the distributed clock's time too.
+    /// True if its frame also carries the time of the distributed clock.
     pub(super) with_clock: bool,
 }
 
 impl Area {
-    /// The entries of PDOs, one behind the other, and where the area lies.
-    fn of(
+    /// Creates an area from the entries of PDOs, one after the other, and its position.
+    fn from_entries(
         mapped: impl IntoIterator<Item = (Object, u64, Option<Encoding>)>,
         first_bit: Result<u64, NetworkError>,
     ) -> Self {
         let mut bits = 0;
-        let place = |(object, own, encoding)| {
-            let first_bit = bits;
-            bits += own;
-            Entry { object, first_bit, bits: own, encoding }
-        };
         // Objects below 1000h are gaps.
-        let entries = mapped.into_iter().map(place).filter(|e| e.object.index >= 0x1000);
+        let entries = mapped
+            .into_iter()
+            .map(|(object, own, encoding)| {
+                let first_bit = bits;
+                bits += own;
+                Entry { object, first_bit, bits: own, encoding }
+            })
+            .filter(|e| e.object.index >= 0x1000);
         Self { entries: entries.collect(), first_bit }
     }
 
@@ -93,7 +95,7 @@ impl Area {
 }
 
 impl SlaveSpec {
-    /// As people call it.
+    /// Returns the readable label.
     pub(super) fn label(&self) -> String {
         match (&self.name, self.address) {
             (Some(name), _) => name.clone(),

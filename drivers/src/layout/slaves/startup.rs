@@ -1,5 +1,5 @@
-//! The network as a master told its slaves at the start: PDO assignment and mapping by SDO (ETG.1000,
-//! part 6; ETG.1020), FMMUs, and the cyclic datagrams that follow.
+//! Network read from a master's start-up messages to its slaves. It consists of PDO assignment and
+//! mapping by SDO (ETG.1000, part 6; ETG.1020), FMMUs, and the cyclic datagrams that follow.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -12,7 +12,7 @@ use crate::ethercat::{
     Capture, Datagram, EthercatFrame, FMMU, FPRD, FPRW, FPWR, LRD, LRW, LWR, MAILBOX,
 };
 
-/// Objects of all slaves that are kept at most, and cyclic datagrams.
+/// Largest number of stored objects of all slaves, and of cyclic datagrams.
 const MOST_OBJECTS: usize = 1 << 16;
 const MOST_COMMANDS: usize = 256;
 
@@ -21,34 +21,35 @@ const COE: u8 = 3;
 const SDO_REQUEST: u16 = 2;
 const SDO_RESPONSE: u16 = 3;
 
-/// What the outputs and the inputs of a slave consist of.
+/// Objects that assign the outputs and the inputs of a slave.
 const OUTPUTS: u16 = 0x1C12;
 const INPUTS: u16 = 0x1C13;
 
-/// A memory management unit: where its slave takes part in logical memory.
+/// A memory management unit: the place of its slave in logical memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Fmmu {
     address: u32,
     bytes: u16,
-    /// It covers whole bytes.
-    whole: bool,
+    /// True if it covers complete bytes.
+    complete: bool,
     reads: bool,
     writes: bool,
 }
 
-/// What was seen so far.
+/// Data seen so far.
 #[derive(Default)]
 struct Learnt {
-    /// By station, index, sub-index: the latest value.
+    /// Latest value by station, index, sub-index.
     objects: BTreeMap<(u16, u16, u8), u32>,
-    /// By station: a download that its slave has not confirmed.
+    /// Downloads that the slave has not confirmed, by station.
     asked: BTreeMap<u16, Transfer>,
     fmmus: BTreeMap<(u16, u16), Fmmu>,
-    /// Command, address, length and whether the clock comes with them, in the order of their first coming.
+    /// Command, address and length; true if the clock is sent with them. In the order of first
+    /// appearance.
     commands: Vec<(u8, u32, u16, bool)>,
 }
 
-/// Values of one SDO: of a sub-index, or of all from it on.
+/// Values of one SDO: of one sub-index, or of all from it on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Transfer {
     index: u16,
@@ -67,9 +68,9 @@ pub(in crate::layout) fn learn<R: BufRead>(
         match capture.next_packet() {
             Ok(Some(packet)) => {
                 let frame = EthercatFrame::parse(packet.bytes).filter(|frame| frame.returning);
-                let all = || frame.iter().flat_map(EthercatFrame::datagrams);
-                let with_clock = all().any(|datagram| datagram.system_time().is_some());
-                all().for_each(|datagram| learnt.datagram(&datagram, with_clock));
+                let datagrams = || frame.iter().flat_map(EthercatFrame::datagrams);
+                let with_clock = datagrams().any(|datagram| datagram.system_time().is_some());
+                datagrams().for_each(|datagram| learnt.datagram(&datagram, with_clock));
             }
             Ok(None) => break,
             Err(error) => return Err(error.into()),
@@ -90,8 +91,10 @@ impl Learnt {
             let length = u16::try_from(datagram.data.len()).unwrap_or(u16::MAX);
             let seen = (datagram.command, datagram.address, length);
             let is_seen = |(a, b, c, _): &(u8, u32, u16, bool)| (*a, *b, *c) == seen;
-            if let Some(known) = self.commands.iter_mut().find(|known| is_seen(known)) {
-                known.3 |= with_clock;
+            if let Some(common_objects) =
+                self.commands.iter_mut().find(|available| is_seen(available))
+            {
+                common_objects.3 |= with_clock;
             } else if self.commands.len() < MOST_COMMANDS {
                 self.commands.push((seen.0, seen.1, seen.2, with_clock));
             }
@@ -102,7 +105,7 @@ impl Learnt {
         }
     }
 
-    /// A write to one or several memory management units.
+    /// Reads a write to one or several memory management units.
     fn units(&mut self, datagram: &Datagram<'_>) {
         let offset = datagram.register() - FMMU.start;
         if !offset.is_multiple_of(16) {
@@ -120,7 +123,7 @@ impl Learnt {
             let unit = Fmmu {
                 address: u32::from_le_bytes([a, b, c, d]),
                 bytes: u16::from_le_bytes([l, m]),
-                whole: start_bit == 0 && stop_bit == 7,
+                complete: start_bit == 0 && stop_bit == 7,
                 reads: kind & 1 != 0,
                 writes: kind & 2 != 0,
             };
@@ -130,7 +133,7 @@ impl Learnt {
         }
     }
 
-    /// A mailbox message with an SDO.
+    /// Reads a mailbox message with an SDO.
     fn mailbox(&mut self, datagram: &Datagram<'_>) -> Option<()> {
         let station = datagram.station();
         let (header, rest) = datagram.data.split_first_chunk::<6>()?;
@@ -139,7 +142,7 @@ impl Learnt {
         let service = u16::from_le_bytes(*message.first_chunk()?) >> 12;
         let [command, low, high, sub] = *message.get(2..)?.first_chunk()?;
         let index = u16::from_le_bytes([low, high]);
-        // What is done, by the highest three bits.
+        // The highest three bits encode the operation.
         match (service, command >> 5) {
             (SDO_REQUEST, 1) => {
                 self.asked.remove(&station);
@@ -181,7 +184,7 @@ impl Learnt {
         if !complete {
             return put(*sub, value(data.get(..4).unwrap_or(data)));
         }
-        // Sub-index 0 has a byte that fills it up to a word.
+        // Sub-index 0 is padded by one byte to a word.
         let entries = match (*sub, data.as_slice()) {
             (0, [count, _, entries @ ..]) => {
                 put(0, (*count).into());
@@ -197,14 +200,15 @@ impl Learnt {
     }
 
     fn slave(&self, spec: &SlaveSpec, file: &Path) -> Result<Slave, NetworkError> {
-        let known = |station: &u16| self.objects.keys().any(|(other, ..)| other == station);
-        let Some(station) = spec.address.filter(known) else {
-            let mut found: Vec<u16> = self.objects.keys().map(|(station, ..)| *station).collect();
-            found.dedup();
+        let is_known = |station: &u16| self.objects.keys().any(|(other, ..)| other == station);
+        let Some(station) = spec.address.filter(is_known) else {
+            let mut stations: Vec<u16> =
+                self.objects.keys().map(|(station, ..)| *station).collect();
+            stations.dedup();
             return Err(NetworkError::NoSlave {
                 file: file.to_owned(),
                 wanted: spec.label(),
-                found: found.iter().map(ToString::to_string).collect(),
+                found: stations.iter().map(ToString::to_string).collect(),
             });
         };
         let area = |assignment| {
@@ -231,7 +235,8 @@ impl Learnt {
         Ok(Slave { name, inputs, outputs })
     }
 
-    /// What the assigned PDOs carry, with the number of bits in place of the first one; or what is missing.
+    /// Returns the contents of the assigned PDOs, with the number of bits in place of the first
+    /// bit. The error names the missing data.
     fn area(&self, station: u16, assignment: u16) -> Result<Area, String> {
         let value = |index: u16, sub: u8| self.objects.get(&(station, index, sub)).copied();
         let need = |index, sub| value(index, sub).ok_or_else(|| format!("{index:04X}:{sub:02X}"));
@@ -247,38 +252,41 @@ impl Learnt {
             }
         }
         let bits = mapped.iter().map(|(_, bits, _)| bits).sum();
-        Ok(Area::of(mapped, Ok(bits)))
+        Ok(Area::from_entries(mapped, Ok(bits)))
     }
 
-    /// The first bit in logical memory of an area of so many bits, where one unit covers just it.
+    /// Returns the first bit in logical memory of an area of `bits` bits, if one unit covers
+    /// exactly this area.
     fn address(&self, station: u16, bits: u64, reads: bool) -> Option<u64> {
         let of_station = self.fmmus.range((station, 0)..=(station, u16::MAX)).map(|(_, unit)| unit);
         let mut fitting = of_station.filter(|unit| {
             let right = if reads { unit.reads } else { unit.writes };
-            right && unit.whole && u64::from(unit.bytes) == bits.div_ceil(8)
+            right && unit.complete && u64::from(unit.bytes) == bits.div_ceil(8)
         });
         let (Some(unit), None) = (fitting.next(), fitting.next()) else { return None };
         Some(8 * u64::from(unit.address))
     }
 
     fn commands(&self) -> Vec<Command> {
-        let command = |(command, address, length, with_clock): &(u8, u32, u16, bool)| {
-            let first_bit = 8 * u64::from(*address);
-            Command {
-                command: *command,
-                address: *address,
-                length: *length,
-                input_bit: first_bit,
-                output_bit: first_bit,
-                expected: Some(self.expected(*command, *address, *length)),
-                with_clock: *with_clock,
-            }
-        };
-        self.commands.iter().map(command).collect()
+        self.commands
+            .iter()
+            .map(|(command, address, length, with_clock): &(u8, u32, u16, bool)| {
+                let first_bit = 8 * u64::from(*address);
+                Command {
+                    command: *command,
+                    address: *address,
+                    length: *length,
+                    input_bit: first_bit,
+                    output_bit: first_bit,
+                    expected: Some(self.expected(*command, *address, *length)),
+                    with_clock: *with_clock,
+                }
+            })
+            .collect()
     }
 
-    /// Each slave counts once for what it gives and once for what it takes, twice where one datagram
-    /// does both.
+    /// Returns the expected working counter. Each slave counts once for its inputs and once for its
+    /// outputs, twice for the outputs if one datagram carries both.
     fn expected(&self, command: u8, address: u32, length: u16) -> u16 {
         let end = u64::from(address) + u64::from(length);
         let mut by_station: BTreeMap<u16, (u16, u16)> = BTreeMap::new();
@@ -300,12 +308,12 @@ impl Learnt {
     }
 }
 
-/// Objects that describe PDOs.
+/// Returns true for objects that describe PDOs.
 fn is_kept(index: u16) -> bool {
     matches!(index, OUTPUTS | INPUTS | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
 }
 
-/// The data of a transfer in one message; nothing of one in segments.
+/// Returns the data of a transfer in one message, or `None` for a segmented one.
 fn data_of(command: u8, data: &[u8]) -> Option<&[u8]> {
     let (is_expedited, has_size) = (command & 2 != 0, command & 1 != 0);
     if is_expedited {

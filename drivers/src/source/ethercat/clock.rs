@@ -1,11 +1,11 @@
-//! Stamps of cycles: by the distributed clock where the frames carry it.
+//! Stamps of cycles, by the distributed clock if the frames carry it.
 
-/// How far the distributed clock and the capture may have moved apart between two cycles \[ns\]: beyond it
-/// one of them was set.
-const APART_NS: u64 = 500_000_000;
+/// Largest drift between the distributed clock and the capture from one cycle to the next \[ns\].
+/// If it is exceeded, one of them was set.
+const MIN_SEPARATION_NS: u64 = 500_000_000;
 
-/// Carries the first stamp of the capture on by the distributed clock, whose ticks are those of the
-/// drives, and by the capture where that clock is missing or was set.
+/// Continues the first stamp of the capture by the distributed clock, whose ticks are those of the
+/// drives. Uses the capture if that clock is missing or was set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CycleClock {
     latest: Option<Latest>,
@@ -15,22 +15,23 @@ pub(super) struct CycleClock {
 struct Latest {
     stamp_ns: u64,
     captured_ns: u64,
-    /// The distributed clock, with its bits.
+    /// Time of the distributed clock, and its number of bits.
     system: Option<(u64, u8)>,
 }
 
 impl CycleClock {
-    /// The stamp of a cycle \[ns since 1970\] from when its frame was captured and what the distributed clock
-    /// said.
+    /// Returns the stamp of a cycle \[ns since 1970\] from the capture time of its frame and the
+    /// time of the distributed clock.
     pub(super) fn stamp_ns(&mut self, captured_ns: u64, system: Option<(u64, u8)>) -> u64 {
         let stamp_ns = self.latest.map_or(captured_ns, |latest| {
             let captured = captured_ns.saturating_sub(latest.captured_ns);
             let passed = match (latest.system, system) {
                 (Some((before, bits)), Some((now, also))) if bits == also => {
-                    // 32 bits begin anew every 4.3 s: what is ahead by half of that is behind.
+                    // 32 bits wrap every 4.3 s: a time ahead by half of that is behind.
                     let mask = u64::MAX >> (64 - bits);
                     let passed = now.wrapping_sub(before) & mask;
-                    (passed <= mask / 2 && passed.abs_diff(captured) < APART_NS).then_some(passed)
+                    (passed <= mask / 2 && passed.abs_diff(captured) < MIN_SEPARATION_NS)
+                        .then_some(passed)
                 }
                 _ => None,
             };
@@ -48,10 +49,10 @@ mod tests {
     #[test]
     fn the_distributed_clock_counts_where_it_is_there() {
         let mut clock = CycleClock::default();
-        // The capture jitters, the distributed clock does not; its zero is its own.
+        // The capture jitters, the distributed clock does not; it has its own zero.
         assert_eq!(clock.stamp_ns(1_000_000, Some((70, 64))), 1_000_000);
         assert_eq!(clock.stamp_ns(2_003_000, Some((1_000_070, 64))), 2_000_000);
-        // A frame without it, and one after it was set.
+        // A frame without the clock, and one after the clock was set.
         assert_eq!(clock.stamp_ns(3_003_000, None), 3_000_000);
         assert_eq!(clock.stamp_ns(4_003_000, Some((9_000_000_000_000, 64))), 4_000_000);
         assert_eq!(clock.stamp_ns(5_001_000, Some((9_000_001_000_000, 64))), 5_000_000);

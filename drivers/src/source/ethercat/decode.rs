@@ -1,4 +1,4 @@
-//! Packets to the frames of a plan: a pure state machine.
+//! Conversion of packets to the frames of a plan: a pure state machine.
 
 use std::collections::VecDeque;
 
@@ -8,15 +8,15 @@ use crate::ethercat::{AL_STATUS, BRD, Datagram, EthercatFrame};
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
 use crate::layout::{AL_STATUS_BITS, Gathered, ProcessData, ProcessDatagram, SYNC, WRONG_COUNTER};
 
-/// Makes frames of packets. Nothing is allocated after [`Decoder::new`].
+/// Converts packets to frames. Nothing is allocated after [`Decoder::new`].
 #[derive(Debug)]
 pub(super) struct Decoder {
     plan: ProcessData,
-    /// Per datagram of the plan: the index of the latest that went out.
+    /// Index of the latest outgoing datagram, per datagram of the plan.
     sent: Vec<Option<u8>>,
-    /// Per datagram of the plan: the frames of its outputs, as they went out.
+    /// Frames of the outgoing outputs, per datagram of the plan.
     outputs: Vec<Vec<Frame>>,
-    /// The AL status of all slaves, as it was read last.
+    /// Last AL status of all slaves.
     al_status: u8,
     clock: CycleClock,
     ready: VecDeque<Frame>,
@@ -41,7 +41,7 @@ impl Decoder {
         }
     }
 
-    /// Whether the stamps are carried on by the distributed clock.
+    /// Returns true if the distributed clock continues the stamps.
     pub(super) fn has_clock(&self) -> bool {
         self.plan.clock
     }
@@ -50,13 +50,13 @@ impl Decoder {
         self.seen
     }
 
-    /// The next frame that is ready.
+    /// Returns the next frame that is ready.
     pub(super) fn poll_frame(&mut self) -> Option<Frame> {
         self.ready.pop_front()
     }
 
-    /// Takes one packet, captured at `captured_ns`. Poll all frames before the next: those that were not
-    /// taken are dropped. False where it is neither on its way out nor brings process data.
+    /// Takes one packet, captured at `captured_ns`. Poll all frames before the next call: remaining
+    /// ones are dropped. Returns false if the packet is neither outgoing nor contains process data.
     pub(super) fn handle_packet(&mut self, packet: &[u8], captured_ns: u64) -> bool {
         self.ready.clear();
         self.seen.packets += 1;
@@ -66,7 +66,7 @@ impl Decoder {
             ethernet.datagrams().for_each(|datagram| self.goes_out(&datagram));
             return true;
         }
-        // What concerns the whole frame may come after the process data.
+        // Data of the complete frame may follow the process data.
         let (mut system, mut state) = (None, 0);
         for datagram in ethernet.datagrams() {
             self.seen.returned(&datagram);
@@ -98,22 +98,22 @@ impl Decoder {
                 continue;
             }
             if number == 0 {
-                self.ready.push_back(frame(&SYNC, &[], None).at(stamp_ns));
+                self.ready.push_back(frame(&SYNC, &[], None).with_stamp(stamp_ns));
             }
             for gathered in &plan.inputs {
                 let inputs = frame(gathered, datagram.data, Some(state));
-                self.ready.push_back(inputs.at(stamp_ns));
+                self.ready.push_back(inputs.with_stamp(stamp_ns));
             }
             let sent = self.sent.get_mut(number).and_then(Option::take);
             if sent == Some(datagram.index) {
                 let outputs = self.outputs.get(number).into_iter().flatten();
-                self.ready.extend(outputs.map(|frame| frame.at(stamp_ns)));
+                self.ready.extend(outputs.map(|frame| frame.with_stamp(stamp_ns)));
             }
         }
         stamp_ns.is_some()
     }
 
-    /// Keeps the outputs until they come back: only then it is known that the slaves have them.
+    /// Keeps the outputs until they return: only then the slaves are known to have them.
     fn goes_out(&mut self, datagram: &Datagram<'_>) {
         let Some((number, plan)) = self.plan.find(datagram) else { return };
         if let (Some(frames), Some(sent)) =
@@ -128,7 +128,7 @@ impl Decoder {
 }
 
 impl ProcessData {
-    /// The datagram of the plan that this one is, with its number.
+    /// Returns the plan's datagram that matches this one, with its number.
     fn find(&self, datagram: &Datagram<'_>) -> Option<(usize, &ProcessDatagram)> {
         self.datagrams.iter().enumerate().find(|(_, plan)| {
             plan.command == datagram.command
@@ -138,16 +138,16 @@ impl ProcessData {
     }
 }
 
-/// A frame of a datagram's data, led by the state of the network where it has one.
+/// Returns a frame of a datagram's data, led by the state of the network if it has one.
 fn frame(gathered: &Gathered, data: &[u8], state: Option<u8>) -> Frame {
     let mut payload = [0; MAX_PAYLOAD];
     if let (Some(state), Some(first)) = (state, payload.first_mut()) {
         *first = state;
     }
     for (from, to, bytes) in &gathered.parts {
-        let from = data.get(*from..).and_then(|rest| rest.get(..*bytes));
-        let to = payload.get_mut(*to..).and_then(|rest| rest.get_mut(..*bytes));
-        if let (Some(from), Some(to)) = (from, to) {
+        let source = data.get(*from..).and_then(|rest| rest.get(..*bytes));
+        let target = payload.get_mut(*to..).and_then(|rest| rest.get_mut(..*bytes));
+        if let (Some(from), Some(to)) = (source, target) {
             to.copy_from_slice(from);
         }
     }

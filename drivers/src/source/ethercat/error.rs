@@ -1,4 +1,4 @@
-//! What can go wrong with EtherCAT, and what to do about it.
+//! EtherCAT errors and their remedies.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use super::Seen;
 use crate::ethercat::CaptureError;
 use crate::source::InterfaceName;
 
-/// Why process data cannot be read.
+/// Reason why process data cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum EthercatError {
     /// The capture cannot be read.
@@ -15,15 +15,15 @@ pub enum EthercatError {
     Capture(#[from] CaptureError),
     /// The layout is of another kind of bus.
     #[error(
-        "{}: this is EtherCAT, and the layout is not; name an `eni` file, or a `startup`, and `slaves` under \
-         [bus.layout] of the cell",
+        "{}: this is EtherCAT, and the layout is not; name an `eni` file, or a `startup`, and \
+         `slaves` under [bus.layout] of the cell",
         place
     )]
     NoPlan {
         /// The capture, or the interface.
         place: String,
     },
-    /// No interface of this name: correct it.
+    /// There is no interface of this name: correct it.
     #[error("there is no interface {interface}: `ip link` lists those there are")]
     NoInterface {
         /// Which.
@@ -31,26 +31,27 @@ pub enum EthercatError {
     },
     /// The process may not open packet sockets.
     #[error(
-        "no permission to listen to packets on {interface} ({source}): it takes CAP_NET_RAW and the address \
-         family AF_PACKET; with systemd, the drop-in /usr/share/didim/systemd/ethercat.conf has both"
+        "no permission to listen to packets on {interface} ({source}): it takes CAP_NET_RAW and \
+         the address family AF_PACKET; with systemd, the drop-in \
+         /usr/share/didim/systemd/ethercat.conf has both"
     )]
     Permission {
         /// Which.
         interface: InterfaceName,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The system refused something that it never should.
+    /// The system refused a call that should always succeed.
     #[error("cannot {what} on interface {interface}: {source}")]
     System {
         /// Which.
         interface: InterfaceName,
         /// What was tried.
         what: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The interface is down. It is taken up again when it comes back.
+    /// The interface is down. It is used again when it comes back.
     #[error("interface {interface} is down: `ip link set {interface} up`, or look at the tap")]
     Down {
         /// Which.
@@ -62,7 +63,7 @@ pub enum EthercatError {
         /// Which.
         interface: InterfaceName,
     },
-    /// The capture is whole and has nothing of the layout.
+    /// The capture is complete and contains no data of the layout.
     #[error("{}: no cyclic process data in this capture: {seen}", path.display())]
     NoProcessData {
         /// The capture.
@@ -73,7 +74,7 @@ pub enum EthercatError {
 }
 
 impl EthercatError {
-    /// Whether the source goes on by itself.
+    /// Returns true if the source continues by itself.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Down { .. } | Self::Gone { .. })
     }

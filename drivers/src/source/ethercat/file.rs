@@ -1,4 +1,4 @@
-//! A capture as a source: read as fast as it is asked for, in constant memory.
+//! A capture as a source: read at the speed of the caller, in constant memory.
 
 use core::time::Duration;
 use std::fs::File;
@@ -11,13 +11,13 @@ use crate::ethercat::Capture;
 use crate::frame::Frame;
 use crate::layout::CompiledLayout;
 use crate::source::{
-    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
+    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
 };
 
-/// What the one interface of a capture is called.
+/// Name of the only interface of a capture.
 const INTERFACE: &str = "ethercat";
 
-/// The process data of a capture (pcap, pcapng), as frames of a layout.
+/// Process data of a capture (pcap, pcapng), as frames of a layout.
 ///
 /// It never waits and is never silent. A capture without process data is an error at its end.
 #[derive(Debug)]
@@ -26,13 +26,13 @@ pub struct CaptureSource<R = BufReader<File>> {
     decoder: Decoder,
     interfaces: Vec<InterfaceName>,
     ended: bool,
-    /// Reported by the next call, after the frames before it.
+    /// Error for the next call, after the frames before it.
     failure: Option<EthercatError>,
     counters: SourceCounters,
 }
 
 impl CaptureSource {
-    /// Opens a capture, to be read by a layout.
+    /// Opens a capture for a layout.
     ///
     /// # Errors
     /// [`EthercatError::NoPlan`], [`EthercatError::Capture`].
@@ -42,7 +42,7 @@ impl CaptureSource {
 }
 
 impl<R: BufRead> CaptureSource<R> {
-    /// As [`CaptureSource::open`], of anything.
+    /// Creates a source like [`CaptureSource::open`], from any reader.
     ///
     /// # Errors
     /// [`EthercatError::NoPlan`].
@@ -63,7 +63,7 @@ impl<R: BufRead> CaptureSource<R> {
         })
     }
 
-    /// Reads the next packet; false at the end.
+    /// Reads the next packet; returns false at the end.
     fn advance(&mut self) -> Result<bool, EthercatError> {
         if let Some(packet) = self.capture.next_packet()? {
             let used = self.decoder.handle_packet(packet.bytes, packet.stamp_ns);
@@ -85,11 +85,11 @@ impl<R: BufRead + Send> Source for CaptureSource<R> {
         batch: &mut Vec<Frame>,
         _timeout: Duration,
     ) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
+        if capacity(batch) == 0 {
             return Err(SourceError::NoRoom);
         }
         let before = batch.len();
-        while room(batch) > 0 {
+        while capacity(batch) > 0 {
             if let Some(frame) = self.decoder.poll_frame() {
                 self.counters.frames += 1;
                 batch.push(frame);

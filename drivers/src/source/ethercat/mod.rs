@@ -1,4 +1,4 @@
-//! EtherCAT as a source: process data of captures and of a tap, as the frames that their layout plans.
+//! EtherCAT as a source: process data of captures and of a tap, as the frames of their layout.
 
 mod clock;
 mod decode;

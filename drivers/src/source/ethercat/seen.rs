@@ -1,23 +1,23 @@
-//! What a capture holds, for saying why it holds nothing that is wanted.
+//! Contents of a capture, to explain why the required data are missing.
 
 use core::fmt;
 
 use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX};
 
-/// What went by, in counts.
+/// Counts of the packets and datagrams seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seen {
     /// Packets of any kind.
     pub packets: u64,
-    /// Whole frames of EtherCAT.
+    /// Complete frames of EtherCAT.
     pub frames: u64,
-    /// Those of them that came back from the slaves.
+    /// Frames that returned from the slaves.
     pub returning: u64,
-    /// Datagrams of process data that came back (LRD, LWR, LRW).
+    /// Returned datagrams of process data (LRD, LWR, LRW).
     pub logical: u64,
-    /// Those of them that the layout takes.
+    /// Returned datagrams of process data that the layout uses.
     pub taken: u64,
-    /// Datagrams to and from mailboxes that came back.
+    /// Returned datagrams to and from mailboxes.
     pub mailbox: u64,
 }
 
@@ -35,33 +35,34 @@ impl Seen {
     }
 }
 
-/// What is missing, with the remedy.
+/// Missing data, with the remedy.
 impl fmt::Display for Seen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { packets, frames, returning, logical, mailbox, .. } = self;
         if *frames == 0 {
             write!(
                 f,
-                "none of {packets} packets is a frame of EtherCAT (0x88A4); record at the master's port, \
-                 with a tap between master and first slave"
+                "none of {packets} packets is a frame of EtherCAT (0x88A4); record at the master's \
+                 port, with a tap between master and first slave"
             )
         } else if *returning == 0 {
             write!(
                 f,
-                "{frames} frames, and none has come back from the slaves; record both directions: both \
-                 outputs of the tap, or one that brings them together"
+                "{frames} frames, and none has come back from the slaves; record both directions: \
+                 both outputs of the tap, or one that brings them together"
             )
         } else if *logical == 0 {
             write!(
                 f,
-                "{returning} frames came back, with {mailbox} datagrams of mailboxes and none of process \
-                 data (LRD, LWR, LRW); record while the drives are in OP"
+                "{returning} frames came back, with {mailbox} datagrams of mailboxes and none of \
+                 process data (LRD, LWR, LRW); record while the drives are in OP"
             )
         } else {
             write!(
                 f,
-                "{logical} datagrams of process data came back, and none has command, address and length of \
-                 those that the layout takes; take the ENI file, or the start-up, of this configuration"
+                "{logical} datagrams of process data came back, and none has command, address and \
+                 length of those that the layout takes; take the ENI file, or the start-up, of \
+                 this configuration"
             )
         }
     }

@@ -19,19 +19,19 @@ use crate::source::listening::{
 };
 use crate::source::retry::{self, Retry};
 use crate::source::{
-    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
+    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
 };
 
-/// The process data that an interface hears, as frames of a layout.
+/// Process data received on an interface, as frames of a layout.
 ///
-/// An interface that goes down or away is reported once by an error, counted, and silent until it is
-/// back; it is then taken up again without being asked.
+/// An interface that goes down or vanishes is reported once by an error and counted. It is silent
+/// until it is back; then it is used again automatically.
 pub struct TapSource {
     interface: [InterfaceName; 1],
     opened: Option<Opened>,
-    /// Whether packets can come.
+    /// True if packets can arrive.
     up: bool,
-    /// When it is opened again, while it is not.
+    /// Time of the next attempt to open it, while it is closed.
     retry: Retry,
     wanted_bytes: u32,
     granted_bytes: u32,
@@ -51,10 +51,10 @@ struct Opened {
 }
 
 impl TapSource {
-    /// Listens to an interface, with a receive buffer of so many bytes.
+    /// Opens an interface for receiving, with a receive buffer of the given size in bytes.
     ///
     /// # Errors
-    /// [`EthercatError`]: every variant says what to do.
+    /// [`EthercatError`]: every variant gives the remedy.
     pub fn open(
         interface: InterfaceName,
         layout: &CompiledLayout,
@@ -80,7 +80,7 @@ impl TapSource {
         })
     }
 
-    /// The receive buffer that was granted \[bytes\].
+    /// Returns the size of the granted receive buffer \[bytes\].
     pub fn receive_buffer_bytes(&self) -> u32 {
         self.granted_bytes
     }
@@ -90,7 +90,7 @@ impl TapSource {
         name
     }
 
-    /// Takes packets from the kernel; false where there are none.
+    /// Reads packets from the kernel; returns false if there are none.
     fn fill(&mut self) -> bool {
         self.reopen_when_due();
         let Some(opened) = &self.opened else { return false };
@@ -126,7 +126,7 @@ impl TapSource {
     }
 
     fn reopen_when_due(&mut self) {
-        if self.opened.is_some() || !self.retry.left(Instant::now()).is_zero() {
+        if self.opened.is_some() || !self.retry.remaining(Instant::now()).is_zero() {
             return;
         }
         match open(self.name(), self.wanted_bytes) {
@@ -147,7 +147,7 @@ impl Listening for TapSource {
     fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
         let before = batch.len();
         let mut calls = 0;
-        while room(batch) > 0 {
+        while capacity(batch) > 0 {
             if let Some(frame) = self.decoder.poll_frame() {
                 self.counters.frames += 1;
                 batch.push(frame);
@@ -156,7 +156,7 @@ impl Listening for TapSource {
                     self.counters.queue_drops += self.drops.advance(total);
                 }
                 let captured_ns = if self.decoder.has_clock() {
-                    // The distributed clock counts; this only says where it begins.
+                    // The distributed clock counts; this is only its starting point.
                     monotonic_ns()
                 } else {
                     let stamp = stamp_ns(&message, &mut self.hardware);
@@ -191,18 +191,17 @@ impl Listening for TapSource {
 
     fn retry_in(&self) -> Option<Duration> {
         match &self.opened {
-            None => Some(self.retry.left(Instant::now())),
+            None => Some(self.retry.remaining(Instant::now())),
             Some(_) => (!self.up).then_some(retry::FIRST),
         }
     }
 
     fn wait(&self, at_most: Duration) -> Result<(), SourceError> {
         let sockets = self.opened.iter().map(|opened| &opened.socket);
-        let failed = |source| {
+        wait_readable(sockets, at_most).map_err(|source| {
             let (interface, what) = (self.name(), "wait for packets");
             EthercatError::System { interface, what, source }.into()
-        };
-        wait_readable(sockets, at_most).map_err(failed)
+        })
     }
 }
 
@@ -223,7 +222,7 @@ impl Source for TapSource {
         &self.interface
     }
 
-    /// The distributed clock is nobody's of this computer.
+    /// The distributed clock is not a clock of this computer.
     fn stamp_clock(&self) -> StampClock {
         if self.decoder.has_clock() { StampClock::Own } else { StampClock::Realtime }
     }
@@ -235,7 +234,8 @@ impl core::fmt::Debug for TapSource {
     }
 }
 
-/// Makes a socket that listens to the interface. Every option is set before the first packet can come.
+/// Creates a socket that receives from the interface. Every option is set before the first packet
+/// can arrive.
 fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatError> {
     let failed = |what| {
         move |source: io::Error| match source.raw_os_error() {
@@ -295,8 +295,8 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
 
     fn inside() {
         let layout = CompiledLayout::compile_eni(ENI, &toml::from_str(LAYOUT).unwrap()).unwrap();
-        let open = |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20);
-        let mut tap = open("tap0").unwrap();
+        let open_tap = |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20);
+        let mut tap = open_tap("tap0").unwrap();
         assert!(tap.receive_buffer_bytes() > 0 && tap.stamp_clock() == StampClock::Own);
         let wire = Socket::packets().unwrap();
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
@@ -305,7 +305,7 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         while let Some(packet) = capture.next_packet().unwrap() {
             wire.send(packet.bytes).unwrap();
         }
-        // Of each cycle a SYNC, inputs and outputs of two drives.
+        // Each cycle has a SYNC, inputs and outputs of two drives.
         let (mut frames, mut batch) = (Vec::new(), Vec::with_capacity(7));
         for _ in 0..1_000 {
             tap.receive(&mut batch, Duration::from_millis(10)).unwrap();
@@ -319,14 +319,14 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
             frames.iter().filter(|frame| frame.length == 0).map(|frame| frame.stamp_ns).collect();
         assert!(syncs.windows(2).all(|pair| pair[1] - pair[0] == 1_000_000), "{syncs:?}");
         assert_eq!((syncs.len(), tap.counters().passed_over, tap.counters().frames), (40, 0, 200));
-        // What the tap would have said, the other end would have heard.
+        // The other end would have received any packet that the tap sends.
         let mut heard = ReceiveBuffer::<PACKET_BYTES>::new();
         assert_eq!(heard.fill(&wire).unwrap_err().kind(), io::ErrorKind::WouldBlock);
 
-        let missing = open("nothing0").unwrap_err().to_string();
+        let missing = open_tap("nothing0").unwrap_err().to_string();
         assert!(missing.contains("nothing0") && missing.contains("ip link"), "{missing}");
-        // That of a new network is down.
-        let mut down = open("lo").unwrap();
+        // The loopback device of a new network is down.
+        let mut down = open_tap("lo").unwrap();
         let error = down.receive(&mut batch, Duration::ZERO).unwrap_err();
         assert!(error.is_recoverable() && error.to_string().contains("lo is down"), "{error}");
         assert_eq!(down.receive(&mut batch, Duration::ZERO).unwrap(), Received::Silence);

@@ -1,6 +1,6 @@
-//! Little-endian fields of a record, without trust in any length.
+//! Little-endian fields of a record; no length in it is trusted.
 
-/// What is left of a record.
+/// Remaining bytes of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
@@ -31,7 +31,7 @@ impl<'a> Bytes<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// Bytes after their length in 32 bits.
+    /// Returns the bytes after their length in 32 bits.
     pub(super) fn block(&mut self) -> Option<&'a [u8]> {
         let length = usize::try_from(self.u32()?).ok()?;
         self.take(length)
@@ -42,19 +42,19 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// The fields in front of a chunk's records.
+/// Fields before a chunk's records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ChunkHead<'a> {
     pub(super) start: u64,
     pub(super) end: u64,
     pub(super) crc: u32,
     pub(super) compression: &'a str,
-    /// Bytes of the records that follow.
+    /// Size of the following records \[bytes\].
     pub(super) length: u64,
 }
 
 impl<'a> ChunkHead<'a> {
-    /// Reads the head and leaves what follows it in `bytes`.
+    /// Reads the head; the bytes after it remain in `bytes`.
     pub(super) fn read(bytes: &mut Bytes<'a>) -> Option<Self> {
         let (start, end) = (bytes.u64()?, bytes.u64()?);
         let uncompressed = bytes.u64()?;

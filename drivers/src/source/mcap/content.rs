@@ -1,42 +1,42 @@
-//! What the records of a file mean.
+//! Meaning of the records of a file.
 
 use super::bytes::Bytes;
-use super::error::Damage;
+use super::error::Corruption;
 use super::info::McapInfo;
 use super::{TOPIC, joint_states, message, op};
 use crate::frame::Frame;
 use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
 
-/// What was learnt from the records so far.
+/// Data from the records so far.
 #[derive(Debug)]
 pub(super) struct Content {
     info: Option<McapInfo>,
-    /// Identifiers of our schema in this file.
+    /// Identifiers in this file of this program's schema.
     schemas: Vec<u16>,
-    /// Channels that have it, with their interface when it counts.
+    /// Channels with that schema, and their interface if it counts.
     channels: Vec<(u16, Option<u8>)>,
-    /// Channels with what we made of the frames.
+    /// Channels with data that this program derived from the frames.
     derived: Vec<u16>,
     interfaces: Vec<InterfaceName>,
-    /// Whether `interfaces` was given, instead of growing with the file.
+    /// True if `interfaces` was given, instead of growing with the file.
     listed: bool,
-    /// Of the last frame.
+    /// Sequence of the last frame.
     pub(super) sequence: Option<u32>,
-    /// Frames that are missing before the last one and not counted yet.
+    /// Frames missing before the last one and not counted yet.
     pub(super) missing: u64,
     pub(super) counters: SourceCounters,
 }
 
 impl Content {
     pub(super) fn new(interfaces: &[InterfaceName]) -> Self {
-        let mut known = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
-        known.extend_from_slice(interfaces);
+        let mut interfaces_seen = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
+        interfaces_seen.extend_from_slice(interfaces);
         Self {
             info: None,
             schemas: Vec::new(),
             channels: Vec::new(),
             derived: Vec::new(),
-            interfaces: known,
+            interfaces: interfaces_seen,
             listed: !interfaces.is_empty(),
             sequence: None,
             missing: 0,
@@ -53,21 +53,22 @@ impl Content {
     }
 
     /// Takes a record, of the file or of a chunk.
-    pub(super) fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Frame>, Damage> {
+    pub(super) fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Frame>, Corruption> {
         let mut bytes = Bytes(body);
         match opcode {
             op::MESSAGE => return self.message(&mut bytes),
             op::METADATA if self.info.is_none() => {
                 self.info = McapInfo::read(body);
                 if let (Some(info), false) = (&self.info, self.listed) {
-                    // Those of channels before it, if there are any, keep their numbers.
+                    // Interfaces of earlier channels, if there are any, keep their numbers.
                     for name in &info.interfaces {
                         index_of(&mut self.interfaces, *name, false)?;
                     }
                 }
             }
             op::SCHEMA => {
-                let (id, name, encoding) = schema(&mut bytes).ok_or(Damage::Malformed("schema"))?;
+                let (id, name, encoding) =
+                    schema(&mut bytes).ok_or(Corruption::Malformed("schema"))?;
                 let ours = name == message::SCHEMA_NAME && encoding == message::SCHEMA_ENCODING;
                 if ours && !self.schemas.contains(&id) {
                     self.schemas.push(id);
@@ -79,8 +80,8 @@ impl Content {
         Ok(None)
     }
 
-    fn channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Damage> {
-        let malformed = Damage::Malformed("channel");
+    fn channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Corruption> {
+        let malformed = Corruption::Malformed("channel");
         let (Some(id), Some(schema), Some(topic), Some(encoding)) =
             (bytes.u16(), bytes.u16(), bytes.text(), bytes.text())
         else {
@@ -91,25 +92,25 @@ impl Content {
             return Ok(());
         }
         let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
-        // A channel may be told again.
-        if !ours || self.channels.iter().any(|(known, _)| *known == id) {
+        // A channel may be declared again.
+        if !ours || self.channels.iter().any(|(available, _)| *available == id) {
             return Ok(());
         }
         let name = topic.strip_prefix(TOPIC).and_then(|name| InterfaceName::new(name).ok());
-        let name = name.ok_or_else(|| Damage::Topic(topic.chars().take(64).collect()))?;
+        let name = name.ok_or_else(|| Corruption::Topic(topic.chars().take(64).collect()))?;
         let index = index_of(&mut self.interfaces, name, self.listed)?;
         self.channels.push((id, index));
         Ok(())
     }
 
-    fn message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Damage> {
+    fn message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Corruption> {
         let (Some(channel), Some(sequence), Some(log_time), Some(_)) =
             (bytes.u16(), bytes.u32(), bytes.u64(), bytes.u64())
         else {
-            return Err(Damage::Malformed("message"));
+            return Err(Corruption::Malformed("message"));
         };
-        let known = self.channels.iter().find(|(id, _)| *id == channel);
-        let Some((_, interface)) = known.copied() else {
+        let channel_found = self.channels.iter().find(|(id, _)| *id == channel);
+        let Some((_, interface)) = channel_found.copied() else {
             self.counters.passed_over += u64::from(!self.derived.contains(&channel));
             return Ok(None);
         };
@@ -121,14 +122,14 @@ impl Content {
                 self.missing += u64::from(missing);
             }
             let stamp_ns = info.stamp_ns(log_time);
-            return Ok(self.on(frame.at(stamp_ns), interface));
+            return Ok(self.select(frame.with_stamp(stamp_ns), interface));
         }
-        Ok(self.on(frame.at(log_time), interface))
+        Ok(self.select(frame.with_stamp(log_time), interface))
     }
 
-    fn on(&mut self, frame: Frame, interface: Option<u8>) -> Option<Frame> {
+    fn select(&mut self, frame: Frame, interface: Option<u8>) -> Option<Frame> {
         self.counters.passed_over += u64::from(interface.is_none());
-        interface.map(|interface| frame.on(interface))
+        interface.map(|interface| frame.on_interface(interface))
     }
 }
 
@@ -136,16 +137,16 @@ fn schema<'a>(bytes: &mut Bytes<'a>) -> Option<(u16, &'a str, &'a str)> {
     Some((bytes.u16()?, bytes.text()?, bytes.text()?))
 }
 
-/// The number of an interface; nothing when it does not count.
+/// Returns the number of an interface, or `None` if it does not count.
 fn index_of(
     interfaces: &mut Vec<InterfaceName>,
     name: InterfaceName,
     listed: bool,
-) -> Result<Option<u8>, Damage> {
-    let index = match interfaces.iter().position(|known| *known == name) {
+) -> Result<Option<u8>, Corruption> {
+    let index = match interfaces.iter().position(|available| *available == name) {
         Some(index) => index,
         None if listed => return Ok(None),
-        None if interfaces.len() == MAX_INTERFACES => return Err(Damage::TooManyInterfaces),
+        None if interfaces.len() == MAX_INTERFACES => return Err(Corruption::TooManyInterfaces),
         None => {
             interfaces.push(name);
             interfaces.len() - 1

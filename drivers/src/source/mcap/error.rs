@@ -1,19 +1,22 @@
-//! What can be wrong with a recording, and what to do about it.
+//! Errors of a recording and their remedies.
 
 use std::path::PathBuf;
 
 use crate::frame::FrameError;
 use crate::source::MAX_INTERFACES;
 
-/// Why a recording could not be read.
+/// Reason why a recording could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum McapError {
     /// The file cannot be opened: check the path and its permissions.
-    #[error("cannot open the recording {path}: {source}; check the path and the permissions", path = path.display())]
+    #[error(
+        "cannot open the recording {path}: {source}; check the path and the permissions",
+        path = path.display()
+    )]
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// Reading or repairing failed.
@@ -21,12 +24,12 @@ pub enum McapError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Where the record begins.
+        /// Offset of the record's first byte.
         offset: u64,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The file begins otherwise. Name a recording of this program.
+    /// The file does not begin like a recording. Name a recording of this program.
     #[error("{path} is not an MCAP file: it does not begin like one", path = path.display())]
     NotMcap {
         /// The file.
@@ -37,24 +40,25 @@ pub enum McapError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the record of the file begins, of a message its chunk.
+        /// Offset of the record in the file; for a message, that of its chunk.
         offset: u64,
         /// What is wrong.
-        what: Damage,
+        what: Corruption,
     },
 }
 
 impl McapError {
-    /// Whether what follows can still be read: the rest of a damaged chunk is passed over.
+    /// Returns true if the following data can still be read: the rest of a damaged chunk is
+    /// skipped.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Damaged { what, .. } if what.is_inside())
     }
 }
 
-/// What is wrong with a record.
+/// Kind of damage of a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Damage {
-    /// No record has this opcode or this length: what follows cannot be found.
+pub enum Corruption {
+    /// No record has this opcode or this length: the following records cannot be found.
     #[error(
         "no record has opcode 0x{opcode:02X} and {length} bytes: the file is damaged from here on; \
          cut it here"
@@ -62,10 +66,10 @@ pub enum Damage {
     Record {
         /// The opcode.
         opcode: u8,
-        /// The length that it claims \[bytes\].
+        /// Declared length \[bytes\].
         length: u64,
     },
-    /// The CRC of a chunk is another.
+    /// The CRC of a chunk does not match.
     #[error("the CRC of the chunk does not match: its frames are not used; copy the file again")]
     Crc,
     /// A chunk is compressed.
@@ -74,10 +78,10 @@ pub enum Damage {
     /// The fields of a record contradict each other.
     #[error("the {0} is malformed: its chunk is not used; copy the file again")]
     Malformed(&'static str),
-    /// No such frame can exist.
+    /// Such a frame cannot exist.
     #[error("no frame: {0}")]
     Impossible(#[from] FrameError),
-    /// A topic that is no interface.
+    /// The topic names no interface.
     #[error(
         "the topic `{0}` names no interface: expected /can/ and a name of at most 15 characters"
     )]
@@ -87,7 +91,7 @@ pub enum Damage {
     TooManyInterfaces,
 }
 
-impl Damage {
+impl Corruption {
     fn is_inside(&self) -> bool {
         !matches!(self, Self::Record { .. })
     }

@@ -1,14 +1,14 @@
-//! What a file says about itself: the metadata record `didim`.
+//! Description of a file by itself: the metadata record `didim`.
 
 use std::collections::BTreeMap;
 
 use super::bytes::Bytes;
 use crate::source::InterfaceName;
 
-/// The name of the metadata record.
+/// Name of the metadata record.
 pub const METADATA_NAME: &str = "didim";
 
-/// The longest metadata record that is read \[bytes\].
+/// Longest metadata record that is read \[bytes\].
 const MAX_METADATA: usize = 1 << 20;
 
 const VERSION: &str = "version";
@@ -18,7 +18,7 @@ const OFFSET: &str = "offset_ns";
 const INTERFACES: &str = "interfaces";
 const RUN: &str = "run";
 
-/// Where frames come from, and what time their stamps have.
+/// Origin of the frames, and the time base of their stamps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct McapInfo {
     /// Version of the program.
@@ -27,13 +27,13 @@ pub struct McapInfo {
     pub cell: String,
     /// Hash of its configuration.
     pub configuration: String,
-    /// The run of the recorder: stamps and sequences of two runs have nothing in common.
+    /// Run of the recorder: stamps and sequences of two runs are unrelated.
     pub run: String,
     /// `log_time` minus stamp \[ns\], modulo 2⁶⁴.
     pub offset_ns: i64,
-    /// The interfaces, in the order that frames count them.
+    /// Interfaces, in the order of their indices in frames.
     pub interfaces: Vec<InterfaceName>,
-    /// Whatever else whoever wrote the file has to say.
+    /// Additional entries of the program that wrote the file.
     pub more: BTreeMap<String, String>,
 }
 
@@ -55,7 +55,8 @@ impl McapInfo {
         map
     }
 
-    /// Reads the body of a metadata record; nothing when it is another program's, or malformed.
+    /// Reads the body of a metadata record. Returns `None` if it belongs to another program or is
+    /// malformed.
     pub(super) fn read(body: &[u8]) -> Option<Self> {
         let mut bytes = Bytes(body.get(..body.len().min(MAX_METADATA))?);
         if bytes.text()? != METADATA_NAME {
@@ -82,12 +83,12 @@ impl McapInfo {
         (info.interfaces.len() <= crate::source::MAX_INTERFACES).then_some(info)
     }
 
-    /// The stamp of a message.
+    /// Returns the stamp of a message.
     pub fn stamp_ns(&self, log_time: u64) -> u64 {
         log_time.wrapping_sub(self.offset_ns.cast_unsigned())
     }
 
-    /// The `log_time` of a stamp.
+    /// Returns the `log_time` of a stamp.
     pub fn log_time(&self, stamp_ns: u64) -> u64 {
         stamp_ns.wrapping_add(self.offset_ns.cast_unsigned())
     }

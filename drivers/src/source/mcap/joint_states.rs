@@ -1,13 +1,14 @@
-//! Joint states beside the frames: what viewers plot without knowing the bus.
+//! Joint states in addition to the frames: viewers plot them without knowing the bus.
 //!
-//! `sensor_msgs/msg/JointState` as rosbag2 writes it (ROS 2 CDR, little-endian; the schema stands in the file).
+//! `sensor_msgs/msg/JointState` in the format of rosbag2 (ROS 2 CDR, little-endian; the file
+//! contains the schema).
 
 use super::message::ENCAPSULATION;
 
 pub(super) const TOPIC: &str = "/joint_states";
 pub(super) const SCHEMA_NAME: &str = "sensor_msgs/msg/JointState";
 
-/// The schema with those that it uses, as ROS 2 writes message definitions.
+/// Schema, with the schemas that it uses, in the format of ROS 2 message definitions.
 pub(super) const SCHEMA: &str = "\
 std_msgs/Header header
 string[] name
@@ -24,16 +25,16 @@ int32 sec
 uint32 nanosec
 ";
 
-/// One state of the joints; `position` and `effort` have one entry a name.
+/// One state of the joints; `position` and `effort` have one entry per name.
 #[derive(Clone, Copy, Debug)]
 pub struct JointState<'a> {
-    /// When it was, by the clock of the frames \[ns\].
+    /// Time of the state, by the clock of the frames \[ns\].
     pub stamp_ns: u64,
-    /// Counts the cycles of the bus.
+    /// Number of the bus cycle.
     pub sequence: u64,
     /// Joint positions \[rad, m\].
     pub position: &'a [f64],
-    /// Torques and forces on the joints' side \[N·m, N\].
+    /// Torques and forces on the load side \[N·m, N\].
     pub effort: &'a [f64],
 }
 
@@ -60,7 +61,7 @@ pub(super) fn encode(names: &[String], log_time: u64, state: &JointState<'_>, ou
     }
 }
 
-/// Most that a state of these joints takes \[bytes\].
+/// Returns the largest size of a state of these joints \[bytes\].
 pub(super) fn most_bytes(names: &[String]) -> u64 {
     let named: usize = names.iter().map(|name| 4 + name.len() + 4).sum();
     (64 + named + 16 * names.len()) as u64
@@ -71,14 +72,14 @@ fn length(length: usize, out: &mut Vec<u8>) {
     out.extend_from_slice(&u32::try_from(length).unwrap_or(0).to_le_bytes());
 }
 
-/// With the zero that ends it, which counts.
+/// Appends a text with its terminating zero, which is part of the length.
 fn text(text: &str, out: &mut Vec<u8>) {
     length(text.len() + 1, out);
     out.extend_from_slice(text.as_bytes());
     out.push(0);
 }
 
-/// Places count from behind the encapsulation.
+/// Aligns to `to` bytes; positions count from the end of the encapsulation.
 fn align(to: usize, out: &mut Vec<u8>) {
     let place = out.len() - ENCAPSULATION.len();
     out.resize(place.next_multiple_of(to) + ENCAPSULATION.len(), 0);
@@ -88,7 +89,7 @@ fn align(to: usize, out: &mut Vec<u8>) {
 mod tests {
     use super::*;
 
-    /// As the fixture of a recorded message lays it out, without its frame.
+    /// Layout of a recorded message in the fixture, without its frame.
     #[test]
     fn values_stand_where_ros_2_has_them() {
         let names = ["j1".to_owned(), "joint_2".to_owned()];

@@ -1,14 +1,14 @@
-//! One frame as a message: ROS 2 CDR (OMG DDSI-RTPS, little-endian), and the schema that says so.
+//! One frame as a message: ROS 2 CDR (OMG DDSI-RTPS, little-endian), and its schema.
 
 use super::bytes::Bytes;
-use super::error::Damage;
+use super::error::Corruption;
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 
 pub(super) const SCHEMA_NAME: &str = "didim_msgs/msg/CanFrame";
 pub(super) const SCHEMA_ENCODING: &str = "ros2msg";
 pub(super) const MESSAGE_ENCODING: &str = "cdr";
 
-/// The schema as ROS 2 writes message definitions.
+/// Schema in the format of ROS 2 message definitions.
 pub(super) const SCHEMA: &str = "\
 # One frame of a CAN bus. The topic names the interface.
 uint32 id                    # 11 or 29 bits; of an error frame its class (linux/can/error.h)
@@ -26,7 +26,7 @@ uint8[<=64] data
 /// CDR, little-endian, no options.
 pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// Bytes before the data.
+/// Number of bytes before the data.
 pub(super) const HEAD: usize = 4 + 16;
 
 /// Appends the frame.
@@ -54,9 +54,9 @@ pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {
     out.extend_from_slice(data);
 }
 
-/// The frame, at time 0 on interface 0.
-pub(super) fn decode(message: &[u8]) -> Result<Frame, Damage> {
-    let malformed = Damage::Malformed("message");
+/// Returns the frame, at time 0 on interface 0.
+pub(super) fn decode(message: &[u8]) -> Result<Frame, Corruption> {
+    let malformed = Corruption::Malformed("message");
     let Some((id, flags, length, data)) = split(message) else { return Err(malformed) };
     let [is_extended, is_rtr, is_error, is_fd, bit_rate_switch, error_state_indicator, sent] =
         flags;

@@ -1,22 +1,22 @@
-//! Raw frames in MCAP files (<https://mcap.dev/spec>), as this program records them.
+//! Raw frames in MCAP files (<https://mcap.dev/spec>), recorded by this program.
 //!
-//! One topic for each interface, `/can/can0`; each message is one frame as ROS 2 CDR with the schema
-//! `didim_msgs/msg/CanFrame`, which stands in the file (`ros2msg`), so that Foxglove and PlotJuggler
-//! show it without knowing this program. `can_msgs/msg/Frame` has no CAN FD and
-//! `ros2_socketcan_msgs/msg/FdFrame` neither the second bit rate nor remote requests; neither tells
-//! which way a frame went. So the schema is our own.
+//! Each interface has one topic, `/can/can0`. Each message is one frame as ROS 2 CDR with the
+//! schema `didim_msgs/msg/CanFrame`. The file contains the schema (`ros2msg`), so that Foxglove and
+//! PlotJuggler show it without knowing this program. `can_msgs/msg/Frame` has no CAN FD.
+//! `ros2_socketcan_msgs/msg/FdFrame` has neither the second bit rate nor remote requests. Neither
+//! has the direction of a frame. So the schema is specific to this program.
 //!
-//! `log_time` is CLOCK_REALTIME, for people. The stamps that the assembler saw are `log_time` minus
-//! the constant `offset_ns` of the metadata record `didim`, to the nanosecond. `sequence` counts the
-//! frames of the bus over all interfaces, those that were dropped unread or not recorded among them:
-//! where it skips, frames are missing, and the source says so
+//! `log_time` is CLOCK_REALTIME, for people. The stamps of the assembler are `log_time` minus the
+//! constant `offset_ns` of the metadata record `didim`, to the nanosecond. `sequence` counts the
+//! frames of the bus over all interfaces, including frames that were dropped unread or not
+//! recorded. A jump of it means missing frames, and the source reports it
 //! ([`SourceCounters::queue_drops`](super::SourceCounters)).
 //!
-//! A file that was made for people to look at has the curves of the joints as well, [`JointState`]s
-//! assembled from these frames: they are not read again.
+//! A file for viewers also has the curves of the joints, [`JointState`]s assembled from these
+//! frames. They are not read again.
 //!
-//! Chunks are not compressed and carry their CRC. A file without an end, of a recorder that was
-//! killed, is read up to its last whole chunk.
+//! Chunks are not compressed and carry their CRC. A file without an end, from a recorder that was
+//! killed, is read up to its last complete chunk.
 
 mod bytes;
 mod content;
@@ -30,7 +30,7 @@ mod repair;
 mod scan;
 mod write;
 
-pub use error::{Damage, McapError};
+pub use error::{Corruption, McapError};
 pub use info::{METADATA_NAME, McapInfo};
 pub use joint_states::JointState;
 pub use reader::McapSource;
@@ -39,14 +39,14 @@ pub use repair::{Repair, RepairError, repair};
 pub use scan::{ChunkSpan, McapScan};
 pub use write::{McapWriteError, McapWriter};
 
-/// The first bytes of a file, and the last of one that is whole.
+/// First bytes of a file, and last bytes of a complete one.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
-/// The longest record that is read \[bytes\]: the bound of the reader's memory. Other programs write
+/// Longest record that is read \[bytes\]: the bound of the reader's memory. Other programs write
 /// chunks of a megabyte.
 const MAX_RECORD: u64 = 32 << 20;
 
-/// What topics begin with.
+/// Prefix of topics.
 const TOPIC: &str = "/can/";
 
 /// Opcodes of records (the specification's table).

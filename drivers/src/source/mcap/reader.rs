@@ -1,4 +1,4 @@
-//! A recording as a source: read as fast as it is asked for, in bounded memory.
+//! A recording as a source: read at the speed of the caller, in bounded memory.
 
 use core::ops::Range;
 use core::time::Duration;
@@ -8,38 +8,39 @@ use std::path::Path;
 
 use super::bytes::{Bytes, ChunkHead};
 use super::content::Content;
-use super::error::{Damage, McapError};
+use super::error::{Corruption, McapError};
 use super::info::McapInfo;
 use super::op;
 use super::records::{FileEnd, Records};
 use crate::frame::Frame;
 use crate::source::{
-    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
+    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
 };
 
-/// Frames of an MCAP file, in the order in which they were recorded.
+/// Frames of an MCAP file, in the order of the recording.
 ///
-/// It never waits and is never silent. Messages that are no frames are passed over and counted.
+/// It never waits and is never silent. Messages that are no frames are skipped and counted.
 #[derive(Debug)]
 pub struct McapSource<R = BufReader<File>> {
     records: Records<R>,
     content: Content,
-    /// The records of the chunk in memory that are still to be read.
+    /// Unread records of the chunk in memory.
     place: Range<usize>,
     /// A message outside of any chunk.
     single: Option<Frame>,
-    /// Handed out by the next call: frames are missing before it, and not before those of this one.
-    held: Option<Frame>,
-    /// Reported by the next call, after the frames before it.
+    /// Frame for the next call: frames are missing before it, but not before the frames of this
+    /// call.
+    pending: Option<Frame>,
+    /// Error for the next call, after the frames before it.
     failure: Option<McapError>,
 }
 
 impl McapSource {
-    /// Opens a recording, as [`TextLog::open`](crate::source::TextLog::open) a log: with
-    /// names, frames of other interfaces are passed over and counted.
+    /// Opens a recording, like [`TextLog::open`](crate::source::TextLog::open) a log: with names,
+    /// frames of other interfaces are skipped and counted.
     ///
     /// # Errors
-    /// [`McapError`]: it cannot be opened, is no MCAP file, or begins with damage.
+    /// [`McapError`]: it cannot be opened, is no MCAP file, or its beginning is damaged.
     pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, McapError> {
         match File::open(path) {
             Ok(file) => Self::new(BufReader::new(file), path, interfaces),
@@ -49,50 +50,51 @@ impl McapSource {
 }
 
 impl<R: Read> McapSource<R> {
-    /// Reads a recording from anything; `path` is what errors call it. As [`McapSource::open`].
+    /// Reads a recording from any reader like [`McapSource::open`]; errors name it `path`.
     ///
     /// # Errors
-    /// As [`McapSource::open`].
+    /// The same as [`McapSource::open`].
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Result<Self, McapError> {
         let mut source = Self {
             records: Records::new(reader, path)?,
             content: Content::new(interfaces),
             place: 0..0,
             single: None,
-            held: None,
+            pending: None,
             failure: None,
         };
-        // What stands before the first frame tells the interfaces and the time.
+        // The records before the first frame contain the interfaces and the time.
         while source.place.is_empty() && source.single.is_none() && source.load()? {}
         Ok(source)
     }
 
-    /// What the file says about itself; nothing when it is another program's.
+    /// Returns the file's description, or `None` for a file of another program.
     pub fn info(&self) -> Option<&McapInfo> {
         self.content.info()
     }
 
-    /// How the file ends; nothing before its end was reached.
+    /// Returns the kind of the file's end, or `None` before the end is reached.
     pub fn ending(&self) -> Option<FileEnd> {
         self.records.end()
     }
 
-    /// The sequence of the last frame, for the file that continues this one.
+    /// Returns the sequence of the last frame, for the file that continues this one.
     pub fn last_sequence(&self) -> Option<u32> {
         self.content.sequence
     }
 
-    /// Counts what is missing since this sequence, that of the last frame of the file before.
+    /// Counts missing frames from this sequence on, which is that of the last frame of the previous
+    /// file.
     pub fn continue_from(&mut self, sequence: Option<u32>) {
         self.content.sequence = sequence;
     }
 
-    /// The next frame; nothing at the end.
+    /// Returns the next frame, or `None` at the end.
     ///
     /// # Errors
-    /// [`McapError`]; [`McapError::is_recoverable`] tells whether to call again.
+    /// [`McapError`]; [`McapError::is_recoverable`] is true if the call may be repeated.
     pub fn next_frame(&mut self) -> Result<Option<Frame>, McapError> {
-        let next = match self.held.take() {
+        let next = match self.pending.take() {
             Some(frame) => Ok(Some(frame)),
             None => self.read_frame(),
         };
@@ -104,7 +106,7 @@ impl<R: Read> McapSource<R> {
         self.content.counters.queue_drops += core::mem::take(&mut self.content.missing);
     }
 
-    /// The next frame; what is missing before it is not counted yet.
+    /// Returns the next frame; missing frames before it are not counted yet.
     fn read_frame(&mut self) -> Result<Option<Frame>, McapError> {
         loop {
             if let Some(frame) = self.single.take() {
@@ -127,7 +129,7 @@ impl<R: Read> McapSource<R> {
         }
     }
 
-    /// Reads the next record; false at the end.
+    /// Reads the next record; returns false at the end.
     fn load(&mut self) -> Result<bool, McapError> {
         let Some(opcode) = self.records.advance()? else { return Ok(false) };
         let body = self.records.body();
@@ -143,11 +145,11 @@ impl<R: Read> McapSource<R> {
         Ok(true)
     }
 
-    /// The next record of the chunk.
-    fn next_in_chunk(&mut self) -> Result<Option<Frame>, Damage> {
+    /// Returns the next record of the chunk.
+    fn next_in_chunk(&mut self) -> Result<Option<Frame>, Corruption> {
         let chunk = self.records.body().get(self.place.clone()).unwrap_or_default();
         let mut bytes = Bytes(chunk);
-        let malformed = Damage::Malformed("chunk");
+        let malformed = Corruption::Malformed("chunk");
         let (Some(opcode), Some(length)) = (bytes.u8(), bytes.u64()) else {
             return Err(malformed);
         };
@@ -158,38 +160,38 @@ impl<R: Read> McapSource<R> {
     }
 }
 
-/// Where the records of a chunk are, if its CRC is theirs.
-fn chunk(body: &[u8]) -> Result<Range<usize>, Damage> {
+/// Returns the position of the records of a chunk if its CRC matches.
+fn chunk(body: &[u8]) -> Result<Range<usize>, Corruption> {
     let mut bytes = Bytes(body);
-    let head = ChunkHead::read(&mut bytes).ok_or(Damage::Malformed("chunk"))?;
+    let head = ChunkHead::read(&mut bytes).ok_or(Corruption::Malformed("chunk"))?;
     if !head.compression.is_empty() {
-        return Err(Damage::Compressed(head.compression.chars().take(16).collect()));
+        return Err(Corruption::Compressed(head.compression.chars().take(16).collect()));
     }
     let start = body.len() - bytes.0.len();
     let records = usize::try_from(head.length).ok().and_then(|length| bytes.take(length));
-    let records = records.ok_or(Damage::Malformed("chunk"))?;
-    // 0 says that there is none.
+    let records = records.ok_or(Corruption::Malformed("chunk"))?;
+    // 0 means that there is no CRC.
     if head.crc != 0 && head.crc != crc32fast::hash(records) {
-        return Err(Damage::Crc);
+        return Err(Corruption::Crc);
     }
     Ok(start..start + records.len())
 }
 
 impl<R: Read + Send> Source for McapSource<R> {
     fn receive(&mut self, batch: &mut Vec<Frame>, _: Duration) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
+        if capacity(batch) == 0 {
             return Err(SourceError::NoRoom);
         }
         if let Some(failure) = self.failure.take() {
             return Err(failure.into());
         }
         let before = batch.len();
-        let mut next = self.held.take();
-        while room(batch) > 0 {
+        let mut next = self.pending.take();
+        while capacity(batch) > 0 {
             let read = next.take().map_or_else(|| self.read_frame(), |frame| Ok(Some(frame)));
             match read {
                 Ok(Some(frame)) if self.content.missing > 0 && batch.len() > before => {
-                    self.held = Some(frame);
+                    self.pending = Some(frame);
                     break;
                 }
                 Ok(Some(frame)) => {

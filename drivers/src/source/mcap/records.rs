@@ -1,23 +1,23 @@
-//! The records of a file, one after the other, in bounded memory.
+//! Records of a file, one after the other, in bounded memory.
 
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use super::error::{Damage, McapError};
+use super::error::{Corruption, McapError};
 use super::{MAGIC, MAX_RECORD, op};
 
-/// Memory for records that is there from the start: larger than the chunks that we write, so that
-/// reading on takes no more.
+/// Initial capacity for records: larger than the chunks of this program, so that further reading
+/// allocates nothing.
 const CAPACITY: usize = 1 << 20;
 
-/// How a file ends.
+/// Kind of the end of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileEnd {
-    /// Whoever wrote it closed it.
+    /// The writer closed the file.
     Finished,
-    /// It was cut off. What is behind the last whole record is not used.
+    /// The file is truncated. Bytes after the last complete record are not used.
     Unfinished {
-        /// Bytes behind the last whole record.
+        /// Number of bytes after the last complete record.
         unused_bytes: u64,
     },
 }
@@ -27,9 +27,9 @@ pub enum FileEnd {
 pub(super) struct Records<R> {
     reader: R,
     path: PathBuf,
-    /// Where the next record begins.
+    /// Offset of the next record.
     next: u64,
-    /// Where the last one began.
+    /// Offset of the last record.
     offset: u64,
     body: Vec<u8>,
     end: Option<FileEnd>,
@@ -50,8 +50,8 @@ impl<R: Read> Records<R> {
         Ok(Self { reader, path: path.into(), next, offset: next, body, end: None })
     }
 
-    /// Reads the next record that matters into memory and tells its opcode; nothing at the end.
-    /// After an error there is no more.
+    /// Reads the next relevant record into memory and returns its opcode, or `None` at the end. No
+    /// record follows an error.
     pub(super) fn advance(&mut self) -> Result<Option<u8>, McapError> {
         while self.end.is_none() {
             self.offset = self.next;
@@ -74,67 +74,67 @@ impl<R: Read> Records<R> {
         let read =
             |source| McapError::Read { path: self.path.clone(), offset: self.offset, source };
         let mut head = [0; 9];
-        let found = read_up_to(&mut self.reader, &mut head).map_err(read)?;
-        if found < head.len() {
-            self.end = Some(FileEnd::Unfinished { unused_bytes: found as u64 });
+        let read_length = read_up_to(&mut self.reader, &mut head).map_err(read)?;
+        if read_length < head.len() {
+            self.end = Some(FileEnd::Unfinished { unused_bytes: read_length as u64 });
             return Ok(None);
         }
         let [opcode, length @ ..] = head;
         let length = u64::from_le_bytes(length);
-        let kept =
+        let is_used =
             matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK | op::METADATA);
-        // Attachments and what a later version may know are passed over, however long.
-        if opcode == 0 || (kept && length > MAX_RECORD) {
-            return Err(self.damaged(Damage::Record { opcode, length }));
+        // Attachments and records of later versions are skipped, regardless of their length.
+        if opcode == 0 || (is_used && length > MAX_RECORD) {
+            return Err(self.damaged(Corruption::Record { opcode, length }));
         }
         self.body.clear();
         let mut limited = self.reader.by_ref().take(length);
-        let found = if kept {
-            // Grows with what is there, whatever the length says.
+        let body = if is_used {
+            // Grows with the available data, regardless of the declared length.
             limited.read_to_end(&mut self.body).map(|found| found as u64)
         } else {
             io::copy(&mut limited, &mut io::sink())
         };
-        let found = found.map_err(|source| McapError::Read {
+        let body = body.map_err(|source| McapError::Read {
             path: self.path.clone(),
             offset: self.offset,
             source,
         })?;
-        if found < length {
-            let unused_bytes = found + head.len() as u64;
+        if body < length {
+            let unused_bytes = body + head.len() as u64;
             self.end = Some(FileEnd::Unfinished { unused_bytes });
             return Ok(None);
         }
         self.next = self.offset + head.len() as u64 + length;
-        Ok(Some((opcode, kept)))
+        Ok(Some((opcode, is_used)))
     }
 
-    /// The record that was read last.
+    /// Returns the last record.
     pub(super) fn body(&self) -> &[u8] {
         &self.body
     }
 
-    /// How the file ends; nothing before that is known.
+    /// Returns the kind of the file's end, or `None` before it is known.
     pub(super) fn end(&self) -> Option<FileEnd> {
         self.end
     }
 
-    /// An error of the record that was read last.
-    pub(super) fn damaged(&self, what: Damage) -> McapError {
+    /// Returns an error for the last record.
+    pub(super) fn damaged(&self, what: Corruption) -> McapError {
         McapError::Damaged { path: self.path.clone(), offset: self.offset, what }
     }
 }
 
-/// Fills the buffer as far as there is something.
+/// Fills the buffer with the available bytes.
 fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut found = 0;
-    while let Some(rest) = buffer.get_mut(found..).filter(|rest| !rest.is_empty()) {
+    let mut filled = 0;
+    while let Some(rest) = buffer.get_mut(filled..).filter(|rest| !rest.is_empty()) {
         match reader.read(rest) {
             Ok(0) => break,
-            Ok(more) => found += more,
+            Ok(more) => filled += more,
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(error) => return Err(error),
         }
     }
-    Ok(found)
+    Ok(filled)
 }

@@ -1,4 +1,4 @@
-//! A recording that was cut off, closed properly.
+//! Repair of a truncated recording: it gets a proper end.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -8,22 +8,23 @@ use super::error::McapError;
 use super::reader::McapSource;
 use super::write::{McapWriteError, McapWriter};
 
-/// What a repair found.
+/// Result of a repair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repair {
     /// Frames in the repaired file.
     pub frames: u64,
-    /// Whether something was damaged beside the missing end; what follows damage is left out.
+    /// True if the file has damage in addition to the missing end; data after damage are left out.
     pub damaged: bool,
 }
 
-/// Why a recording could not be repaired.
+/// Reason why a recording could not be repaired.
 #[derive(Debug, thiserror::Error)]
 pub enum RepairError {
-    /// It cannot be read at all.
+    /// The recording cannot be read at all.
     #[error(transparent)]
     Read(#[from] McapError),
-    /// It says nothing about itself: it is not of this program, or has not even a beginning.
+    /// The recording has no description: it is not from this program, or even its beginning is
+    /// missing.
     #[error("{path} has no frames of this program", path = path.display())]
     Foreign {
         /// The file.
@@ -39,11 +40,11 @@ pub enum RepairError {
     },
 }
 
-/// Writes every frame of a recording up to the first damage into another file, and closes that on
+/// Writes every frame of a recording up to the first damage into another file, and closes it on
 /// disk.
 ///
 /// # Errors
-/// [`RepairError`]; the other file may be there in part.
+/// [`RepairError`]; a part of the other file may exist.
 pub fn repair(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
     let mut source = McapSource::open(path, &[])?;
     let Some(info) = source.info().cloned() else {

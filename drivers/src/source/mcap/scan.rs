@@ -1,4 +1,4 @@
-//! What a file holds, by the heads of its records: nothing else is read, so that it is cheap.
+//! Contents of a file from the heads of its records. Nothing else is read, so the scan is fast.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -10,31 +10,31 @@ use super::info::McapInfo;
 use super::records::FileEnd;
 use super::{MAGIC, op};
 
-/// The longest metadata that is looked at \[bytes\].
+/// Longest metadata record that is read \[bytes\].
 const MAX_METADATA: u64 = 1 << 20;
 
-/// Bytes of a chunk's head with the longest name of a compression that we care for.
+/// Size of a chunk's head with the longest relevant name of a compression \[bytes\].
 const CHUNK_HEAD: u64 = 40 + 16;
 
 /// One chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChunkSpan {
-    /// Where its record begins.
+    /// Offset of its record.
     pub offset: u64,
     /// Where it ends.
     pub end: u64,
-    /// The earliest `log_time` in it \[ns\].
+    /// Earliest `log_time` in it \[ns\].
     pub first_log_time: u64,
     /// The latest \[ns\].
     pub last_log_time: u64,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct McapScan {
-    /// What it says about itself.
+    /// Description in the file.
     pub info: Option<McapInfo>,
-    /// Its chunks, in the order of the file; whether their content is good is not known.
+    /// Chunks, in the order of the file; their content is not checked.
     pub chunks: Vec<ChunkSpan>,
     /// How it ends.
     pub end: FileEnd,
@@ -43,21 +43,21 @@ pub struct McapScan {
 }
 
 impl McapScan {
-    /// Looks through a file.
+    /// Scans a file.
     ///
     /// # Errors
     /// [`McapError::Open`], [`McapError::Read`] and [`McapError::NotMcap`].
-    pub fn of(path: &Path) -> Result<Self, McapError> {
+    pub fn read(path: &Path) -> Result<Self, McapError> {
         let file =
             File::open(path).map_err(|source| McapError::Open { path: path.into(), source })?;
-        let at = |offset| move |source| McapError::Read { path: path.into(), offset, source };
-        let bytes = file.metadata().map_err(at(0))?.len();
+        let error_at = |offset| move |source| McapError::Read { path: path.into(), offset, source };
+        let bytes = file.metadata().map_err(error_at(0))?.len();
         let mut reader = BufReader::with_capacity(256, file);
         let mut magic = [0; MAGIC.len()];
         if bytes < magic.len() as u64 {
             return Err(McapError::NotMcap { path: path.into() });
         }
-        reader.read_exact(&mut magic).map_err(at(0))?;
+        reader.read_exact(&mut magic).map_err(error_at(0))?;
         if magic != MAGIC {
             return Err(McapError::NotMcap { path: path.into() });
         }
@@ -65,10 +65,11 @@ impl McapScan {
         let mut scan = Self { info: None, chunks: Vec::new(), end: unfinished, bytes };
         let mut offset = magic.len() as u64;
         let mut body = Vec::new();
-        // Whole records only; a length beyond the end is of a record that was cut off, or damage.
+        // Complete records only; a length beyond the end belongs to a truncated record, or is
+        // damaged.
         while bytes - offset >= 9 {
             let mut head = [0; 9];
-            reader.read_exact(&mut head).map_err(at(offset))?;
+            reader.read_exact(&mut head).map_err(error_at(offset))?;
             let [opcode, length @ ..] = head;
             let length = u64::from_le_bytes(length);
             let end = (offset + 9).checked_add(length).filter(|end| *end <= bytes);
@@ -83,7 +84,7 @@ impl McapScan {
                 _ => 0,
             };
             body.clear();
-            reader.by_ref().take(wanted).read_to_end(&mut body).map_err(at(offset))?;
+            reader.by_ref().take(wanted).read_to_end(&mut body).map_err(error_at(offset))?;
             if opcode == op::METADATA && wanted > 0 {
                 scan.info = McapInfo::read(&body);
             }
@@ -93,14 +94,14 @@ impl McapScan {
                 let (first_log_time, last_log_time) = (head.start, head.end);
                 scan.chunks.push(ChunkSpan { offset, end, first_log_time, last_log_time });
             }
-            reader.seek(SeekFrom::Start(end)).map_err(at(offset))?;
+            reader.seek(SeekFrom::Start(end)).map_err(error_at(offset))?;
             offset = end;
         }
         scan.end = FileEnd::Unfinished { unused_bytes: bytes - offset };
         Ok(scan)
     }
 
-    /// The stamps that it covers, earliest and latest \[ns\]; nothing without frames of ours.
+    /// Returns the earliest and the latest stamp \[ns\], or `None` without frames of this program.
     pub fn stamps_ns(&self) -> Option<(u64, u64)> {
         let info = self.info.as_ref()?;
         let spans = self

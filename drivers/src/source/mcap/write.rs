@@ -1,4 +1,4 @@
-//! Frames to a recording.
+//! Writer of frames to a recording.
 
 use std::io::Write;
 
@@ -9,20 +9,20 @@ use super::info::{METADATA_NAME, McapInfo};
 use super::{JointState, TOPIC, joint_states, message};
 use crate::frame::{Frame, MAX_PAYLOAD};
 
-/// Chunks are closed at this size, or when somebody wants them on disk \[bytes\].
+/// Chunks are closed at this size, or when a caller needs them on disk \[bytes\].
 const CHUNK: u64 = 128 << 10;
 
-/// What a message takes beside its payload \[bytes\]: record, message, and its entry in the index.
+/// Size of a message without its payload \[bytes\]: record, message, and its entry in the index.
 const MESSAGE_BYTES: u64 = 9 + 22 + message::HEAD as u64 + 16;
 
-/// What a chunk takes beside its messages, with its entries in both indexes, for each interface.
+/// Size of a chunk without its messages, with its entries in both indexes, for each interface.
 const CHUNK_BYTES: u64 = 256;
 const CHANNEL_BYTES: u64 = 64;
 
-/// The most that the end of a file takes beside what chunks have there.
+/// Largest size of the end of a file, without the entries of the chunks.
 const END_BYTES: u64 = 4096;
 
-/// Why a frame is not in the recording.
+/// Reason why a frame is not in the recording.
 #[derive(Debug, thiserror::Error)]
 pub enum McapWriteError {
     /// The frame's interface index has no name: give the writer the names of the frames' source.
@@ -31,16 +31,16 @@ pub enum McapWriteError {
         /// The index.
         index: u8,
     },
-    /// The file system refused: the recording ends with its last whole chunk. Make room.
+    /// The file system refused: the recording ends with its last complete chunk. Free disk space.
     #[error("cannot write the recording: {0}")]
     Output(std::io::Error),
-    /// What is to be written has no form in the file.
+    /// The file format cannot represent the data.
     #[error("cannot write the recording: {0}")]
     Format(::mcap::McapError),
 }
 
 impl McapWriteError {
-    /// Whether there is no room for it.
+    /// Returns true if the disk is full.
     pub fn is_full(&self) -> bool {
         use std::io::ErrorKind::{QuotaExceeded, StorageFull};
         matches!(self, Self::Output(error) if matches!(error.kind(), StorageFull | QuotaExceeded))
@@ -56,28 +56,28 @@ impl From<::mcap::McapError> for McapWriteError {
     }
 }
 
-/// Writes a recording. Chunks are written whole, one after the other, so that a writer that is
-/// killed leaves every chunk before the last. Dropped without [`Self::finish`], it tries to finish.
+/// Writes a recording. Complete chunks are written one after the other, so a killed writer leaves
+/// every chunk before the last. If it is dropped without [`Self::finish`], it tries to finish.
 pub struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
     info: McapInfo,
     channels: Vec<u16>,
     joints: Option<Joints>,
     message: Vec<u8>,
-    /// Most that the file can have by now, its end included \[bytes\].
+    /// Upper bound of the file's present size, including its end \[bytes\].
     bytes: u64,
     in_chunk: u64,
     frames: u64,
 }
 
-/// The channel of the joints' states.
+/// Channel of the joint states.
 struct Joints {
     channel_id: u16,
     names: Vec<String>,
 }
 
 impl<W: Write> McapWriter<W> {
-    /// Writes what stands at the beginning. A frame's interface index selects its name in
+    /// Writes the beginning of the file. A frame's interface index selects its name in
     /// `info.interfaces`.
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl<W: Write> McapWriter<W> {
             .profile("ros2")
             .library(library)
             .chunk_size(Some(CHUNK))
-            // Chunks are collected in memory and written whole.
+            // Chunks are collected in memory and written as a unit.
             .disable_seeking(true);
         let mut writer = options.create(NoSeek::new(out))?;
         let metadata = info.to_map();
@@ -110,7 +110,7 @@ impl<W: Write> McapWriter<W> {
         Ok(Self { writer, info, channels, joints: None, message, bytes, in_chunk: 0, frames: 0 })
     }
 
-    /// Makes room for states of these joints, beside the frames.
+    /// Adds a channel for states of these joints, in addition to the frames.
     ///
     /// # Errors
     /// [`McapWriteError`].
@@ -128,7 +128,7 @@ impl<W: Write> McapWriter<W> {
     /// Writes one frame; `sequence` counts the frames of the bus.
     ///
     /// # Errors
-    /// [`McapWriteError`]. After one of the output nothing more can be written.
+    /// [`McapWriteError`]. After an output error nothing more can be written.
     pub fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), McapWriteError> {
         let index = frame.interface;
         let channel = self.channels.get(usize::from(index)).copied();
@@ -141,10 +141,10 @@ impl<W: Write> McapWriter<W> {
         self.append(&header, Self::frame_bytes(frame))
     }
 
-    /// Writes a state of the joints, where [`Self::with_joints`] made room for them.
+    /// Writes a state of the joints, if [`Self::with_joints`] added their channel.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The same as [`Self::write`].
     pub fn write_joints(&mut self, state: &JointState<'_>) -> Result<(), McapWriteError> {
         let Some(Joints { channel_id, names }) = &self.joints else { return Ok(()) };
         let log_time = self.info.log_time(state.stamp_ns);
@@ -171,17 +171,17 @@ impl<W: Write> McapWriter<W> {
         Ok(())
     }
 
-    /// Most that a frame adds to a file, without what its chunk takes \[bytes\].
+    /// Returns an upper bound of the size that a frame adds to a file, without its chunk \[bytes\].
     pub fn frame_bytes(frame: &Frame) -> u64 {
         MESSAGE_BYTES + frame.data().len() as u64
     }
 
-    /// Most that a state of these joints adds, likewise.
+    /// Returns the same upper bound for a state of these joints.
     pub fn joints_bytes(names: &[String]) -> u64 {
         MESSAGE_BYTES - message::HEAD as u64 + joint_states::most_bytes(names)
     }
 
-    /// Closes the chunk and hands it to the output.
+    /// Closes the chunk and passes it to the output.
     ///
     /// # Errors
     /// [`McapWriteError::Output`].
@@ -194,7 +194,7 @@ impl<W: Write> McapWriter<W> {
         Ok(())
     }
 
-    /// Most that the file would have if it were finished now \[bytes\].
+    /// Returns an upper bound of the file's size if it were finished now \[bytes\].
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -204,12 +204,12 @@ impl<W: Write> McapWriter<W> {
         self.frames
     }
 
-    /// What the file says about itself.
+    /// Returns the description in the file.
     pub fn info(&self) -> &McapInfo {
         &self.info
     }
 
-    /// Closes the file and gives the output back.
+    /// Closes the file and returns the output.
     ///
     /// # Errors
     /// [`McapWriteError::Output`]: the file has no end.

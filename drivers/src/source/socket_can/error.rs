@@ -1,25 +1,26 @@
-//! What can go wrong with a SocketCAN interface, and what to do about it.
+//! Errors of a SocketCAN interface and their remedies.
 
 use std::io;
 
 use crate::source::{InterfaceName, MAX_INTERFACES};
 
-/// Why an interface cannot be listened to, or stopped being heard.
+/// Reason why an interface cannot be opened for receiving, or stopped delivering.
 #[derive(Debug, thiserror::Error)]
 pub enum SocketCanError {
-    /// None, or too many interfaces were asked for.
+    /// No interfaces or too many were requested.
     #[error("{count} interfaces asked for: name 1 to {MAX_INTERFACES}")]
     InterfaceCount {
         /// How many.
         count: usize,
     },
-    /// The same interface was asked for twice.
+    /// The same interface was requested twice.
     #[error("interface {interface} is named twice: name it once")]
     Twice {
         /// Which.
         interface: InterfaceName,
     },
-    /// No interface of this name: correct it, plug the adapter in, or make a virtual one.
+    /// There is no interface of this name: correct it, plug the adapter in, or create a virtual
+    /// one.
     #[error(
         "there is no interface {interface}; CAN interfaces here: {existing}. To make a virtual \
          one: `ip link add {interface} type vcan && ip link set {interface} mtu 72 up`"
@@ -27,7 +28,7 @@ pub enum SocketCanError {
     NoInterface {
         /// Which.
         interface: InterfaceName,
-        /// The names of the CAN interfaces that exist, or "none".
+        /// Names of the existing CAN interfaces, or "none".
         existing: String,
     },
     /// The interface is something else, such as Ethernet.
@@ -35,7 +36,7 @@ pub enum SocketCanError {
     NotCan {
         /// Which.
         interface: InterfaceName,
-        /// The names of the CAN interfaces that exist, or "none".
+        /// Names of the existing CAN interfaces, or "none".
         existing: String,
     },
     /// The kernel has no CAN sockets.
@@ -44,7 +45,7 @@ pub enum SocketCanError {
          kernel with CONFIG_CAN_RAW; `didim demo` needs neither"
     )]
     NoKernelSupport {
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// The process may not open CAN sockets.
@@ -55,7 +56,7 @@ pub enum SocketCanError {
     Permission {
         /// Which.
         interface: InterfaceName,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// The layout needs CAN FD and the interface carries classic frames only.
@@ -67,32 +68,33 @@ pub enum SocketCanError {
     NotFdCapable {
         /// Which.
         interface: InterfaceName,
-        /// The largest frame \[bytes\].
+        /// Largest frame \[bytes\].
         mtu: i32,
     },
-    /// The system refused something that it never should.
+    /// The system refused a call that should always succeed.
     #[error("cannot {what} on interface {interface}: {source}")]
     System {
         /// Which.
         interface: InterfaceName,
         /// What was tried.
         what: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// Waiting for the sockets failed.
     #[error("cannot wait for frames: {source}")]
     Wait {
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The interface is down. It is taken up again when it comes back.
+    /// The interface is down. It is used again when it comes back.
     #[error("interface {interface} is down: `ip link set {interface} up`, or look at its bus")]
     Down {
         /// Which.
         interface: InterfaceName,
     },
-    /// The interface vanished, as an adapter that is unplugged. It is opened again when it is back.
+    /// The interface vanished, for example because its adapter was unplugged. It is opened again
+    /// when it is back.
     #[error("interface {interface} has disappeared: is the adapter plugged in?")]
     Gone {
         /// Which.
@@ -101,13 +103,14 @@ pub enum SocketCanError {
 }
 
 impl SocketCanError {
-    /// Whether the source goes on by itself: true for what happens to an interface once opened.
+    /// Returns true if the source continues by itself: this holds for failures of an interface once
+    /// opened.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Down { .. } | Self::Gone { .. })
     }
 }
 
-/// The CAN interfaces of this machine, for messages.
+/// Returns the CAN interfaces of this machine, for messages.
 pub(super) fn existing_interfaces() -> String {
     /// ARPHRD_CAN of `linux/if_arp.h`.
     const ARPHRD_CAN: &str = "280";

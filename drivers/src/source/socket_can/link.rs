@@ -1,4 +1,4 @@
-//! One interface in service: its frames, its counters, and what becomes of it.
+//! One interface in service: its frames, its counters, and its state.
 
 use core::time::Duration;
 use std::io;
@@ -15,36 +15,36 @@ use crate::source::SourceCounters;
 use crate::source::listening::{DropCounter, MOST_CALLS, realtime_now_ns, stamp_ns};
 use crate::source::retry::{self, Retry};
 
-/// What was granted to an interface and counted on it.
+/// Granted settings and counters of an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkReport {
     /// Its name.
     pub interface: InterfaceName,
-    /// Whether it is there and up, as far as known.
+    /// True if it is present and up, as far as known.
     pub up: bool,
-    /// The largest frame it carries \[bytes\]: 16 classic, 72 CAN FD.
+    /// Largest frame of the interface \[bytes\]: 16 classic, 72 CAN FD.
     pub mtu: i32,
-    /// The receive buffer that was granted \[bytes\]: less than wanted where `net.core.rmem_max`
-    /// is smaller and the process lacks CAP_NET_ADMIN.
+    /// Granted receive buffer \[bytes\]. It is smaller than requested if `net.core.rmem_max` is
+    /// smaller and the process lacks CAP_NET_ADMIN.
     pub receive_buffer_bytes: u32,
-    /// Whether stamps come from the controller.
+    /// True if the controller provides the stamps.
     pub hardware_stamps: bool,
     /// The counters of this interface alone.
     pub counters: SourceCounters,
 }
 
-/// Whether frames can come.
+/// State of an interface: it decides if frames can arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Up,
     Down,
-    /// The socket is dead for good, whatever becomes of the device.
+    /// The socket stays unusable, regardless of the device.
     Gone(Retry),
 }
 
 pub(super) struct Link {
     name: InterfaceName,
-    /// In the order of the source.
+    /// Index in the order of the source.
     index: u8,
     options: SocketCanOptions,
     opened: Option<Opened>,
@@ -97,17 +97,17 @@ impl Link {
         }
     }
 
-    /// What to wait on; nothing while the interface is gone.
+    /// Returns the socket to wait on, or `None` while the interface is gone.
     pub(super) fn socket(&self) -> Option<&Socket> {
         self.opened.as_ref().map(|opened| &opened.socket)
     }
 
-    /// When to come back without a frame.
+    /// Returns the time until the next call without a frame.
     pub(super) fn retry_in(&self) -> Option<Duration> {
         match self.state {
             State::Up => None,
             State::Down => Some(retry::FIRST),
-            State::Gone(retry) => Some(retry.left(Instant::now())),
+            State::Gone(retry) => Some(retry.remaining(Instant::now())),
         }
     }
 
@@ -115,7 +115,7 @@ impl Link {
         self.failure.take()
     }
 
-    /// The stamp of the next frame.
+    /// Returns the stamp of the next frame.
     pub(super) fn head(&self) -> Option<u64> {
         self.head.map(|frame| frame.stamp_ns)
     }
@@ -129,12 +129,12 @@ impl Link {
         Some(frame)
     }
 
-    /// Whether all frames taken from the kernel are used up and more may wait there.
+    /// Returns true if all frames taken from the kernel are used up and more may wait there.
     pub(super) fn may_have_older(&self) -> bool {
         self.head.is_none() && self.buffer.was_full()
     }
 
-    /// Takes frames from the kernel when none are left; does not wait.
+    /// Takes frames from the kernel if none are left; does not wait.
     pub(super) fn fill(&mut self) {
         self.reopen_when_due();
         for _ in 0..MOST_CALLS {
@@ -145,19 +145,19 @@ impl Link {
                 Ok(()) => {
                     self.advance();
                     if self.state == State::Down {
-                        // It may be up again, or these were still waiting.
+                        // The interface may be up again, or these frames were still waiting.
                         self.supervise();
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                     if matches!(self.state, State::Gone(_)) {
-                        // All that was queued before the device went away has been taken.
+                        // All frames that were queued before the device vanished have been taken.
                         self.opened = None;
                     }
                     return;
                 }
-                // The queue may still hold frames of before: go round again.
+                // The queue may still hold earlier frames: repeat.
                 Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
                 Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
                 Err(source) => {
@@ -169,7 +169,7 @@ impl Link {
         }
     }
 
-    /// Looks at the device behind the socket, for what the socket did not tell.
+    /// Checks the device behind the socket for changes that the socket did not report.
     pub(super) fn supervise(&mut self) {
         let Some(opened) = &self.opened else { return };
         if matches!(self.state, State::Gone(_)) {
@@ -192,7 +192,8 @@ impl Link {
         }
     }
 
-    /// The socket is kept until its queue is empty: it still holds frames of before.
+    /// Marks the interface as gone. The socket is kept until its queue is empty: it still holds
+    /// earlier frames.
     fn vanished(&mut self) {
         if self.state == State::Up {
             self.counters.link_down += 1;
@@ -203,7 +204,7 @@ impl Link {
 
     fn reopen_when_due(&mut self) {
         let State::Gone(retry) = self.state else { return };
-        if self.opened.is_some() || !retry.left(Instant::now()).is_zero() {
+        if self.opened.is_some() || !retry.remaining(Instant::now()).is_zero() {
             return;
         }
         match open(self.name, &self.options) {
@@ -230,7 +231,7 @@ impl Link {
                     let stamp = stamp_ns(&message, &mut self.hardware);
                     self.counters.stamped_late += u64::from(stamp.is_none());
                     let stamp_ns = stamp.unwrap_or_else(realtime_now_ns);
-                    self.head = Some(frame.at(stamp_ns).on(self.index));
+                    self.head = Some(frame.with_stamp(stamp_ns).on_interface(self.index));
                     return;
                 }
                 Err(_) => self.counters.passed_over += 1,
@@ -245,8 +246,9 @@ impl core::fmt::Debug for Link {
     }
 }
 
-/// A message as `struct can_frame` (16 bytes) or `struct canfd_frame` (72 bytes) has it: the
-/// identifier with its flags, the length, the FD flags, two bytes of padding, the data.
+/// Decodes a message in the layout of `struct can_frame` (16 bytes) or `struct canfd_frame` (72
+/// bytes). The layout is the identifier with its flags, the length, the FD flags, two bytes of
+/// padding, the data.
 fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
     let bytes = message.bytes;
     let unknown = FrameError::FdLength { id: FrameId::Standard(0), length: bytes.len() };
@@ -274,8 +276,8 @@ fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
         }
         _ => Err(unknown),
     }?;
-    let way = if message.sent_here { Direction::Transmitted } else { Direction::Received };
-    Ok(frame.going(way))
+    let direction = if message.sent_here { Direction::Transmitted } else { Direction::Received };
+    Ok(frame.going(direction))
 }
 
 #[cfg(test)]
@@ -290,7 +292,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_message_makes_it_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..80), full in any::<Option<bool>>()) {
+        fn no_message_makes_it_panic(
+            mut bytes in prop::collection::vec(any::<u8>(), 0..80),
+            full in any::<Option<bool>>(),
+        ) {
             if let Some(fd) = full {
                 bytes.resize(if fd { libc::CANFD_MTU } else { libc::CAN_MTU }, 0);
             }

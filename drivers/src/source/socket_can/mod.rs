@@ -14,18 +14,19 @@ pub use options::{QUEUED_FRAME_BYTES, SocketCanOptions};
 
 use super::listening::{Listening, receive};
 use super::{
-    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
+    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock,
+    capacity,
 };
 use crate::frame::Frame;
 use crate::socket::wait_readable;
 
 /// Frames of one or more SocketCAN interfaces. It cannot send.
 ///
-/// Frames of one interface keep their order; those of several are merged by their stamps as far
-/// as they were there at the same time.
+/// Frames of one interface keep their order. Frames of several interfaces are merged by their
+/// stamps if they are available at the same time.
 ///
-/// An interface that goes down or away is reported once by an error, counted, and silent until it
-/// is back; it is then taken up again without being asked.
+/// An interface that goes down or vanishes is reported once by an error and counted. It is silent
+/// until it is back; then it is used again automatically.
 #[derive(Debug)]
 pub struct SocketCanSource {
     interfaces: Vec<InterfaceName>,
@@ -33,11 +34,11 @@ pub struct SocketCanSource {
 }
 
 impl SocketCanSource {
-    /// Opens the interfaces. Options and filters are in force before the first frame can arrive.
-    /// An interface that is down is opened all the same; the first call to receive reports it.
+    /// Opens the interfaces. Options and filters are in force before the first frame can arrive. An
+    /// interface that is down is also opened; the first call to receive reports it.
     ///
     /// # Errors
-    /// See [`SocketCanError`]: every variant says what to do.
+    /// See [`SocketCanError`]: every variant gives the remedy.
     pub fn open(
         interfaces: &[InterfaceName],
         options: &SocketCanOptions,
@@ -55,7 +56,7 @@ impl SocketCanSource {
         Ok(Self { interfaces: interfaces.to_vec(), links })
     }
 
-    /// What was granted and counted per interface, in their order.
+    /// Returns the granted settings and counters per interface, in their order.
     pub fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.links.iter().map(Link::report)
     }
@@ -68,12 +69,13 @@ impl Listening for SocketCanSource {
         for link in &mut self.links {
             link.fill();
         }
-        while room(batch) > 0 {
+        while capacity(batch) > 0 {
             let waiting = self.links.iter_mut().filter(|link| link.head().is_some());
             let Some(link) = waiting.min_by_key(|link| link.head()) else { break };
             batch.extend(link.take());
             if link.may_have_older() {
-                // What still waits in the kernel may be older than the other interfaces' frames.
+                // Frames that still wait in the kernel may be older than those of the other
+                // interfaces.
                 break;
             }
         }

@@ -1,4 +1,4 @@
-//! One interface opened: every option is set before the socket is bound, because frames arrive
+//! Opening of one interface. Every option is set before the socket is bound, because frames arrive
 //! from that moment on.
 
 use std::io;
@@ -10,7 +10,7 @@ use crate::socket::{DeviceState, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::listening::{ask_for_stamps_and_drops, set_receive_buffer};
 
-/// What [`open`] brought about.
+/// Result of [`open`].
 #[derive(Debug)]
 pub(super) struct Opened {
     pub(super) socket: Socket,
@@ -18,7 +18,7 @@ pub(super) struct Opened {
     pub(super) receive_buffer_bytes: u32,
 }
 
-/// Makes a socket that listens to the interface.
+/// Creates a socket that receives from the interface.
 pub(super) fn open(
     interface: InterfaceName,
     options: &SocketCanOptions,
@@ -26,7 +26,7 @@ pub(super) fn open(
     let failed = |what| move |source: io::Error| system_error(interface, what, source);
     let socket = Socket::can().map_err(failed("open a CAN socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?;
-    // A device of another kind can have any MTU; whether it is one shows in `bind`.
+    // A device of another kind can have any MTU; `bind` detects it.
     if options.fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
         return Err(SocketCanError::NotFdCapable { interface, mtu: device.mtu });
     }
@@ -34,7 +34,7 @@ pub(super) fn open(
     let receive_buffer_bytes = set_receive_buffer(&socket, options.receive_buffer_bytes)
         .map_err(failed("set the receive buffer"))?;
     socket.bind_can(device.index).map_err(|source| match source.raw_os_error() {
-        // It was there a moment ago: the kernel says so of devices that are not CAN.
+        // It existed a moment ago: the kernel reports this error for devices that are not CAN.
         Some(libc::ENODEV) if device_state(&socket, interface).is_ok() => {
             SocketCanError::NotCan { interface, existing: existing_interfaces() }
         }
@@ -56,7 +56,7 @@ fn set_options(socket: &Socket, options: &SocketCanOptions) -> io::Result<()> {
     socket.set_filters(&filters)
 }
 
-/// Passes data frames of exactly this identifier and format.
+/// Returns a filter that passes data frames of exactly this identifier and format.
 fn data_frames_of(id: &FrameId) -> libc::can_filter {
     let (can_id, mask) = match *id {
         FrameId::Standard(id) => (u32::from(id), libc::CAN_SFF_MASK),

@@ -1,26 +1,26 @@
-//! How to listen to SocketCAN.
+//! Options for receiving from SocketCAN.
 
 use crate::frame::FrameId;
 
 /// How to listen.
 #[derive(Clone, Debug)]
 pub struct SocketCanOptions {
-    /// Receive CAN FD frames; every interface must be able to carry them.
+    /// True to receive CAN FD frames; every interface must support them.
     pub fd: bool,
-    /// Let the kernel pass only data frames with these identifiers (and error frames). Nothing
-    /// given passes everything. The kernel takes at most 512; more are passed unfiltered.
+    /// Identifiers of the data frames that the kernel passes, in addition to error frames. `None`
+    /// passes everything. The kernel accepts at most 512; a longer list sets no filter.
     pub ids: Option<Vec<FrameId>>,
-    /// The receive buffer wanted per interface \[bytes, as the kernel accounts them\]; a queued
-    /// frame costs [`QUEUED_FRAME_BYTES`]. See [`LinkReport::receive_buffer_bytes`](super::LinkReport::receive_buffer_bytes) for what was
-    /// granted.
+    /// Requested receive buffer per interface \[bytes, as the kernel accounts them\]; a queued
+    /// frame costs [`QUEUED_FRAME_BYTES`]. The granted size is
+    /// [`LinkReport::receive_buffer_bytes`](super::LinkReport::receive_buffer_bytes).
     pub receive_buffer_bytes: u32,
 }
 
-/// What one queued frame costs of the receive buffer \[bytes\], measured on Linux 6.
+/// Size of one queued frame in the receive buffer \[bytes\], measured on Linux 6.
 pub const QUEUED_FRAME_BYTES: u32 = 768;
 
 impl Default for SocketCanOptions {
-    /// CAN FD, every identifier, and 8 MiB: two seconds of a 5 kHz bus.
+    /// Returns CAN FD, every identifier, and 8 MiB: two seconds of a 5 kHz bus.
     fn default() -> Self {
         Self { fd: true, ids: None, receive_buffer_bytes: 8 << 20 }
     }

@@ -1,4 +1,4 @@
-//! Logs of Vector's tools (ASC): a header, then an event per line.
+//! Logs of Vector's tools (ASC): a header, then one event per line.
 //!
 //! ```text
 //! date Mon Nov 23 10:00:00.000 am 2026
@@ -9,14 +9,15 @@
 //!    0.018991 1  ErrorFrame
 //! ```
 //!
-//! Other events (statistics, triggers, other buses) are passed over.
+//! Other events (statistics, triggers, other buses) are skipped.
 
 use super::LineFault;
 use super::field::{NS_PER_S, bytes, channel, number, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
 
-/// What the header says, and the time so far where each line has that since the one before.
+/// Settings of the header. It also holds the present time if the stamp of each line is relative to
+/// the previous line.
 #[derive(Clone, Debug)]
 pub(super) struct Asc {
     base: u32,
@@ -52,7 +53,7 @@ impl Asc {
             true => self.now_ns.checked_add(stamp).ok_or(LineFault::StampRange)?,
             false => stamp,
         };
-        let found = match fields.next() {
+        let parsed = match fields.next() {
             Some(b"CANFD") => self.fd(fields)?,
             Some(number) => match channel(number) {
                 Some(channel) => self.classic(channel, fields)?,
@@ -60,7 +61,7 @@ impl Asc {
             },
             None => None,
         };
-        Ok(found.map(|(channel, frame)| (channel, frame.at(self.now_ns))))
+        Ok(parsed.map(|(channel, frame)| (channel, frame.with_stamp(self.now_ns))))
     }
 
     fn classic<'a>(
@@ -73,7 +74,7 @@ impl Asc {
             let frame = Frame::error(0, &[0; 8])?;
             return Ok(Some((channel, frame)));
         }
-        // A request to send is followed by what was sent.
+        // A transmit request is followed by the transmitted frame.
         let Some(direction) = fields.next().and_then(direction) else { return Ok(None) };
         let id = self.id(id)?;
         let kind = fields.next();
@@ -104,7 +105,7 @@ impl Asc {
             return Ok(Some((channel, Frame::error(0, &[0; 8])?.going(direction))));
         }
         let id = self.id(id)?;
-        // A name may stand before the flags.
+        // A name may precede the flags.
         let flag = |field: Option<&[u8]>| match field {
             Some(b"0") => Some(false),
             Some(b"1") => Some(true),
@@ -115,7 +116,7 @@ impl Asc {
         let error_state_indicator = flag(fields.next());
         let flags = bit_rate_switch.zip(error_state_indicator);
         let (bit_rate_switch, error_state_indicator) = flags.ok_or(LineFault::Length)?;
-        // The length code, then the bytes.
+        // Skip the length code; the bytes follow.
         fields.next();
         let length =
             fields.next().and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;

@@ -1,11 +1,12 @@
-//! One line of a log to one frame.
+//! Conversion of one line of a log to one frame.
 
 use super::field::{NS_PER_S, number, stamp_ns};
 use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
 use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
 use crate::source::InterfaceName;
 
-/// Reads a line without its newline. The frame's interface index is left 0: the name says it.
+/// Parses a line without its newline. The frame's interface index stays 0: the name identifies the
+/// interface.
 pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
     let line = line.trim_ascii_end();
     if line.is_empty() {
@@ -21,12 +22,12 @@ pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
         Some(_) => return Err(LineFault::Direction),
     };
     match fields.next() {
-        None => Ok((name, frame.at(stamp_ns).going(direction))),
+        None => Ok((name, frame.with_stamp(stamp_ns).going(direction))),
         Some(_) => Err(LineFault::Direction),
     }
 }
 
-/// `(seconds.fraction)` with up to nine digits of fraction, exactly, in integers.
+/// Parses `(seconds.fraction)` with up to nine digits of fraction, exactly, in integers.
 fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
     let inside = field.strip_prefix(b"(").and_then(|rest| rest.strip_suffix(b")"));
     let inside = inside.ok_or(LineFault::Stamp)?;
@@ -44,7 +45,8 @@ fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
     let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
     let (id, body) = (&field[..hash], &field[hash + 1..]);
     let raw = number(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
-    // The number of digits is the format, not the value; an error frame is known by its flag.
+    // The number of digits determines the format, not the value; an error frame is identified by
+    // its flag.
     let (id, error) = match id.len() {
         3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
         8 if raw & ERROR_FLAG != 0 => (FrameId::Extended(raw & !ERROR_FLAG), true),
@@ -97,7 +99,7 @@ fn parse_classic(id: FrameId, data: &[u8]) -> Result<Frame, LineFault> {
     Ok(Frame::classic(id, payload.bytes())?)
 }
 
-/// Data bytes that may turn out to be too many for their kind of frame.
+/// Data bytes, possibly more than their kind of frame allows.
 struct Payload {
     bytes: [u8; MAX_PAYLOAD],
     length: usize,
@@ -111,7 +113,7 @@ impl Payload {
             return Err(LineFault::Data);
         }
         for &[high, low] in pairs {
-            // candump's older `.` between bytes is not written by -l or -L.
+            // `candump -l` and `-L` do not write the older `.` between bytes.
             let byte = nibble(high).zip(nibble(low)).map(|(high, low)| high << 4 | low);
             let place = payload.bytes.get_mut(payload.length).ok_or(LineFault::Data)?;
             *place = byte.ok_or(LineFault::Data)?;
@@ -154,7 +156,7 @@ mod tests {
             ("(1436509052.249713001)", 1_436_509_052_249_713_001),
             ("(0.5)", 500_000_000),
             ("(0000000000.000001)", 1_000),
-            // More than a double can hold.
+            // More digits than a double can hold.
             ("(9007199254.740993123)", 9_007_199_254_740_993_123),
             ("(18446744073.709551615)", u64::MAX),
         ] {
@@ -168,7 +170,7 @@ mod tests {
     fn every_form_of_frame() {
         let read = frame("(1436509052.249713) can0 123#1122AABB");
         let made = Frame::classic(FrameId::Standard(0x123), &[0x11, 0x22, 0xAA, 0xBB]).unwrap();
-        assert_eq!(read, made.at(1_436_509_052_249_713_000));
+        assert_eq!(read, made.with_stamp(1_436_509_052_249_713_000));
 
         let read = frame("(0.0) can0 123##1112233 T");
         assert_eq!(read.direction, Direction::Transmitted);
@@ -188,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_has_its_name() {
+    fn every_corruption_has_its_name() {
         for (line, expected) in [
             ("", LineFault::Empty),
             ("  \r", LineFault::Empty),
@@ -200,7 +202,7 @@ mod tests {
             ("(1.0)", LineFault::Interface),
             ("(1.0) a_name_of_16_byte 123#11", LineFault::Interface),
             ("(1.0) can0", LineFault::Frame),
-            // candump without -l or -L writes this.
+            // Format of candump without -l or -L.
             ("(1.0) can0 123 [2] 11 22", LineFault::Frame),
             ("(1.0) can0 12#11", LineFault::Id),
             ("(1.0) can0 12345#11", LineFault::Id),
@@ -234,8 +236,9 @@ mod tests {
         }
 
         #[test]
-        fn no_damage_to_a_good_line_makes_it_panic(at in 0usize..60, byte in any::<u8>()) {
-            let mut line = b"(1436509052.249713) can0 18FF1234##1112233445566778899AABBCC T".to_vec();
+        fn no_corruption_to_a_good_line_makes_it_panic(at in 0usize..60, byte in any::<u8>()) {
+            let mut line =
+                b"(1436509052.249713) can0 18FF1234##1112233445566778899AABBCC T".to_vec();
             if let Some(place) = line.get_mut(at) {
                 *place = byte;
             }

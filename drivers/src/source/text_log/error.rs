@@ -1,19 +1,22 @@
-//! What can be wrong with a log, and what to do about it.
+//! Errors of a log and their remedies.
 
 use std::path::PathBuf;
 
 use crate::frame::FrameError;
 use crate::source::MAX_INTERFACES;
 
-/// Why a log could not be read.
+/// Reason why a log could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum TextLogError {
     /// The file cannot be opened: check the path and its permissions.
-    #[error("cannot open the log {path}: {source}; check the path and the permissions", path = path.display())]
+    #[error(
+        "cannot open the log {path}: {source}; check the path and the permissions",
+        path = path.display()
+    )]
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// Reading failed; the source ends there.
@@ -21,23 +24,23 @@ pub enum TextLogError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The line that was being read, from 1.
+        /// Line being read, from 1.
         line: u64,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// A line is not a frame. The next call passes over it.
+    /// A line is not a frame. The next call skips it.
     #[error("{path}:{line}: {fault}", path = path.display())]
     Line {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// Line number, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// The fault of the line.
         fault: LineFault,
     },
-    /// The last line has no end: the recording was cut off in the middle of writing, and even a
-    /// line that looks complete may lack bytes. Delete it, or add the newline if it is whole.
+    /// The last line has no end: the recording was truncated during writing. Even a line that looks
+    /// complete may lack bytes. Delete it, or add the newline if it is complete.
     #[error(
         "{path}:{line}: the last line has no newline: the log was cut off there; delete that line, \
          or end it with a newline if it is known to be whole",
@@ -46,31 +49,31 @@ pub enum TextLogError {
     Truncated {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// Line number, from 1.
         line: u64,
     },
 }
 
 impl TextLogError {
-    /// Whether the lines after it can still be read.
+    /// Returns true if the lines after it can still be read.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Line { .. })
     }
 }
 
-/// What is wrong with a line of a log.
+/// Fault in a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineFault {
     /// Nothing on it.
     #[error("the line is empty: delete it")]
     Empty,
-    /// Longer than any frame.
+    /// The line is longer than any frame.
     #[error(
         "the line is longer than any frame ({} bytes): this is not a candump log",
         super::MAX_LINE
     )]
     TooLong,
-    /// No stamp in parentheses.
+    /// The line has no stamp in parentheses.
     #[error(
         "no time stamp: a line starts with seconds and their fraction, as in \
          `(1436509052.249713)`; record with `candump -l` or `candump -L`"
@@ -82,16 +85,16 @@ pub enum LineFault {
     /// Not a number of seconds (ASC) or milliseconds (TRC).
     #[error("the line has no time that is a number: it is damaged or cut off")]
     Time,
-    /// An identifier that is no number, or too large.
+    /// The identifier is no number, or too large.
     #[error("the identifier is no number of 11 or 29 bits: the line is damaged")]
     LogId,
-    /// A length or a kind of frame that is missing or not known.
+    /// The length or the kind of a frame is missing or unknown.
     #[error("kind or length of the frame are missing or not known: the line is damaged or cut off")]
     Length,
-    /// Fewer bytes than the length says, or none.
+    /// There are fewer bytes than the length requires, or none.
     #[error("the line has not as many bytes of data as it says: it is damaged or cut off")]
     Bytes,
-    /// A version that is not read.
+    /// The version is not supported.
     #[error("this version of TRC is not read; write it anew as 1.0 to 2.1")]
     Version,
     /// No usable interface name.
@@ -117,18 +120,18 @@ pub enum LineFault {
     /// The length of a remote request is not a digit up to 8.
     #[error("a remote request is `R` or `R` and its length from 0 to 8")]
     RemoteLength,
-    /// A raw data length code that does not belong there.
+    /// A raw data length code is not allowed here.
     #[error(
         "`_` and a data length code from 9 to F may only follow eight bytes of a classic frame"
     )]
     RawLengthCode,
-    /// The identifier marks an error frame, the form another.
+    /// The identifier marks an error frame, but the form is that of another frame.
     #[error("an error frame (identifier from 20000000) can be neither CAN FD nor remote")]
     ErrorForm,
-    /// Something else than `T` or `R` after the frame.
+    /// The mark after the frame is neither `T` nor `R`.
     #[error("after the frame only `R` or `T` may follow: delete the rest of the line")]
     Direction,
-    /// No such frame can exist.
+    /// Such a frame cannot exist.
     #[error(transparent)]
     Impossible(#[from] FrameError),
 }

@@ -1,4 +1,4 @@
-//! Fields that logs have in common.
+//! Common fields of logs.
 
 use super::LineFault;
 use crate::frame::MAX_PAYLOAD;
@@ -6,15 +6,16 @@ use crate::source::InterfaceName;
 
 pub(super) const NS_PER_S: u64 = 1_000_000_000;
 
-/// A number of `unit_ns` with a fraction, exactly, in integers: digits below a nanosecond are not taken.
+/// Parses a number of `unit_ns` with a fraction, exactly, in integers; digits below a nanosecond
+/// are dropped.
 pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     let dot = field.iter().position(|byte| *byte == b'.').unwrap_or(field.len());
-    let (whole, fraction) = (&field[..dot], field.get(dot + 1..).unwrap_or_default());
-    if whole.is_empty() || (dot < field.len() && fraction.is_empty()) {
+    let (integer, fraction) = (&field[..dot], field.get(dot + 1..).unwrap_or_default());
+    if integer.is_empty() || (dot < field.len() && fraction.is_empty()) {
         return Err(LineFault::Time);
     }
     let mut ns: u64 = 0;
-    for digit in whole {
+    for digit in integer {
         let digit =
             digit.is_ascii_digit().then(|| u64::from(digit - b'0')).ok_or(LineFault::Time)?;
         ns =
@@ -32,7 +33,7 @@ pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     Ok(ns)
 }
 
-/// Digits to a base, nothing else.
+/// Parses a number that consists only of digits to a base.
 pub(super) fn number(digits: &[u8], base: u32) -> Option<u64> {
     (!digits.is_empty()).then_some(())?;
     digits.iter().try_fold(0u64, |value, byte| {
@@ -41,13 +42,13 @@ pub(super) fn number(digits: &[u8], base: u32) -> Option<u64> {
     })
 }
 
-/// A channel by its number, as `can1`.
+/// Returns the name of a channel by its number, such as `can1`.
 pub(super) fn channel(number: &[u8]) -> Option<InterfaceName> {
     let digits = (1..=3).contains(&number.len()) && number.iter().all(u8::is_ascii_digit);
     digits.then(|| InterfaceName::from_bytes(&[b"can", number].concat())).flatten()
 }
 
-/// Bytes, each a field.
+/// Parses bytes; each is a field.
 pub(super) fn bytes<'a>(
     fields: impl Iterator<Item = &'a [u8]>,
     length: u64,
@@ -56,11 +57,11 @@ pub(super) fn bytes<'a>(
     let length = usize::try_from(length).ok().filter(|length| *length <= MAX_PAYLOAD);
     let length = length.ok_or(LineFault::Length)?;
     let mut payload = [0; MAX_PAYLOAD];
-    let mut found = 0;
+    let mut count = 0;
     for (place, field) in payload.iter_mut().zip(fields.take(length)) {
         let byte = number(field, base).and_then(|byte| u8::try_from(byte).ok());
         *place = byte.ok_or(LineFault::Bytes)?;
-        found += 1;
+        count += 1;
     }
-    if found == length { Ok((payload, length)) } else { Err(LineFault::Bytes) }
+    if count == length { Ok((payload, length)) } else { Err(LineFault::Bytes) }
 }

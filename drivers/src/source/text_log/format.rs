@@ -1,4 +1,4 @@
-//! Which kind of log it is, by its first line, and one line of it to one frame.
+//! Detection of the kind of a log by its first line, and conversion of its lines to frames.
 
 use super::asc::Asc;
 use super::trc::Trc;
@@ -6,7 +6,7 @@ use super::{LineFault, candump};
 use crate::frame::Frame;
 use crate::source::InterfaceName;
 
-/// How the lines of a log are read.
+/// Format of the lines of a log.
 #[derive(Clone, Debug)]
 pub(super) enum Format {
     Candump,
@@ -15,7 +15,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    pub(super) fn of(first_line: &[u8]) -> Self {
+    pub(super) fn detect(first_line: &[u8]) -> Self {
         let line = first_line.trim_ascii();
         let begins = |words: &[&str]| {
             words.iter().any(|word| {
@@ -31,12 +31,14 @@ impl Format {
         }
     }
 
-    /// Whether the last line needs an end: of the others each says how long it is.
+    /// Returns true if the last line needs a newline: in the other formats each line contains its
+    /// length.
     pub(super) fn ends_lines(&self) -> bool {
         matches!(self, Self::Candump)
     }
 
-    /// The frame in a line, without its newline; nothing where it is of a header or of another event.
+    /// Returns the frame in a line without its newline. Returns `None` for a header or another
+    /// event.
     pub(super) fn parse(
         &mut self,
         line: &[u8],

@@ -1,6 +1,7 @@
-//! Logs in text: of candump, of Vector's tools (ASC) and of PEAK's (TRC), told by their first line.
+//! Text logs of candump, of Vector's tools (ASC) and of PEAK's (TRC), distinguished by their first
+//! line.
 //!
-//! Those of `candump -l` and `candump -L`, which `canplayer` reads, are written too:
+//! Logs of `candump -l` and `candump -L`, which `canplayer` reads, can also be written:
 //!
 //! ```text
 //! (1436509052.249713) can0 123#1122AABB           classic data
@@ -9,8 +10,9 @@
 //! (1436509052.249713) can0 20000004#000C000000000000   an error frame of the controller
 //! ```
 //!
-//! The `socketcan` crate reads such logs too, but to microseconds only and with an allocation per
-//! line; here every digit of the stamp is kept and a log of any length needs the same memory.
+//! The `socketcan` crate reads such logs too, but only to microseconds and with an allocation per
+//! line. This module keeps every digit of the stamp and needs the same memory for a log of any
+//! length.
 
 mod asc;
 mod candump;
@@ -25,10 +27,10 @@ pub use error::{LineFault, TextLogError};
 pub use reader::TextLog;
 pub use write::{CandumpWriter, StampDigits, WriteError};
 
-/// The longest line that is still a line \[bytes\]. A 64-byte frame needs about 180.
+/// Longest accepted line \[bytes\]. A 64-byte frame needs about 180.
 const MAX_LINE: usize = 512;
 
-/// Marks the identifier of an error frame (`linux/can.h`).
+/// Flag in the identifier of an error frame (`linux/can.h`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
 /// Bit rate switch in the flags digit of an FD frame (`linux/can.h`).

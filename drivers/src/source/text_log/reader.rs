@@ -1,4 +1,4 @@
-//! A log as a source: read as fast as it is asked for, in constant memory.
+//! A log as a source: read at the speed of the caller, in constant memory.
 
 use core::time::Duration;
 use std::fs::File;
@@ -9,47 +9,48 @@ use super::format::Format;
 use super::{LineFault, MAX_LINE, TextLogError};
 use crate::frame::Frame;
 use crate::source::{
-    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
+    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock,
+    capacity,
 };
 
-/// As much of a file as tells its kind \[bytes\].
+/// Number of bytes at the start of a file that identify its kind.
 const BEGIN: u64 = 256;
 
 /// Frames of a candump log, in the order of its lines.
 ///
-/// It never waits and is never silent: replay goes as fast as the frames are taken.
+/// It never waits and is never silent: replay runs at the speed of the caller.
 #[derive(Debug)]
 pub struct TextLog<R = BufReader<File>> {
     reader: R,
-    /// Named in every error.
+    /// Path for every error.
     path: PathBuf,
     /// Lines read so far.
     line: u64,
     buffer: Vec<u8>,
-    /// By the first line.
+    /// Format, detected from the first line.
     format: Option<Format>,
     interfaces: Vec<InterfaceName>,
-    /// Whether `interfaces` was given, instead of growing with the log.
+    /// True if `interfaces` was given, instead of growing with the log.
     listed: bool,
-    /// Reported by the next call, after the frames before it.
+    /// Error for the next call, after the frames before it.
     failure: Option<TextLogError>,
     ended: bool,
     counters: SourceCounters,
 }
 
 impl TextLog {
-    /// Whether a file begins as a log does.
+    /// Returns true if a file begins like a log.
     pub fn is_one(path: &Path) -> bool {
         let mut begin = Vec::new();
         let read = File::open(path).and_then(|file| file.take(BEGIN).read_to_end(&mut begin));
         let first = begin.trim_ascii_start();
-        read.is_ok() && (first.starts_with(b"(") || !Format::of(first).ends_lines())
+        read.is_ok() && (first.starts_with(b"(") || !Format::detect(first).ends_lines())
     }
 
     /// Opens a log.
     ///
-    /// With names, frames of other interfaces are passed over and counted. With none, every
-    /// interface counts, numbered in the order in which the log mentions them.
+    /// With names, frames of other interfaces are skipped and counted. Without names, every
+    /// interface counts, numbered in the order of first appearance in the log.
     ///
     /// # Errors
     /// [`TextLogError::Open`].
@@ -62,17 +63,17 @@ impl TextLog {
 }
 
 impl<R: BufRead> TextLog<R> {
-    /// Reads a log from anything; `path` is what errors call it. As [`TextLog::open`].
+    /// Reads a log from any reader like [`TextLog::open`]; errors name it `path`.
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Self {
-        let mut known = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
-        known.extend_from_slice(interfaces);
+        let mut interfaces_seen = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
+        interfaces_seen.extend_from_slice(interfaces);
         Self {
             reader,
             path: path.into(),
             line: 0,
             buffer: Vec::with_capacity(MAX_LINE),
             format: None,
-            interfaces: known,
+            interfaces: interfaces_seen,
             listed: !interfaces.is_empty(),
             failure: None,
             ended: false,
@@ -80,16 +81,16 @@ impl<R: BufRead> TextLog<R> {
         }
     }
 
-    /// The next frame of an interface that counts; nothing at the end.
+    /// Returns the next frame of an interface that counts, or `None` at the end.
     fn next_frame(&mut self) -> Result<Option<Frame>, TextLogError> {
         while self.read_line()? {
             let buffer = &self.buffer;
-            let format = self.format.get_or_insert_with(|| Format::of(buffer));
+            let format = self.format.get_or_insert_with(|| Format::detect(buffer));
             let parsed = match format.parse(buffer) {
                 // A header, or an event that is no frame.
                 Ok(None) => continue,
                 Ok(Some((name, frame))) => {
-                    self.index_of(name).map(|index| index.map(|index| frame.on(index)))
+                    self.index_of(name).map(|index| index.map(|index| frame.on_interface(index)))
                 }
                 Err(fault) => Err(fault),
             };
@@ -102,7 +103,7 @@ impl<R: BufRead> TextLog<R> {
         Ok(None)
     }
 
-    /// Reads the next line, without its newline, into the buffer; false at the end.
+    /// Reads the next line, without its newline, into the buffer; returns false at the end.
     fn read_line(&mut self) -> Result<bool, TextLogError> {
         self.buffer.clear();
         let limit = u64::try_from(MAX_LINE).unwrap_or(u64::MAX);
@@ -129,13 +130,13 @@ impl<R: BufRead> TextLog<R> {
             }
             return Err(TextLogError::Truncated { path: self.path.clone(), line: self.line });
         }
-        // Without newlines there is nothing to go on with.
+        // Without newlines reading cannot continue.
         self.ended = true;
         Err(self.at_line(LineFault::TooLong))
     }
 
     fn index_of(&mut self, name: InterfaceName) -> Result<Option<u8>, LineFault> {
-        let index = match self.interfaces.iter().position(|known| *known == name) {
+        let index = match self.interfaces.iter().position(|available| *available == name) {
             Some(index) => index,
             None if self.listed => return Ok(None),
             None if self.interfaces.len() == MAX_INTERFACES => {
@@ -160,14 +161,14 @@ impl<R: BufRead + Send> Source for TextLog<R> {
         batch: &mut Vec<Frame>,
         _timeout: Duration,
     ) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
+        if capacity(batch) == 0 {
             return Err(SourceError::NoRoom);
         }
         if let Some(failure) = self.failure.take() {
             return Err(failure.into());
         }
         let before = batch.len();
-        while !self.ended && room(batch) > 0 {
+        while !self.ended && capacity(batch) > 0 {
             match self.next_frame() {
                 Ok(Some(frame)) => {
                     self.counters.frames += 1;
@@ -229,12 +230,12 @@ mod tests {
 
     #[test]
     fn a_log_cut_off_says_so_even_where_the_line_looks_whole() {
-        let whole = "(1.0) can0 001#1122\n(2.0) can0 002#3344\n";
-        for cut in 1..whole.len() {
-            let (frames, faults) = drain(&mut source(&whole[..cut]));
-            let lines = whole[..cut].matches('\n').count();
+        let log = "(1.0) can0 001#1122\n(2.0) can0 002#3344\n";
+        for cut in 1..log.len() {
+            let (frames, faults) = drain(&mut source(&log[..cut]));
+            let lines = log[..cut].matches('\n').count();
             assert_eq!(frames.len(), lines, "cut at {cut}");
-            let expected = usize::from(!whole[..cut].ends_with('\n'));
+            let expected = usize::from(!log[..cut].ends_with('\n'));
             assert_eq!(faults.len(), expected, "cut at {cut}: {faults:?}");
             assert!(faults.iter().all(|fault| fault.contains("cut off")), "{faults:?}");
         }

@@ -1,4 +1,5 @@
-//! Logs of PEAK's tools (TRC), versions 1.0 to 2.1: lines of a header behind `;`, then a message per line.
+//! Logs of PEAK's tools (TRC), versions 1.0 to 2.1: header lines after `;`, then one message per
+//! line.
 //!
 //! ```text
 //! ;$FILEVERSION=2.1
@@ -6,7 +7,7 @@
 //!       1      1059.900 DT 1      0300 Rx -  7    00 00 00 00 04 00 00
 //! ```
 //!
-//! Times are milliseconds since the start. Status, events and error counters are passed over.
+//! Times are milliseconds since the start. Status, events and error counters are skipped.
 
 use super::LineFault;
 use super::field::{bytes, channel, number, stamp_ns};
@@ -15,7 +16,7 @@ use crate::source::InterfaceName;
 
 const NS_PER_MS: u64 = 1_000_000;
 
-/// What stands in a column.
+/// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
     Time,
@@ -28,14 +29,14 @@ enum Column {
     Other,
 }
 
-/// The columns, in their order.
+/// Columns, in their order.
 #[derive(Clone, Debug)]
 pub(super) struct Trc {
     columns: Vec<Column>,
 }
 
 impl Default for Trc {
-    /// Version 1.0, which does not say so.
+    /// Returns version 1.0, which the file does not declare.
     fn default() -> Self {
         use Column::{Data, Id, Length, Other, Time};
         Self { columns: vec![Other, Time, Id, Length, Data] }
@@ -119,7 +120,7 @@ impl Trc {
             Frame::error(0, &[0; 8])?
         } else {
             let id = id.ok_or(LineFault::LogId)?;
-            // The number of digits is the format.
+            // The number of digits determines the format.
             let raw = number(id, 16).ok_or(LineFault::LogId)?;
             let id = match id.len() {
                 ..=4 => u16::try_from(raw).ok().map(FrameId::Standard),
@@ -144,11 +145,11 @@ impl Trc {
                 }
             }
         };
-        Ok(Some((bus, frame.at(stamp_ns).going(direction))))
+        Ok(Some((bus, frame.with_stamp(stamp_ns).going(direction))))
     }
 }
 
-/// Status, events and error counters, of both versions.
+/// Returns true for status, events and error counters, of both versions.
 fn is_passed_over(kind: &[u8]) -> bool {
     matches!(kind, b"ST" | b"EC" | b"EV" | b"Warng" | b"Status" | b"Event" | b"ErrCt" | b"HwSta")
 }

@@ -1,4 +1,4 @@
-//! Frames to a log that `canplayer` and this crate read.
+//! Writer of frames to a log that `canplayer` and this crate read.
 
 use std::io::Write;
 
@@ -6,12 +6,12 @@ use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, MAX_LINE};
 use crate::frame::{Direction, Frame, FrameKind};
 use crate::source::InterfaceName;
 
-/// How many digits of a second are written.
+/// Number of written digits of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StampDigits {
-    /// As candump does by default; what is below a microsecond is cut off.
+    /// Microseconds, the default of candump; smaller digits are truncated.
     Microseconds,
-    /// As `candump -N`: nothing is lost.
+    /// Nanoseconds, like `candump -N`: nothing is lost.
     Nanoseconds,
 }
 
@@ -25,7 +25,7 @@ pub struct CandumpWriter<W: Write> {
 }
 
 impl<W: Write> CandumpWriter<W> {
-    /// Writes to `out`; a frame's interface index selects its name in `interfaces`.
+    /// Creates a writer to `out`; a frame's interface index selects its name in `interfaces`.
     pub fn new(out: W, interfaces: &[InterfaceName], digits: StampDigits) -> Self {
         let buffer = Vec::with_capacity(MAX_LINE);
         Self { out, interfaces: interfaces.to_vec(), digits, buffer }
@@ -34,7 +34,7 @@ impl<W: Write> CandumpWriter<W> {
     /// Writes one line.
     ///
     /// # Errors
-    /// [`WriteError::NoInterface`] when the index has no name; [`WriteError::Output`].
+    /// [`WriteError::NoInterface`] if the index has no name; [`WriteError::Output`].
     pub fn write(&mut self, frame: &Frame) -> Result<(), WriteError> {
         let index = frame.interface;
         let name = self.interfaces.get(usize::from(index));
@@ -44,7 +44,7 @@ impl<W: Write> CandumpWriter<W> {
         Ok(self.out.write_all(&self.buffer)?)
     }
 
-    /// Flushes and gives the output back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
     /// [`WriteError::Output`]: the log is not complete.
@@ -86,7 +86,7 @@ fn write_line(
     })
 }
 
-/// Why a frame could not be written.
+/// Reason why a frame could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The frame's interface index has no name: give the writer the names of the frames' source.
@@ -117,8 +117,8 @@ mod tests {
     #[test]
     fn lines_are_those_of_candump() {
         let id = FrameId::Standard(0x123);
-        let at = |frame: Frame| frame.at(1_436_509_052_249_713_001);
-        let classic = at(Frame::classic(id, &[0x11, 0x22, 0xAA, 0xBB]).unwrap());
+        let stamped = |frame: Frame| frame.with_stamp(1_436_509_052_249_713_001);
+        let classic = stamped(Frame::classic(id, &[0x11, 0x22, 0xAA, 0xBB]).unwrap());
         let micro = |frame: &Frame| text(frame, StampDigits::Microseconds);
         assert_eq!(micro(&classic), "(1436509052.249713) can0 123#1122AABB\n");
         assert_eq!(
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn an_interface_without_a_name_is_an_error() {
-        let frame = Frame::error(4, &[]).unwrap().on(1);
+        let frame = Frame::error(4, &[]).unwrap().on_interface(1);
         let mut writer = CandumpWriter::new(Vec::new(), &[], StampDigits::Nanoseconds);
         assert!(matches!(writer.write(&frame), Err(WriteError::NoInterface { index: 1 })));
     }
@@ -158,8 +158,8 @@ mod tests {
                     2 => Frame::error(id.raw(), short),
                     _ => Frame::new(id, fd, &data[..longest.unwrap_or(0)]),
                 };
-                let way = if flags[2] { Direction::Transmitted } else { Direction::Received };
-                frame.unwrap().at(stamp).going(way)
+                let direction = if flags[2] { Direction::Transmitted } else { Direction::Received };
+                frame.unwrap().with_stamp(stamp).going(direction)
             },
         )
     }

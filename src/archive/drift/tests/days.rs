@@ -1,21 +1,21 @@
-//! The trend is formed of days.
+//! The trend uses days as points.
 
 use super::*;
 
 #[test]
 fn a_busy_arm_has_the_trend_of_its_days() {
-    // A hundred results a day, of which the first ones are those of a cold arm.
-    let result = |day: u64, k: u64| {
+    // A hundred results a day. The first ones of each day are those of a cold arm.
+    fn result(day: u64, k: u64) -> HistoryLine {
         let time = Timestamp::from_unix_s(START_S + day * DAY_S + 300 * k);
         let warming = 0.2 * (-0.1 * k as f64).exp();
         HistoryLine { time, ..line(100 * day + k, 6.0 + 0.02 * day as f64 + warming) }
-    };
-    let mut tracker = Tracker::new(Baseline::of(result(0, 0)), DriftOptions::default());
+    }
+    let mut tracker = Tracker::new(Baseline::from_result(result(0, 0)), DriftOptions::default());
     for day in 0..20 {
         (0..100).for_each(|k| drop(tracker.handle_line(&result(day, k))));
     }
     let trend = tracker.trend("fc3").unwrap();
-    // Every day begins at 07:17 and ends at 15:32, all the same.
+    // Every day equally begins at 07:17 and ends at 15:32.
     assert_eq!(trend.points, 20);
     close(trend.slope, 0.02, 1e-9);
     close(trend.slope_deviation, 0.001 / 665.0_f64.sqrt(), 1e-9);
@@ -25,20 +25,20 @@ fn a_busy_arm_has_the_trend_of_its_days() {
 #[test]
 fn a_day_is_the_weighted_mean_of_its_results_and_the_last_ones_count() {
     let options = DriftOptions { trend_results: 4, ..DriftOptions::default() };
-    let at = |result: u64, hours: u64, fc3: f64, sigma: f64| {
+    fn line_at(result: u64, hours: u64, fc3: f64, sigma: f64) -> HistoryLine {
         let mut line = line(result, fc3);
         line.time = Timestamp::from_unix_s(START_S + hours * 3600);
         line.parameters[0].standard_deviation = sigma;
         line
-    };
+    }
     let mut lines = [
-        at(1, 24, 6.1, 0.01),
-        at(2, 30, 6.5, 0.02),
-        at(3, 31, f64::NAN, 0.02),
-        at(4, 32, 6.5, f64::INFINITY),
-        at(5, 33, 6.5, 0.0),
-        at(6, 48, 6.2, 0.01),
-        at(7, 72, 6.1, 0.01),
+        line_at(1, 24, 6.1, 0.01),
+        line_at(2, 30, 6.5, 0.02),
+        line_at(3, 31, f64::NAN, 0.02),
+        line_at(4, 32, 6.5, f64::INFINITY),
+        line_at(5, 33, 6.5, 0.0),
+        line_at(6, 48, 6.2, 0.01),
+        line_at(7, 72, 6.1, 0.01),
     ];
     // Weights 4 and 1: 25.2 h and 6.18 with 0.02/√5.
     let days = [
@@ -48,24 +48,24 @@ fn a_day_is_the_weighted_mean_of_its_results_and_the_last_ones_count() {
         (3.0, 6.1, 0.01),
         (4.0, 6.3, 0.01),
     ];
-    let mut tracker = Tracker::new(Baseline::of(line(0, 6.0)), options);
-    let same = |tracker: &Tracker, points: &[(f64, f64, f64)]| {
+    let mut tracker = Tracker::new(Baseline::from_result(line(0, 6.0)), options);
+    fn same(tracker: &Tracker, points: &[(f64, f64, f64)]) {
         let (found, expected) = (tracker.trend("fc3").unwrap(), trend(points).unwrap());
         assert_eq!(found.points, expected.points);
         close(found.slope, expected.slope, 1e-9);
         close(found.slope_deviation, expected.slope_deviation, 1e-9);
         close(found.mean_time, expected.mean_time, 1e-9);
         close(found.at_mean, expected.at_mean, 1e-9);
-    };
+    }
     lines.iter().for_each(|line| drop(tracker.handle_line(line)));
     same(&tracker, &days[..4]);
-    // In whatever order they came.
+    // The order of the results does not matter.
     lines.reverse();
-    let mut backwards = Tracker::new(Baseline::of(line(0, 6.0)), options);
+    let mut backwards = Tracker::new(Baseline::from_result(line(0, 6.0)), options);
     lines.iter().for_each(|line| drop(backwards.handle_line(line)));
     same(&backwards, &days[..4]);
-    // A fifth day: that of the baseline goes.
-    tracker.handle_line(&at(8, 96, 6.3, 0.01));
+    // A fifth day: the baseline's day is dropped.
+    tracker.handle_line(&line_at(8, 96, 6.3, 0.01));
     same(&tracker, &days[1..]);
 }
 
@@ -76,21 +76,21 @@ fn a_result_of_an_unset_clock_is_judged_and_has_no_part_in_the_trend() {
         ..line(result, fc3)
     };
     let mut tracker = tracker();
-    let mut told = super::tracker();
+    let mut untouched = super::tracker();
     for day in 1..=5 {
         tracker.handle_line(&line(10 * day, 6.0 + 0.01 * day as f64));
-        told.handle_line(&line(10 * day, 6.0 + 0.01 * day as f64));
-        told.handle_line(&unset(10 * day + 1, 6.7));
-        assert!(told.status().compared);
+        untouched.handle_line(&line(10 * day, 6.0 + 0.01 * day as f64));
+        untouched.handle_line(&unset(10 * day + 1, 6.7));
+        assert!(untouched.status().compared);
     }
-    assert!(told.trend("fc3").is_some());
-    assert_eq!(told.trend("fc3"), tracker.trend("fc3"));
+    assert!(untouched.trend("fc3").is_some());
+    assert_eq!(untouched.trend("fc3"), tracker.trend("fc3"));
     for result in 60..62 {
-        told.handle_line(&unset(result, 6.7));
+        untouched.handle_line(&unset(result, 6.7));
     }
-    let text = told.sentence("fc3").unwrap();
+    let text = untouched.sentence("fc3").unwrap();
     assert!(text.ends_with(", left its band while the clock was not set"), "{text}");
-    let mut first = Tracker::new(Baseline::of(unset(0, 6.0)), DriftOptions::default());
+    let mut first = Tracker::new(Baseline::from_result(unset(0, 6.0)), DriftOptions::default());
     for day in 1..=3 {
         first.handle_line(&line(day, 6.0 + 0.01 * day as f64));
     }

@@ -1,6 +1,6 @@
-use didim_core::JointSample;
-use didim_core::identification::{Estimate, SingularValues, Verdict};
+use didim_dynamics::JointSample;
 use didim_formats::RecordingStart;
+use didim_identification::identification::{Estimate, SingularValues, Verdict};
 
 use super::*;
 use crate::archive::store::read_history;
@@ -43,7 +43,7 @@ fn write(store: &mut Store, value: f64) -> Stored {
     store
         .write(
             &ResultRecord::new("cell", "c0ffee", &window, estimate),
-            &Beside::default(),
+            &Attachments::default(),
             Timestamp::now(),
         )
         .unwrap()
@@ -59,12 +59,12 @@ fn texts() -> ConfigurationTexts {
     ConfigurationTexts { cell: "a".into(), robot: "b".into(), layout }
 }
 
-/// As a worker does with each result.
+/// Writes a result like a worker does.
 fn write_with(store: &mut Store, configuration: &str) {
     let (window, estimate) = (window(), estimate(1.0));
     store.keep_configuration(configuration, &texts()).unwrap();
     let record = ResultRecord::new("cell", configuration, &window, estimate);
-    store.write(&record, &Beside::default(), Timestamp::now()).unwrap();
+    store.write(&record, &Attachments::default(), Timestamp::now()).unwrap();
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -152,12 +152,12 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path(), 3).unwrap();
     let before = write(&mut store, 1.0);
-    // A folder where the result should be: the write fails, for root as well.
+    // A folder with the name of the result file: the write fails, for root as well.
     let in_the_way = folder.path().join("result-00000001.json");
     fs::create_dir(&in_the_way).unwrap();
     let (window, next) = (window(), estimate(2.0));
     let record = ResultRecord::new("cell", "c0ffee", &window, next);
-    let failed = store.write(&record, &Beside::default(), Timestamp::now());
+    let failed = store.write(&record, &Attachments::default(), Timestamp::now());
     assert!(matches!(failed, Err(StoreError::Io { action: "write", .. })), "{failed:?}");
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
     assert_eq!(read_history(folder.path()).unwrap().0.len(), 1);
@@ -187,7 +187,7 @@ fn names_that_are_not_ours_neither_count_nor_go() {
 #[test]
 fn a_result_is_stored_even_if_its_copy_and_the_oldest_are_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
-    // Folders where files should be: neither replaced nor removed, for root as well.
+    // Folders with the names of files: they are neither replaced nor removed, for root as well.
     fs::create_dir(folder.path().join(LATEST)).unwrap();
     fs::create_dir(folder.path().join("result-00000000.json")).unwrap();
     let mut store = Store::open(folder.path(), 1).unwrap();
@@ -213,13 +213,13 @@ fn a_folder_has_one_writer() {
 fn a_report_has_the_number_of_its_result_and_goes_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path(), 2).unwrap();
-    // The report of the second is in the way of itself: the result is stored all the same.
+    // A folder blocks the report of the second result. The result is stored nevertheless.
     fs::create_dir(folder.path().join("result-00000001.html")).unwrap();
     let (window, estimate) = (window(), estimate(1.0));
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     for text in ["first", "second", "third"] {
-        let beside = Beside { report: Some(text.into()), ..Beside::default() };
-        store.write(&record, &beside, Timestamp::now()).unwrap();
+        let files = Attachments { report: Some(text.into()), ..Attachments::default() };
+        store.write(&record, &files, Timestamp::now()).unwrap();
     }
     assert_eq!(
         names(folder.path()),
@@ -239,22 +239,26 @@ fn a_report_has_the_number_of_its_result_and_goes_with_it() {
 #[test]
 fn a_configuration_is_kept_once_and_goes_with_its_last_result() {
     let folder = tempfile::tempdir().unwrap();
-    let kept = folder.path().join("configurations");
-    // What a dying process left.
-    fs::create_dir_all(kept.join(".writing.tmp/x")).unwrap();
+    let folder_of_all = folder.path().join("configurations");
+    // Incomplete files of a dying process.
+    fs::create_dir_all(folder_of_all.join(".writing.tmp/x")).unwrap();
     let mut store = Store::open(folder.path(), 2).unwrap();
-    assert_eq!(names(&kept), Vec::<String>::new());
+    assert_eq!(names(&folder_of_all), Vec::<String>::new());
     let [one, two] = CONFIGURATIONS;
-    fs::create_dir(kept.join("not-ours")).unwrap();
+    fs::create_dir(folder_of_all.join("not-ours")).unwrap();
     write_with(&mut store, one);
     write_with(&mut store, one);
-    let file = |name: &str| fs::read_to_string(kept.join(one).join(name)).unwrap();
+    let file = |name: &str| fs::read_to_string(folder_of_all.join(one).join(name)).unwrap();
     assert_eq!([file("cell.toml"), file("robot.toml"), file("bus.dbc")], ["a", "b", "c"]);
-    assert_eq!(names(&kept), [one, "not-ours"]);
+    assert_eq!(names(&folder_of_all), [one, "not-ours"]);
     write_with(&mut store, two);
-    assert_eq!(names(&kept), [one, two, "not-ours"], "a result of the first is still there");
+    assert_eq!(
+        names(&folder_of_all),
+        [one, two, "not-ours"],
+        "a result of the first is still there"
+    );
     write_with(&mut store, two);
-    assert_eq!(names(&kept), [two, "not-ours"]);
+    assert_eq!(names(&folder_of_all), [two, "not-ours"]);
 }
 
 #[test]
@@ -279,10 +283,10 @@ fn a_name_that_is_no_hash_is_never_a_folder() {
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
 
-/// A line as a store writes it, with what its result's file does not have.
-fn noted() -> Beside {
+/// A line as a store writes it, with the data that the result file does not contain.
+fn noted() -> Attachments {
     let note = Some(Note { payload_kg: Some(2.0), ..Note::default() });
-    Beside { note, regrouping: "feed".into(), report: None, against: None, load: None }
+    Attachments { note, regrouping: "feed".into(), report: None, against: None, load: None }
 }
 
 fn write_noted(folder: &Path) -> Vec<HistoryLine> {
@@ -292,7 +296,7 @@ fn write_noted(folder: &Path) -> Vec<HistoryLine> {
     (0..3).map(|_| store.write(&record, &noted(), Timestamp::now()).unwrap().line).collect()
 }
 
-/// Cuts the history after so many bytes of its last line.
+/// Cuts the history after this number of bytes of its last line.
 fn cut_last_line(folder: &Path, bytes: usize) {
     let path = folder.join("history.jsonl");
     let text = fs::read(&path).unwrap();
@@ -302,7 +306,7 @@ fn cut_last_line(folder: &Path, bytes: usize) {
 
 #[test]
 fn a_line_that_was_put_aside_is_written_at_the_next_start() {
-    // Killed before the line, within it, behind it, and before its result.
+    // Killed before the line, within it, after it, and before its result.
     for (cut, has_result) in [(Some(0), true), (Some(40), true), (None, true), (Some(0), false)] {
         let folder = tempfile::tempdir().unwrap();
         let lines = write_noted(folder.path());
@@ -330,13 +334,13 @@ fn a_result_without_a_line_gets_one_at_the_next_start() {
     fs::write(folder.path().join("latest.json"), "of before").unwrap();
     drop(Store::open(folder.path(), 9).unwrap());
     let (found, passed_over) = read_history(folder.path()).unwrap();
-    // All but what was noted; the date is the file's.
+    // Everything except the note; the date is that of the file.
     let expected = HistoryLine { note: None, time: found[2].time, ..lines[2].clone() };
     assert_eq!((&found[..2], &found[2], passed_over), (&lines[..2], &expected, 0));
     assert!(found[2].time.unix_s().abs_diff(lines[2].time.unix_s()) <= 2);
     let newest = fs::read(folder.path().join("result-00000002.json")).unwrap();
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), newest);
-    // Once, and not again.
+    // The line is appended once, and not again.
     drop(Store::open(folder.path(), 9).unwrap());
     assert_eq!(read_history(folder.path()).unwrap().0.len(), 3);
 }
@@ -366,7 +370,7 @@ fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
     write(&mut store, 1.0);
     fs::rename(&folder, &away).unwrap();
     let record = ResultRecord::new("cell", "c0ffee", &window(), estimate(2.0));
-    let refused = store.write(&record, &Beside::default(), Timestamp::now());
+    let refused = store.write(&record, &Attachments::default(), Timestamp::now());
     let words = refused.unwrap_err().to_string();
     assert!(words.contains(folder.to_str().unwrap()), "{words}");
     assert!(!folder.exists(), "nothing is written where nobody looks for it");
@@ -377,7 +381,7 @@ fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
     assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
 }
 
-/// Ten years of a result a week; the clock is not set for a month, and an hour late for another.
+/// Ten years of a result a week. The clock is not set for one month, and an hour late for another.
 #[test]
 fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
     let folder = tempfile::tempdir_in("/dev/shm").unwrap();
@@ -394,9 +398,9 @@ fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
     let mut store = Store::open(folder.path(), keep).unwrap();
     for week in 0..weeks {
         let record = ResultRecord::new("cell", CONFIGURATIONS[0], &window(), estimate(1.0));
-        let stored = store.write(&record, &Beside::default(), time(week)).unwrap();
+        let stored = store.write(&record, &Attachments::default(), time(week)).unwrap();
         assert_eq!((stored.number, stored.line.time), (week, time(week)));
-        // Once a year the cabinet is switched off, and on again.
+        // Once a year the cabinet is switched off and on again.
         if week % 52 == 51 {
             drop(store);
             store = Store::open(folder.path(), keep).unwrap();
@@ -410,7 +414,7 @@ fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
     assert_eq!(lines[519].time.to_string(), "2036-12-12T00:00:00Z");
 }
 
-/// A verdict that speaks for every use that is asked for.
+/// A verdict that approves every requested use.
 fn good() -> Verdict {
     let mut verdict = Verdict { applicable: true, ..Verdict::default() };
     verdict.uses.monitoring.applicable = Some(true);

@@ -1,4 +1,4 @@
-//! The file of the history: appended to, synced, bounded; a line that was torn is passed over.
+//! The history file: append-only, synced and bounded in size. Torn lines are skipped.
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -8,17 +8,18 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::line::{HISTORY_SCHEMA, HistoryLine};
-use crate::archive::store::error::{StoreError, at, write};
+use crate::archive::store::error::{StoreError, io_error, write};
 use crate::files::remove_leftovers;
 
 pub(super) const NAME: &str = "history.jsonl";
-/// The longest line \[bytes\]: 1,000 parameters and a note take a tenth of it.
+/// Maximum length of a line \[bytes\]: 1,000 parameters and a note take a tenth of it.
 pub(super) const MAX_LINE: u64 = 1 << 20;
 
-/// Why a history cannot be read.
+/// Error when reading a history.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
-    /// There is none. The service writes one with its first result; or name another folder.
+    /// There is no history. The service writes one with its first result. Otherwise name another
+    /// folder.
     #[error(
         "no history in {}: the service writes one with its first result; name its folder with \
          --state, or its cell file with --cell",
@@ -28,7 +29,7 @@ pub enum HistoryError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The file system refused. Check the permissions of the file.
+    /// The file system refused access. Check the permissions of the file.
     #[error("cannot read {}: {cause}; check its permissions", path.display())]
     Io {
         /// The file.
@@ -38,8 +39,8 @@ pub enum HistoryError {
     },
 }
 
-/// Reads the history of a folder of results, oldest line first, with the number of lines that were
-/// passed over because they are torn, none of ours, or of a later version of this program.
+/// Reads the history of a results folder, oldest line first. Also returns the number of skipped
+/// lines: torn lines, foreign lines, and lines of a later version of this program.
 ///
 /// # Errors
 /// [`HistoryError`].
@@ -55,22 +56,23 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
     Ok((lines, scan.passed_over))
 }
 
-/// What there is in a file.
+/// Content of a history file.
 #[derive(Debug, Default)]
 struct Scan {
-    /// Bytes up to the end of the last whole line.
-    whole: u64,
+    /// Number of bytes up to the end of the last complete line.
+    complete: u64,
     /// Bytes of all.
     length: u64,
-    /// Lines to count and to keep: whole ones of ours, those of a later version among them.
+    /// Number of lines to count and to keep: complete lines of this program, including those of a
+    /// later version.
     lines: usize,
-    /// Lines that could not be read, those of a later version among them.
+    /// Number of unreadable lines, including those of a later version.
     passed_over: usize,
-    /// The number of the result of the last line of ours, where that says so.
+    /// Result number of the last line of this program, if the line contains it.
     last_result: Option<u64>,
 }
 
-/// What every version of a line has.
+/// Fields that every version of a line has.
 #[derive(Deserialize)]
 struct Version {
     schema: u32,
@@ -78,8 +80,9 @@ struct Version {
     result: Option<u64>,
 }
 
-/// A line of ours, its result's number and itself: as it is read, or nothing when a later version wrote it. An older program, put back
-/// into its place, does not understand such a line, and keeps it for the newer one.
+/// Parses a line of this program: its result number and its content. The content is `None` if a
+/// later version wrote the line. An older program that was reinstalled cannot read such a line, and
+/// keeps it for the newer one.
 pub(super) fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
     let Version { schema, result } = match &line {
@@ -93,58 +96,60 @@ pub(super) fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine
     }
 }
 
-/// Gives every line of ours as its bytes, and read unless a later version wrote it.
+/// Passes on the bytes of every line of this program. The parsed line is added unless a later
+/// version wrote it.
 fn scan(file: File, mut take: impl FnMut(&[u8], Option<HistoryLine>)) -> io::Result<Scan> {
     let mut reader = BufReader::new(file);
     let (mut scan, mut line) = (Scan::default(), Vec::new());
     loop {
         line.clear();
-        // What is longer is read in pieces, none of which is a line of ours.
+        // A longer line is read in pieces, none of which is a valid line.
         let read = (&mut reader).take(MAX_LINE).read_until(b'\n', &mut line)?;
         if read == 0 {
             return Ok(scan);
         }
         scan.length += read as u64;
-        let whole = line.ends_with(b"\n");
-        if whole {
-            scan.whole = scan.length;
+        let is_complete = line.ends_with(b"\n");
+        if is_complete {
+            scan.complete = scan.length;
         }
-        match understand(&line).filter(|_| whole) {
-            Some((result, known)) => {
+        match understand(&line).filter(|_| is_complete) {
+            Some((result, context)) => {
                 scan.lines += 1;
                 scan.last_result = result;
-                scan.passed_over += usize::from(known.is_none());
-                take(&line, known);
+                scan.passed_over += usize::from(context.is_none());
+                take(&line, context);
             }
             None => scan.passed_over += 1,
         }
     }
 }
 
-/// The history as its only writer sees it.
+/// The history as seen by its only writer.
 #[derive(Debug)]
 pub(in crate::archive::store) struct HistoryFile {
     folder: PathBuf,
     path: PathBuf,
-    /// Bytes of the whole lines: what is behind them is an append that failed.
+    /// Number of bytes of the complete lines. Any bytes after them are from a failed append.
     length: u64,
     lines: usize,
-    /// As in the file when it was opened.
+    /// Last result number in the file when it was opened.
     last_result: Option<u64>,
     /// Lines to keep.
     keep: usize,
 }
 
 impl HistoryFile {
-    /// Opens the history of a folder, of which `keep` lines are to be kept, and gives the last
-    /// `recent` of them. A torn last line is cut off: nothing may be appended to it.
+    /// Opens the history of a folder with `keep` lines to keep, and returns the last `recent` of
+    /// them. A torn last line is removed, because nothing may be appended to it.
     pub(in crate::archive::store) fn open(
         folder: &Path,
         keep: usize,
         recent: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         let path = folder.join(NAME);
-        remove_leftovers(folder, |name| name == NAME).map_err(at("clean up the folder", folder))?;
+        remove_leftovers(folder, |name| name == NAME)
+            .map_err(io_error("clean up the folder", folder))?;
         let mut last = VecDeque::new();
         let scan = match File::open(&path) {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Scan::default(),
@@ -157,7 +162,7 @@ impl HistoryFile {
                         }
                     })
                 });
-                scanned.map_err(at("read", &path))?
+                scanned.map_err(io_error("read", &path))?
             }
         };
         if scan.passed_over > 0 {
@@ -170,20 +175,20 @@ impl HistoryFile {
         let history = Self {
             folder: folder.to_owned(),
             path,
-            length: scan.whole,
+            length: scan.complete,
             lines: scan.lines,
             last_result: scan.last_result,
             keep: keep.max(1),
         };
-        if scan.whole < scan.length {
-            history.cut_off()?;
+        if scan.complete < scan.length {
+            history.cut_tail()?;
         }
         Ok((history, last))
     }
 
-    /// Appends a line and syncs it. When it is a tenth more than the lines to keep, the oldest are
-    /// removed: not with each result, for that writes the whole file. A failure of that is only
-    /// logged, for the line is there.
+    /// Appends a line and syncs it. The oldest lines are removed when the file exceeds the lines to
+    /// keep by a tenth. This is not done with each result because it rewrites the whole file. A
+    /// failure of the removal is only logged because the line is already stored.
     pub(in crate::archive::store) fn append(
         &mut self,
         line: &HistoryLine,
@@ -195,16 +200,16 @@ impl HistoryFile {
             .create(true)
             .append(true)
             .open(&self.path)
-            .map_err(at("open", &self.path))?;
-        let there = file.metadata().map_err(at("read", &self.path))?.len();
-        if there != self.length {
-            self.look_again(there)?;
+            .map_err(io_error("open", &self.path))?;
+        let length = file.metadata().map_err(io_error("read", &self.path))?.len();
+        if length != self.length {
+            self.look_again(length)?;
         }
         let written = file.write_all(&json).and_then(|()| file.sync_data());
         if let Err(cause) = written {
-            // As if nothing had been tried; if that fails as well, the next append sees to it.
-            let _ = self.cut_off();
-            return Err(at("append to", &self.path)(cause));
+            // Restores the previous state. If that fails as well, the next append repairs it.
+            let _ = self.cut_tail();
+            return Err(io_error("append to", &self.path)(cause));
         }
         self.length += json.len() as u64;
         self.lines += 1;
@@ -217,48 +222,48 @@ impl HistoryFile {
         Ok(())
     }
 
-    /// Whether a result with this number came after the last line, when the file was opened. Of lines
-    /// that do not say whose they are nothing is known.
+    /// Returns true if this result number came after the last line at the time of opening. Nothing
+    /// is known of lines without a result number.
     pub(in crate::archive::store) fn lacks(&self, result: u64) -> bool {
         self.last_result.map_or(self.lines == 0, |last| result > last)
     }
 
-    /// Finds the end of a file that is not as this writer left it. Somebody else put lines into it,
-    /// copied another one to its place, cut or removed it: whatever lines it has now stay. Only what
-    /// follows the last newline is cut off: the half of a line, of an append that failed as a rule.
+    /// Finds the end of a file that this writer did not leave in this state. Another program may
+    /// have added lines, replaced, cut or removed the file. All lines that it has now stay. Only
+    /// the bytes after the last newline are removed, usually half a line of a failed append.
     fn look_again(&mut self, there: u64) -> Result<(), StoreError> {
-        let file = File::open(&self.path).map_err(at("open", &self.path))?;
-        let scan = scan(file, |_, _| {}).map_err(at("read", &self.path))?;
-        (self.length, self.lines) = (scan.whole, scan.lines);
-        if there > scan.whole { self.cut_off() } else { Ok(()) }
+        let file = File::open(&self.path).map_err(io_error("open", &self.path))?;
+        let scan = scan(file, |_, _| {}).map_err(io_error("read", &self.path))?;
+        (self.length, self.lines) = (scan.complete, scan.lines);
+        if there > scan.complete { self.cut_tail() } else { Ok(()) }
     }
 
-    fn cut_off(&self) -> Result<(), StoreError> {
+    fn cut_tail(&self) -> Result<(), StoreError> {
         let file = OpenOptions::new().write(true).open(&self.path);
         let cut = file.and_then(|file| file.set_len(self.length).and_then(|()| file.sync_all()));
-        cut.map_err(at("remove an incomplete line from", &self.path))
+        cut.map_err(io_error("remove an incomplete line from", &self.path))
     }
 
-    /// Writes the lines to keep in the place of the file, as they are.
+    /// Rewrites the file with the lines to keep, unchanged.
     fn remove_oldest(&mut self) -> Result<(), StoreError> {
-        let mut kept = VecDeque::new();
-        let file = File::open(&self.path).map_err(at("read", &self.path))?;
+        let mut lines_kept = VecDeque::new();
+        let file = File::open(&self.path).map_err(io_error("read", &self.path))?;
         let scanned = scan(file, |text, _| {
-            kept.push_back(text.to_vec());
-            if kept.len() > self.keep {
-                kept.pop_front();
+            lines_kept.push_back(text.to_vec());
+            if lines_kept.len() > self.keep {
+                lines_kept.pop_front();
             }
         });
-        scanned.map_err(at("read", &self.path))?;
-        let content = kept.iter().flatten().copied().collect::<Vec<u8>>();
+        scanned.map_err(io_error("read", &self.path))?;
+        let content = lines_kept.iter().flatten().copied().collect::<Vec<u8>>();
         write(&self.path, &content)?;
         self.length = content.len() as u64;
-        self.lines = kept.len();
+        self.lines = lines_kept.len();
         Ok(())
     }
 
     fn sync_folder(&self) -> Result<(), StoreError> {
         let synced = File::open(&self.folder).and_then(|folder| folder.sync_all());
-        synced.map_err(at("sync", &self.folder))
+        synced.map_err(io_error("sync", &self.folder))
     }
 }

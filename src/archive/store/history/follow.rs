@@ -1,4 +1,4 @@
-//! Follows a history that another process writes: each line once, in its order.
+//! Follows a history that another process writes. Each line is returned once, in order.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -11,20 +11,20 @@ use super::file::{HistoryError, MAX_LINE, NAME, understand};
 use super::line::HistoryLine;
 use crate::archive::store::timestamp::Timestamp;
 
-/// The line up to which a history is known, for another process to go on from.
+/// Position in a history up to which another process has read it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HistoryMark {
     /// Its [`HistoryLine::identity`].
     pub identity: String,
-    /// The number of its result.
+    /// Number of the line's result.
     pub result: u64,
-    /// When it was stored.
+    /// Time at which the result was stored.
     pub time: Timestamp,
 }
 
 impl HistoryMark {
-    /// That of a line.
-    pub fn of(line: &HistoryLine) -> Self {
+    /// Returns the mark of a line.
+    pub fn from_line(line: &HistoryLine) -> Self {
         Self { identity: line.identity(), result: line.result, time: line.time }
     }
 
@@ -32,30 +32,32 @@ impl HistoryMark {
         (line.result, line.time) == (self.result, self.time) && line.identity() == self.identity
     }
 
-    /// Whether a line came later, where the line of the mark is gone: a folder that was emptied counts from 0.
+    /// Returns true if a line came later than the mark, when the line of the mark is gone. An
+    /// emptied folder counts from 0.
     fn is_before(&self, line: &HistoryLine) -> bool {
         line.result > self.result || line.time > self.time
     }
 }
 
-/// Reads the lines of a history that come after a mark. It keeps no line.
+/// Reads the lines of a history after a mark. It stores no line.
 #[derive(Debug)]
 pub struct HistoryFollower {
     path: PathBuf,
     mark: Option<HistoryMark>,
-    /// Inode of the file, and how far it is read \[bytes\]; nothing before the first look.
+    /// Inode of the file, and the read position \[bytes\]. `None` before the first read.
     place: Option<(u64, u64)>,
     passed_over: u64,
 }
 
 impl HistoryFollower {
-    /// Of the history in a folder of results: of all of it, or of what comes after a mark.
+    /// Follows the history in a results folder: all of it, or the lines after a mark.
     pub fn new(folder: &Path, mark: Option<HistoryMark>) -> Self {
         Self { path: folder.join(NAME), mark, place: None, passed_over: 0 }
     }
 
-    /// The next line, or nothing as long as there is none. A history that its writer has shortened, or that was begun
-    /// anew, is read from the line after the last one that was given, or from the first that came later.
+    /// Returns the next line, or `None` as long as there is none. A history may have been shortened
+    /// by its writer or started again. It is then read from the line after the last returned one,
+    /// or from the first later one.
     ///
     /// # Errors
     /// [`HistoryError::Io`]; it can be tried again.
@@ -64,7 +66,7 @@ impl HistoryFollower {
         read.map_err(|cause| HistoryError::Io { path: self.path.clone(), cause })
     }
 
-    /// Lines that could not be read, those of a later version among them.
+    /// Returns the number of unreadable lines, including those of a later version.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -75,34 +77,34 @@ impl HistoryFollower {
             opened => opened?,
         };
         let data = file.metadata()?;
-        let known = self.place.filter(|(inode, at)| *inode == data.ino() && *at <= data.len());
-        let mut at = match known {
+        let place = self.place.filter(|(inode, at)| *inode == data.ino() && *at <= data.len());
+        let mut offset = match place {
             Some((_, at)) => at,
             None => self.find(&file)?,
         };
-        file.seek(SeekFrom::Start(at))?;
+        file.seek(SeekFrom::Start(offset))?;
         let mut reader = BufReader::new(file);
         let mut text = Vec::new();
         let line = loop {
             let read = read_piece(&mut reader, &mut text)?;
-            // The last line may be half there.
+            // The last line may be incomplete.
             if read == 0 || (!text.ends_with(b"\n") && read < MAX_LINE) {
                 break None;
             }
-            at += read;
+            offset += read;
             match understand(&text) {
                 Some((_, Some(line))) => break Some(line),
                 _ => self.passed_over += 1,
             }
         };
-        self.place = Some((data.ino(), at));
+        self.place = Some((data.ino(), offset));
         if let Some(line) = &line {
-            self.mark = Some(HistoryMark::of(line));
+            self.mark = Some(HistoryMark::from_line(line));
         }
         Ok(line)
     }
 
-    /// Where to go on in a file that is another one than before \[bytes\].
+    /// Finds the position to continue from in a replaced file \[bytes\].
     fn find(&self, file: &File) -> io::Result<u64> {
         let Some(mark) = &self.mark else { return Ok(0) };
         let mut reader = BufReader::new(file);
@@ -125,7 +127,7 @@ impl HistoryFollower {
     }
 }
 
-/// Reads a line, or as much of it as one may have.
+/// Reads a line, or the part of it up to the maximum line length.
 fn read_piece(reader: &mut impl BufRead, text: &mut Vec<u8>) -> io::Result<u64> {
     text.clear();
     Ok(reader.take(MAX_LINE).read_until(b'\n', text)? as u64)

@@ -1,22 +1,22 @@
-//! What is kept of a ring.
+//! Recordings kept from a ring.
 
 use didim_formats::RecordingStart;
 
 use super::*;
 use crate::live::recording::archive::Archive;
 use crate::live::recording::request::Request;
-use crate::live::recording::ring::{Room, room};
+use crate::live::recording::ring::{DiskSpace, disk_space};
 use crate::window::WindowEnd;
 
-/// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
-/// frames, and a archiver for it.
+/// A ring that was recorded in two runs with the same stamps, and an archiver for it. The frames of
+/// the second run contain other numbers.
 pub(super) struct Recorded {
     pub(super) folder: tempfile::TempDir,
     options: RecordingOptions,
 }
 
 impl Recorded {
-    pub(super) fn of(run: core::ops::Range<u64>) -> Self {
+    pub(super) fn record(run: core::ops::Range<u64>) -> Self {
         Self::new(core::slice::from_ref(&run))
     }
 
@@ -30,7 +30,7 @@ impl Recorded {
             let shared = recorder.shared().clone();
             for n in run.clone() {
                 let stamp_ns = (n - run.start) * 200_000;
-                tap.take(&[frame(n).at(stamp_ns)], 0);
+                tap.take(&[frame(n).with_stamp(stamp_ns)], 0);
             }
             let length = run.end - run.start;
             eventually("all is recorded", || shared.snapshot().frames_recorded == length);
@@ -42,7 +42,7 @@ impl Recorded {
         Self { folder, options }
     }
 
-    /// Nothing was recorded yet.
+    /// Creates a folder without recorded frames.
     pub(super) fn empty() -> Self {
         Self::new(&[])
     }
@@ -58,7 +58,7 @@ impl Recorded {
             capture: None,
             now: Instant::now(),
             ending: None,
-            room,
+            disk_space,
         }
     }
 
@@ -72,24 +72,24 @@ impl Recorded {
         archiver.shared().snapshot()
     }
 
-    pub(super) fn kept(&self) -> Vec<PathBuf> {
+    pub(super) fn archived(&self) -> Vec<PathBuf> {
         files(&self.folder.path().join("kept"))
     }
 
     pub(super) fn names(&self) -> Vec<String> {
         let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
-        self.kept().iter().map(name).collect()
+        self.archived().iter().map(name).collect()
     }
 }
 
-/// Of a bus of which no frame is in the ring.
+/// Returns the curves of a bus that has no frame in the ring.
 fn curves() -> JointCurves {
     let cells = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/cells");
     let cell = crate::cell::Cell::read(&cells.join("tx40-packed-fd.toml")).unwrap();
     cell.joint_curves(cell.bus().unwrap())
 }
 
-/// A window of a thousand samples from a stamp on.
+/// Returns a window of a thousand samples that starts at a stamp.
 pub(super) fn window(first_stamp_ns: u64) -> RecordedWindow {
     RecordedWindow {
         number: 7,
@@ -105,64 +105,64 @@ pub(super) fn window(first_stamp_ns: u64) -> RecordedWindow {
 
 #[test]
 fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
-    let recorded = Recorded::of(0..20_000);
+    let recorded = Recorded::record(0..20_000);
     let window = window(2_000_000_000);
     let status = recorded.keep(|archiver| archiver.keep_result(12, &window));
-    assert_eq!((status.kept, status.failed, status.files), (1, 0, 1), "{status:?}");
+    assert_eq!((status.fixed, status.failed, status.files), (1, 0, 1), "{status:?}");
     assert_eq!(status.waiting, 0, "{status:?}");
     assert_eq!(recorded.names(), ["result-00000012.mcap"]);
-    let kept = &recorded.kept()[0];
-    assert_eq!(status.bytes, kept.metadata().unwrap().len());
+    let file = &recorded.archived()[0];
+    assert_eq!(status.bytes, file.metadata().unwrap().len());
     let configuration = Some("c0ffee".to_owned());
     let expected = RecordedWindow { configuration, ..window };
-    assert_eq!(RecordedWindow::of_file(kept).unwrap(), Some(expected));
+    assert_eq!(RecordedWindow::of_file(file).unwrap(), Some(expected));
     // 0.1 s before 2 s, 0.05 s after 2.1998 s, at 5 kHz.
-    assert!(read(kept, false).into_iter().eq(9_500..=11_249));
+    assert!(read(file, false).into_iter().eq(9_500..=11_249));
 }
 
 #[test]
 fn what_the_disk_has_left_for_results_is_not_taken() {
-    let recorded = Recorded::of(0..20_000);
+    let recorded = Recorded::record(0..20_000);
     let rooms: [fn(&Path) -> _; 2] = [
-        |_| Ok(Room { left: 2_000_000, spare: 10_000 }),
-        |_| Ok(Room { left: 2_000_000, spare: 2_000_000 }),
+        |_| Ok(DiskSpace { free: 2_000_000, spare: 10_000 }),
+        |_| Ok(DiskSpace { free: 2_000_000, spare: 2_000_000 }),
     ];
-    for (kept, room) in (0..).zip(rooms) {
-        let mut keeping = Archive { room, ..recorded.archive() };
+    for (archived, disk_space) in (0..).zip(rooms) {
+        let mut keeping = Archive { disk_space, ..recorded.archive() };
         keeping.take(Request::Result { number: 12, window: window(2_000_000_000) });
         let nobody = std::sync::mpsc::channel().1;
         keeping.run(&nobody, &AtomicBool::new(true));
         let status = keeping.shared.snapshot();
-        assert_eq!((status.kept, status.failed), (kept, 1 - kept), "{status:?}");
+        assert_eq!((status.fixed, status.failed), (archived, 1 - archived), "{status:?}");
         assert!(status.last_failure.is_none_or(|why| why.contains("make room")));
     }
 }
 
 #[test]
 fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
-    let recorded = Recorded::of(0..20_000);
+    let recorded = Recorded::record(0..20_000);
     let configuration = Some("cafe".to_owned());
     let window = RecordedWindow { configuration, ..window(2_000_000_000) };
     recorded.keep(|archiver| archiver.keep_result(0, &window));
-    assert_eq!(RecordedWindow::of_file(&recorded.kept()[0]).unwrap(), Some(window));
+    assert_eq!(RecordedWindow::of_file(&recorded.archived()[0]).unwrap(), Some(window));
 }
 
 #[test]
 fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
-    let recorded = Recorded::of(0..20_000);
+    let recorded = Recorded::record(0..20_000);
     // The ring ends at 3.9998 s.
     let status =
         recorded.keep(|archiver| archiver.keep_fault("restarted", 4_900_000_000, Instant::now()));
-    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
-    assert!(read(&recorded.kept()[0], false).into_iter().eq(0..20_000));
+    assert_eq!((status.fixed, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.archived()[0], false).into_iter().eq(0..20_000));
     let status =
         recorded.keep(|archiver| archiver.keep_fault("restarted", 5_100_000_000, Instant::now()));
-    assert_eq!((status.kept, status.failed), (0, 1), "more than that was not recorded at all");
+    assert_eq!((status.fixed, status.failed), (0, 1), "more than that was not recorded at all");
 }
 
 #[test]
 fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
-    let recorded = Recorded::of(0..100);
+    let recorded = Recorded::record(0..100);
     let mut archive = recorded.archive();
     let (answer, answered) = std::sync::mpsc::sync_channel(1);
     archive.take(Request::Start { name: "one".into(), answer: answer.clone() });
@@ -182,29 +182,29 @@ fn of_two_runs_the_later_one_that_has_it_counts() {
         archiver.keep_result(0, &window(500_000_000));
         archiver.keep_result(1, &window(3_000_000_000));
     });
-    assert_eq!((both.kept, both.failed), (2, 0), "{both:?}");
-    let kept = recorded.kept();
-    assert!(read(&kept[0], false).into_iter().eq(102_000..=103_749), "in both: the later");
-    assert!(read(&kept[1], false).into_iter().eq(14_500..=16_249), "only in the earlier");
+    assert_eq!((both.fixed, both.failed), (2, 0), "{both:?}");
+    let files = recorded.archived();
+    assert!(read(&files[0], false).into_iter().eq(102_000..=103_749), "in both: the later");
+    assert!(read(&files[1], false).into_iter().eq(14_500..=16_249), "only in the earlier");
 }
 
 #[test]
-fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
-    let recorded = Recorded::of(0..5_000);
+fn what_the_ring_does_not_hold_is_reported_and_leaves_nothing() {
+    let recorded = Recorded::record(0..5_000);
     let status = recorded.keep(|archiver| archiver.keep_result(3, &window(900_000_000)));
-    assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
+    assert_eq!((status.fixed, status.failed, status.files), (0, 1, 0));
     let why = status.last_failure.unwrap();
     assert!(why.starts_with("result 3: not in the ring"), "{why}");
     assert_eq!(recorded.names(), [""; 0]);
-    // A ring that is not there at all.
+    // The ring does not exist.
     fs::remove_dir_all(recorded.folder.path().join("ring")).unwrap();
     let status = recorded.keep(|archiver| archiver.keep_result(3, &window(0)));
-    assert_eq!((status.kept, status.failed), (0, 1));
+    assert_eq!((status.fixed, status.failed), (0, 1));
 }
 
 #[test]
 fn faults_are_numbered_named_and_not_more_often_than_asked() {
-    let mut recorded = Recorded::of(0..20_000);
+    let mut recorded = Recorded::record(0..20_000);
     recorded.options.fault_before_s = 1.0;
     let (now, every) = (Instant::now(), Duration::from_secs_f64(recorded.options.fault_every_s));
     let status = recorded.keep(|archiver| {
@@ -213,32 +213,33 @@ fn faults_are_numbered_named_and_not_more_often_than_asked() {
         archiver.keep_fault("queue-drops", 3_000_000_000, now + every);
         archiver.keep_fault("silence", 3_100_000_000, now + every);
     });
-    assert_eq!((status.kept, status.failed, status.faults_passed_over), (2, 0, 2));
+    assert_eq!((status.fixed, status.failed, status.faults_passed_over), (2, 0, 2));
     assert_eq!(status.files, 2);
     assert_eq!(
         recorded.names(),
         ["fault-00000000-sample-gap.mcap", "fault-00000001-queue-drops.mcap"]
     );
-    assert!(read(&recorded.kept()[0], false).into_iter().eq(10_000..=15_250));
+    assert!(read(&recorded.archived()[0], false).into_iter().eq(10_000..=15_250));
 }
 
 #[test]
 fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
-    let mut recorded = Recorded::of(0..20_000);
+    let mut recorded = Recorded::record(0..20_000);
     recorded.options.fault_before_s = 1.0;
-    // The last frames of a process that is killed are not on disk; a fault much later is another matter.
+    // The last frames of a killed process are not on disk. A fault much later is not covered by
+    // this.
     let status =
         recorded.keep(|archiver| archiver.keep_fault("silence", 4_400_000_000, Instant::now()));
-    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
-    assert!(read(&recorded.kept()[0], false).into_iter().eq(17_000..=19_999));
+    assert_eq!((status.fixed, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.archived()[0], false).into_iter().eq(17_000..=19_999));
     let status =
         recorded.keep(|archiver| archiver.keep_fault("silence", 5_100_000_000, Instant::now()));
-    assert_eq!((status.kept, status.failed), (0, 1), "{status:?}");
+    assert_eq!((status.fixed, status.failed), (0, 1), "{status:?}");
 }
 
 #[test]
 fn number_and_size_of_what_is_kept_are_bounded() {
-    let mut recorded = Recorded::of(0..20_000);
+    let mut recorded = Recorded::record(0..20_000);
     recorded.options.keep = 3;
     recorded.keep(|archiver| archiver.keep_fault("silence", 1_000_000_000, Instant::now()));
     for n in 0..5 {
@@ -253,7 +254,8 @@ fn number_and_size_of_what_is_kept_are_bounded() {
         "kinds do not push each other out"
     );
 
-    // By size: the oldest of whatever kind go, and what is larger than all may be is refused.
+    // By size: the oldest of any kind are removed. A recording larger than the total limit is
+    // refused.
     let archive = crate::live::recording::archive_folder::ArchiveFolder::open(
         &recorded.folder.path().join("kept"),
         3,
@@ -268,7 +270,7 @@ fn number_and_size_of_what_is_kept_are_bounded() {
 
 #[test]
 fn a_capture_that_grows_too_large_is_stopped_by_itself() {
-    let mut recorded = Recorded::of(0..100);
+    let mut recorded = Recorded::record(0..100);
     recorded.options.ring_mb = 1;
     let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
     let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
@@ -276,7 +278,7 @@ fn a_capture_that_grows_too_large_is_stopped_by_itself() {
     tap.take(&[frame(0)], 0);
     let part = recorded.folder.path().join("ring/segment-00000001.mcap.part");
     eventually("the run is on disk", || {
-        McapScan::of(&part).is_ok_and(|scan| !scan.chunks.is_empty())
+        McapScan::read(&part).is_ok_and(|scan| !scan.chunks.is_empty())
     });
     let status = recorded.keep(|archiver| {
         archiver.start_capture("endless").unwrap();
@@ -288,10 +290,10 @@ fn a_capture_that_grows_too_large_is_stopped_by_itself() {
             }
             archiver.shared().snapshot().capture.is_none()
         });
-        eventually("it is kept", || archiver.shared().snapshot().kept == 1);
+        eventually("it is kept", || archiver.shared().snapshot().fixed == 1);
         assert_eq!(archiver.stop_capture(), Err(CaptureError::NotRunning));
     });
     end(recorder, tap);
-    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
-    assert!(!read(&recorded.kept()[0], false).is_empty());
+    assert_eq!((status.fixed, status.failed), (1, 0), "{status:?}");
+    assert!(!read(&recorded.archived()[0], false).is_empty());
 }

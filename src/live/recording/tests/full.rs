@@ -1,15 +1,15 @@
-//! A disk that has less room than the ring may take: a file system of its own, in memory.
+//! A disk with less space than the ring limit: a separate file system in memory.
 
 use std::process::Command;
 
-use didim_core::JointSample;
-use didim_core::identification::Estimate;
+use didim_dynamics::JointSample;
+use didim_identification::identification::Estimate;
 
 use super::*;
-use crate::archive::store::{Beside, ResultRecord, Store, Timestamp};
+use crate::archive::store::{Attachments, ResultRecord, Store, Timestamp};
 use crate::window::{Window, WindowEnd};
 
-/// Of the file system.
+/// Size of the file system.
 const DISK: u64 = 24 << 20;
 
 #[test]
@@ -25,12 +25,12 @@ fn on_a_full_disk_the_ring_gives_way_to_results() {
         .env("DIDIM_TEST_DISK", folder.path())
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
-    assert!(ended.status.success(), "{told}");
-    assert!(told.contains("1 passed"), "{told}");
+    let output = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{output}");
+    assert!(output.contains("1 passed"), "{output}");
 }
 
-/// As a service of a cell with some parameters does, with a report.
+/// Stores a result with a report, like the service of a cell with some parameters.
 fn store_result(store: &mut Store) -> Result<(), String> {
     let samples = vec![JointSample::zero(0, 0)];
     let window = Window {
@@ -44,8 +44,11 @@ fn store_result(store: &mut Store) -> Result<(), String> {
     };
     let estimate = Estimate::default();
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    let beside = Beside { report: Some("x".repeat(200_000)), ..Beside::default() };
-    store.write(&record, &beside, Timestamp::now()).map(drop).map_err(|error| error.to_string())
+    let attachments = Attachments { report: Some("x".repeat(200_000)), ..Attachments::default() };
+    store
+        .write(&record, &attachments, Timestamp::now())
+        .map(drop)
+        .map_err(|error| error.to_string())
 }
 
 #[test]
@@ -59,7 +62,7 @@ fn child_on_a_small_disk() {
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
     let shared = recorder.shared().clone();
     let mut store = Store::open(&disk.join("results"), 20).unwrap();
-    // Three times what the disk has room for; results come between.
+    // Three times the capacity of the disk, with results in between.
     let total = 3 * DISK / 131;
     let mut taken = 0;
     let mut results = 0;
@@ -81,7 +84,7 @@ fn child_on_a_small_disk() {
     assert_eq!(status.state, RecordingState::Recording, "{status:?}");
     assert!(status.frames_unrecorded < total / 10, "{status:?}");
     assert!(status.ring_bytes > DISK / 4, "it keeps what the disk has room for: {status:?}");
-    // Others take what they can: the ring gives way to the last file, and results go on.
+    // Other files fill the disk. The ring gives up its last file, and results are still stored.
     let filler = disk.join("filler");
     let mut filling = File::create(&filler).unwrap();
     eventually("the ring is gone", || {

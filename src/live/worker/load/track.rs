@@ -1,74 +1,75 @@
-//! From one look at the load to the next: whether it has changed.
+//! Detection of load changes between successive load surveys.
 
-use didim_core::identification::Uncertain;
+use didim_identification::identification::Uncertain;
 
 use crate::archive::store::FoundLoad;
 
-/// Masses that are further apart than this differ, in the standard deviations of their difference. These are too large where errors of the
-/// arm are in both.
-const APART: f64 = 3.0;
+/// Masses differ if their difference exceeds this number of its standard deviations. The standard
+/// deviations are too large if model errors of the arm are part of both masses.
+const DIFFERENT_DEVIATIONS: f64 = 3.0;
 
-/// What a look found.
+/// Result of a load survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
-    /// The mass, where it is told \[kg\].
+pub(super) struct Survey {
+    /// Mass, if it is identifiable \[kg\].
     pub(super) mass: Option<Uncertain>,
-    /// Whether there is a load.
+    /// True if there is a load.
     pub(super) seen: bool,
 }
 
-impl Look {
-    /// As the arm was with its baseline.
+impl Survey {
+    /// State of the arm at its baseline.
     pub(super) const NONE: Self =
         Self { mass: Some(Uncertain { value: 0.0, standard_deviation: 0.0 }), seen: false };
 
-    pub(super) fn of(found: &FoundLoad) -> Self {
+    pub(super) fn from_load(found: &FoundLoad) -> Self {
         Self { mass: found.load.mass_kg, seen: found.presence.seen }
     }
 
-    /// On which side another one is, if they differ.
+    /// Returns the side on which another survey is, if the two differ.
     fn side(&self, other: &Self) -> Option<bool> {
         match (self.mass, other.mass) {
             (Some(one), Some(other)) => {
                 let deviation = one.standard_deviation.hypot(other.standard_deviation);
                 let off = other.value - one.value;
-                (off.abs() > APART * deviation).then_some(off > 0.0)
+                (off.abs() > DIFFERENT_DEVIATIONS * deviation).then_some(off > 0.0)
             }
             _ => (self.seen != other.seen).then_some(other.seen),
         }
     }
 }
 
-/// Follows looks one after the other. One look alone changes nothing: it may be chance, and a load is picked up in its midst.
+/// Tracker of successive surveys. A single survey changes nothing: it may be chance, and a load may
+/// be picked up in the middle of it.
 #[derive(Clone, Debug)]
 pub(super) struct LoadTrack {
-    /// What counts as carried.
-    level: Look,
-    /// On which side of it the last look was, if it differed.
+    /// Current load.
+    level: Survey,
+    /// Side of the last survey relative to it, if it differed.
     suspect: Option<bool>,
 }
 
 impl LoadTrack {
-    pub(super) fn from(level: Look) -> Self {
+    pub(super) fn from(level: Survey) -> Self {
         Self { level, suspect: None }
     }
 
-    /// Whether the last look differed, and waits for the next.
+    /// Returns true if the last survey differed and has to be confirmed by the next.
     pub(super) fn suspects(&self) -> bool {
         self.suspect.is_some()
     }
 
-    /// What counts as carried.
-    pub(super) fn level(&self) -> Look {
+    /// Returns the current load.
+    pub(super) fn level(&self) -> Survey {
         self.level
     }
 
-    /// Takes the next look, and gives what was carried before if that has changed.
-    pub(super) fn handle_look(&mut self, look: Look) -> Option<Look> {
-        let side = self.level.side(&look);
+    /// Processes the next survey, and returns the previous load if it has changed.
+    pub(super) fn handle_look(&mut self, survey: Survey) -> Option<Survey> {
+        let side = self.level.side(&survey);
         let again = side.is_some() && side == self.suspect;
         self.suspect = if again { None } else { side };
-        again.then(|| core::mem::replace(&mut self.level, look))
+        again.then(|| core::mem::replace(&mut self.level, survey))
     }
 }
 
@@ -76,43 +77,43 @@ impl LoadTrack {
 mod tests {
     use super::*;
 
-    fn look(value: f64, standard_deviation: f64) -> Look {
+    fn survey(value: f64, standard_deviation: f64) -> Survey {
         let mass = Uncertain { value, standard_deviation };
-        Look { mass: Some(mass), seen: mass.is_seen() }
+        Survey { mass: Some(mass), seen: mass.is_seen() }
     }
 
     #[test]
     fn a_load_counts_when_two_looks_agree() {
-        let mut track = LoadTrack::from(Look::NONE);
-        assert_eq!(track.handle_look(look(0.1, 0.05)), None);
-        // In its midst, and then whole.
-        assert_eq!(track.handle_look(look(1.0, 0.1)), None);
+        let mut track = LoadTrack::from(Survey::NONE);
+        assert_eq!(track.handle_look(survey(0.1, 0.05)), None);
+        // The load is picked up during one survey, and complete in the next.
+        assert_eq!(track.handle_look(survey(1.0, 0.1)), None);
         assert!(track.suspects());
-        assert_eq!(track.handle_look(look(2.0, 0.05)), Some(Look::NONE));
-        assert_eq!(track.level(), look(2.0, 0.05));
-        assert_eq!(track.handle_look(look(2.1, 0.05)), None);
+        assert_eq!(track.handle_look(survey(2.0, 0.05)), Some(Survey::NONE));
+        assert_eq!(track.level(), survey(2.0, 0.05));
+        assert_eq!(track.handle_look(survey(2.1, 0.05)), None);
         // Put down.
-        assert_eq!(track.handle_look(look(0.0, 0.05)), None);
-        assert_eq!(track.handle_look(look(0.01, 0.05)), Some(look(2.0, 0.05)));
+        assert_eq!(track.handle_look(survey(0.0, 0.05)), None);
+        assert_eq!(track.handle_look(survey(0.01, 0.05)), Some(survey(2.0, 0.05)));
     }
 
     #[test]
     fn what_is_odd_once_or_on_either_side_is_no_change() {
-        let mut track = LoadTrack::from(Look::NONE);
+        let mut track = LoadTrack::from(Survey::NONE);
         for value in [1.0, 0.0, 1.0, -1.0, 1.0, 0.1] {
-            assert_eq!(track.handle_look(look(value, 0.1)), None, "{value}");
+            assert_eq!(track.handle_look(survey(value, 0.1)), None, "{value}");
         }
-        assert_eq!(track.handle_look(look(0.29, 0.1)), None);
-        assert_eq!(track.handle_look(look(0.29, 0.1)), None, "within 3 σ");
+        assert_eq!(track.handle_look(survey(0.29, 0.1)), None);
+        assert_eq!(track.handle_look(survey(0.29, 0.1)), None, "within 3 σ");
     }
 
     #[test]
-    fn where_no_mass_is_told_it_counts_whether_a_load_is_seen() {
-        let seen = |seen| Look { mass: None, seen };
-        let mut track = LoadTrack::from(Look::NONE);
+    fn where_no_mass_is_reported_it_counts_whether_a_load_is_seen() {
+        let seen = |seen| Survey { mass: None, seen };
+        let mut track = LoadTrack::from(Survey::NONE);
         assert_eq!(track.handle_look(seen(false)), None);
         assert_eq!(track.handle_look(seen(true)), None);
-        assert_eq!(track.handle_look(seen(true)), Some(Look::NONE));
+        assert_eq!(track.handle_look(seen(true)), Some(Survey::NONE));
         assert_eq!(track.level(), seen(true));
     }
 }

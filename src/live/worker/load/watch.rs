@@ -1,4 +1,4 @@
-//! The thread that looks for a load in the last seconds of motion.
+//! The thread that searches for a load in the last seconds of motion.
 
 use core::time::Duration;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use super::track::{LoadTrack, Look};
+use super::track::{LoadTrack, Survey};
 use crate::archive::drift::{Baseline, BaselineWatch};
 use crate::archive::store::{FoundLoad, Timestamp, mass_text};
 use crate::live::worker::configuration::Identifier;
@@ -17,44 +17,45 @@ use crate::live::worker::setup::{WhenBusy, WorkerError};
 use crate::live::worker::state::SharedEstimation;
 use crate::window::Window;
 
-/// How soon a baseline that is set or cleared is noticed.
+/// Maximum time until a set or cleared baseline is noticed.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// How often a wait for the thread looks whether it is over.
+/// Interval at which a wait for the thread checks if it is over.
 const POLL: Duration = Duration::from_millis(2);
-/// What is said while there is no baseline.
+/// Message while there is no baseline.
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
 
-/// Some seconds of motion, and what looks for a load in them.
+/// Some seconds of motion, and the identifier that searches for a load in them.
 struct Piece {
     window: Window,
     identifier: Identifier,
 }
 
-/// The sending side. One piece is looked at, one may wait.
+/// The sending side. One piece is processed, and one more may wait.
 #[derive(Debug)]
 pub(in crate::live::worker) struct LoadWatch {
-    pieces: SyncSender<Piece>,
+    parts: SyncSender<Piece>,
     thread: JoinHandle<()>,
     shared: SharedEstimation,
 }
 
 impl LoadWatch {
-    /// Starts the thread; the baseline is that of the folder.
+    /// Starts the thread with the baseline of the folder.
     pub(in crate::live::worker) fn start(
         folder: &Path,
         shared: &SharedEstimation,
     ) -> Result<Self, WorkerError> {
-        let (pieces, waiting) = sync_channel(1);
+        let (parts, waiting) = sync_channel(1);
         shared.update().load = Some(LoadStatus::default());
         let mut watcher = Watcher::new(folder, shared.clone());
         let thread = std::thread::Builder::new()
             .name("load".into())
             .spawn(move || watcher.run(&waiting))
             .map_err(WorkerError::Thread)?;
-        Ok(Self { pieces, thread, shared: shared.clone() })
+        Ok(Self { parts, thread, shared: shared.clone() })
     }
 
-    /// Has a piece looked at. Of a living bus it is left out, and counted, while the thread is busy.
+    /// Submits a piece to the survey. On a live bus it is skipped and counted while the thread is
+    /// busy.
     pub(in crate::live::worker) fn submit(
         &self,
         mut window: Window,
@@ -65,9 +66,9 @@ impl LoadWatch {
         window.note.clone_from(&self.shared.update().note);
         let mut piece = Piece { window, identifier };
         loop {
-            piece = match self.pieces.try_send(piece) {
+            piece = match self.parts.try_send(piece) {
                 Ok(()) => return Ok(()),
-                // It panicked; its message is in the log.
+                // The thread panicked. Its message is in the log.
                 Err(TrySendError::Disconnected(_)) => return Err(WorkerError::IdentificationEnded),
                 Err(TrySendError::Full(piece)) => piece,
             };
@@ -85,9 +86,10 @@ impl LoadWatch {
         }
     }
 
-    /// Lets what waits be looked at, unless it is told to stop. A stop leaves the thread behind, which has nothing to take down.
+    /// Waits until the pending piece is processed, unless it is stopped. A stop leaves the
+    /// thread behind: it has nothing to close.
     pub(in crate::live::worker) fn finish(self, stop: &AtomicBool) {
-        drop(self.pieces);
+        drop(self.parts);
         while !self.thread.is_finished() && !stop.load(Ordering::Relaxed) {
             self.shared.count_iteration();
             std::thread::sleep(POLL);
@@ -100,7 +102,7 @@ struct Watcher {
     baseline: Option<Baseline>,
     track: LoadTrack,
     shared: SharedEstimation,
-    /// An arm that picks and places changes its load with each cycle.
+    /// Log rate limit: a pick-and-place arm changes its load with each cycle.
     changes: LogRate,
 }
 
@@ -110,16 +112,16 @@ impl Watcher {
         Self {
             watch,
             baseline: None,
-            track: LoadTrack::from(Look::NONE),
+            track: LoadTrack::from(Survey::NONE),
             shared,
             changes: LogRate::default(),
         }
     }
 
-    fn run(&mut self, pieces: &Receiver<Piece>) {
+    fn run(&mut self, parts: &Receiver<Piece>) {
         self.look_for_baseline();
         loop {
-            match pieces.recv_timeout(LOOK_EVERY) {
+            match parts.recv_timeout(LOOK_EVERY) {
                 Ok(Piece { window, identifier }) => {
                     self.look_for_baseline();
                     if let Some(baseline) = &self.baseline
@@ -134,23 +136,23 @@ impl Watcher {
         }
     }
 
-    /// With another baseline everything begins anew.
+    /// Restarts everything if the baseline was replaced.
     fn look_for_baseline(&mut self) {
-        let (baseline, why_not) = match self.watch.look() {
+        let (baseline, why_not) = match self.watch.poll() {
             None => return,
             Some(Ok(Some(baseline))) => {
                 (Some(baseline), "the arm has not moved long enough yet".to_owned())
             }
             Some(Ok(None)) => (None, NO_BASELINE.to_owned()),
             Some(Err(error)) => {
-                // It may be readable again without being another file.
+                // The same file may become readable again.
                 self.watch.forget();
                 (None, error.to_string())
             }
         };
         self.baseline = baseline;
-        self.track = LoadTrack::from(Look::NONE);
-        tell(&self.shared, |status| {
+        self.track = LoadTrack::from(Survey::NONE);
+        report(&self.shared, |status| {
             *status = LoadStatus {
                 why_not: Some(why_not),
                 changes: status.changes,
@@ -161,18 +163,18 @@ impl Watcher {
     }
 
     fn take(&mut self, found: Result<FoundLoad, String>) {
-        let found = match found {
+        let load = match found {
             Ok(found) => found,
-            Err(why) => return tell(&self.shared, |status| status.why_not = Some(why)),
+            Err(why) => return report(&self.shared, |status| status.why_not = Some(why)),
         };
-        let before = self.track.handle_look(Look::of(&found));
+        let before = self.track.handle_look(Survey::from_load(&load));
         let (level, suspects) = (self.track.level(), self.track.suspects());
         let log = &mut self.changes;
-        tell(&self.shared, |status| {
+        report(&self.shared, |status| {
             status.why_not = None;
-            status.last_look = Some(found);
+            status.last_look = Some(load);
             let first = status.state == LoadState::Unknown;
-            // Before two looks agree that there is a load, it is not known that there is none.
+            // The absence of a load is unknown until two surveys could have agreed on a load.
             if before.is_none() && (!first || suspects) {
                 return;
             }
@@ -196,21 +198,21 @@ impl Watcher {
     }
 }
 
-fn tell(shared: &SharedEstimation, change: impl FnOnce(&mut LoadStatus)) {
+fn report(shared: &SharedEstimation, change: impl FnOnce(&mut LoadStatus)) {
     change(shared.update().load.get_or_insert_default());
 }
 
-fn state_of(look: Look) -> LoadState {
-    match look.mass {
-        _ if look.seen => LoadState::Load,
+fn state_of(survey: Survey) -> LoadState {
+    match survey.mass {
+        _ if survey.seen => LoadState::Load,
         Some(mass) if mass.differs_from_none() => LoadState::Less,
         _ => LoadState::None,
     }
 }
 
-fn text_of(look: Look) -> String {
-    match state_of(look) {
+fn text_of(survey: Survey) -> String {
+    match state_of(survey) {
         LoadState::Unknown | LoadState::None => "none".to_owned(),
-        LoadState::Load | LoadState::Less => mass_text(look.mass),
+        LoadState::Load | LoadState::Less => mass_text(survey.mass),
     }
 }

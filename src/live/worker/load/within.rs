@@ -1,39 +1,40 @@
-//! The load of a whole window, and whether it changed in its midst.
+//! The load of a complete window, and a load change within it.
 
-use super::track::{LoadTrack, Look};
+use super::track::{LoadTrack, Survey};
 use crate::archive::drift::Baseline;
 use crate::archive::store::{FoundLoad, LoadChange};
 use crate::live::worker::configuration::{Identifier, Refusal};
 use crate::live::worker::open::look_samples;
 use crate::window::Window;
 
-/// Most parts that a window is looked at in.
+/// Maximum number of parts into which a window is split.
 const PARTS: usize = 16;
 
-/// What an arm carried along a window; nothing where the configuration looks for no load.
+/// Finds the payload of an arm during a window. `None` if the configuration searches for no load.
 pub(in crate::live::worker) fn load_of_window(
     identifier: &Identifier,
     baseline: &Baseline,
     window: &Window,
 ) -> Option<Result<FoundLoad, Refusal>> {
-    let found = identifier.load(baseline, window)?;
-    Some(found.map(|found| FoundLoad { changed: change(identifier, baseline, window), ..found }))
+    let outcome = identifier.load(baseline, window)?;
+    Some(outcome.map(|found| FoundLoad { changed: change(identifier, baseline, window), ..found }))
 }
 
-/// A part that tells nothing by itself is passed over.
+/// Finds a load change. A part from which no load is identifiable is skipped.
 fn change(identifier: &Identifier, baseline: &Baseline, window: &Window) -> Option<LoadChange> {
     let mut looks = parts(window).filter_map(|(after_s, part)| {
-        Some((after_s, Look::of(&identifier.load(baseline, &part)?.ok()?)))
+        Some((after_s, Survey::from_load(&identifier.load(baseline, &part)?.ok()?)))
     });
     let (_, first) = looks.next()?;
     let mut track = LoadTrack::from(first);
-    looks.find_map(|(after_s, look)| {
-        let before = track.handle_look(look)?;
-        Some(LoadChange { after_s, from_kg: before.mass, to_kg: look.mass })
+    looks.find_map(|(after_s, survey)| {
+        let before = track.handle_look(survey)?;
+        Some(LoadChange { after_s, from_kg: before.mass, to_kg: survey.mass })
     })
 }
 
-/// Equal parts of what counts, each with the margins of the whole, and when it begins \[s\].
+/// Returns equal parts of the counted samples, with their start times \[s\]. Each has the margins
+/// of the complete window.
 fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
     let Window { number, sample_rate_hz, samples, counted, end, .. } = window;
     let (before, after) = (counted.start, samples.len() - counted.end);

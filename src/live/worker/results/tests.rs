@@ -1,4 +1,4 @@
-use didim_core::identification::{Estimate, ParameterEstimate, Verdict};
+use didim_identification::identification::{Estimate, ParameterEstimate, Verdict};
 
 use super::*;
 use crate::archive::drift::Baseline;
@@ -51,7 +51,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         verdict: good(),
         ..Estimate::default()
     };
-    let samples = vec![didim_core::JointSample::zero(0, 0)];
+    let samples = vec![didim_dynamics::JointSample::zero(0, 0)];
     let window = Window {
         number: 0,
         sample_rate_hz: 500.0,
@@ -63,12 +63,12 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let options = ResultOptions { drift, ..ResultOptions::default() };
-    results.take(&record, &Beside::default(), &options).unwrap();
+    results.take(&record, &Attachments::default(), &options).unwrap();
 }
 
 fn set_baseline(folder: &Path, result: usize) {
     let lines = crate::archive::store::read_history(folder).unwrap().0;
-    Baseline::of(lines[result].clone()).write(folder).unwrap();
+    Baseline::from_result(lines[result].clone()).write(folder).unwrap();
 }
 
 fn alarms(results: &Results) -> Vec<String> {
@@ -82,29 +82,29 @@ fn a_baseline_is_followed_as_soon_as_it_is_set_and_after_a_restart() {
     take(&mut results, 6.48);
     assert!(results.drift().is_none());
     set_baseline(folder.path(), 0);
-    assert!(results.look() && !results.look());
+    assert!(results.poll_baseline() && !results.poll_baseline());
     let drift = results.drift().unwrap();
     assert_eq!((drift.baseline, drift.compared), (0, false));
     for (fc3, expected) in [(6.5, 0), (7.5, 0), (7.5, 1)] {
         take(&mut results, fc3);
         assert_eq!(alarms(&results).len(), expected, "{fc3}");
     }
-    // The baseline's own result is gone meanwhile: three are kept.
+    // The baseline's own result has been removed: three are kept.
     assert!(!folder.path().join("result-00000000.json").exists());
     drop(results);
     let mut results = open(folder.path());
-    assert!(results.look());
+    assert!(results.poll_baseline());
     assert_eq!(alarms(&results), ["fc3"], "the history is at hand");
     take(&mut results, 6.5);
     take(&mut results, 6.5);
     assert_eq!(alarms(&results), Vec::<String>::new());
-    // Set by another process just before a result, and in the midst of what is at hand.
+    // Another process sets it just before a result, to a line in the middle of those in memory.
     set_baseline(folder.path(), 2);
     take(&mut results, 7.5);
     assert_eq!(results.drift().unwrap().baseline, 2);
     assert_eq!(alarms(&results), ["fc3"], "results 4 and 5 are outside, and 6 alone is not inside");
     Baseline::remove(folder.path()).unwrap();
-    assert!(results.look());
+    assert!(results.poll_baseline());
     assert!(results.drift().is_none());
 }
 
@@ -129,7 +129,7 @@ fn a_restarted_service_knows_the_alarms_that_the_history_shows() {
     let baseline = Baseline::read(folder.path()).unwrap();
     let shown = crate::archive::drift::JudgedHistory::new(lines, baseline, DriftOptions::default());
     let mut results = open(folder.path());
-    assert!(results.look());
+    assert!(results.poll_baseline());
     assert_eq!(alarms(&results), ["fc3"]);
     assert_eq!(results.drift(), shown.tracker.map(|tracker| tracker.status()));
 }
@@ -154,8 +154,8 @@ fn a_history_that_cannot_be_written_costs_no_result() {
     assert!(folder.path().join("latest.json").exists());
     let health = |results: &Results| {
         let mut status = EstimationStatus::default();
-        results.tell(&mut status);
-        crate::service::status::Health::of(None, Some(&status)).reasons
+        results.report(&mut status);
+        crate::service::status::Health::new(None, Some(&status)).reasons
     };
     results.settle();
     let [reason] = &health(&results)[..] else { panic!("{:?}", health(&results)) };
@@ -191,26 +191,26 @@ fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
     let mut results = open(folder.path());
     take(&mut results, 6.48);
     set_baseline(folder.path(), 0);
-    assert!(results.look());
+    assert!(results.poll_baseline());
     let health = |results: &Results| {
         let mut status = EstimationStatus::default();
-        results.tell(&mut status);
-        // As who asks gets it.
+        results.report(&mut status);
+        // In the form that a client receives.
         let json = serde_json::to_string(&status).unwrap();
-        let told: EstimationStatus = serde_json::from_str(&json).unwrap();
-        crate::service::status::Health::of(None, Some(&told)).reasons
+        let status_read: EstimationStatus = serde_json::from_str(&json).unwrap();
+        crate::service::status::Health::new(None, Some(&status_read)).reasons
     };
     assert_eq!(health(&results), Vec::<String>::new());
-    let whole = std::fs::read(&path).unwrap();
-    // Cut; then such that reading fails, as for who has no right to.
+    let contents = std::fs::read(&path).unwrap();
+    // First truncated, then unreadable as if permission were missing.
     for unreadable in ["cut", "refused"] {
         match unreadable {
-            "cut" => std::fs::write(&path, &whole[..whole.len() / 2]).unwrap(),
+            "cut" => std::fs::write(&path, &contents[..contents.len() / 2]).unwrap(),
             _ => std::fs::create_dir(&path).unwrap(),
         }
-        assert!(results.look(), "{unreadable}");
+        assert!(results.poll_baseline(), "{unreadable}");
         for _ in 0..3 {
-            assert!(!results.look(), "nothing new is told");
+            assert!(!results.poll_baseline(), "nothing new is reported");
             let [reason] = &health(&results)[..] else { panic!("{:?}", health(&results)) };
             for word in ["no result is compared", "baseline.json", "`didim baseline set`", "clear"]
             {
@@ -223,15 +223,15 @@ fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
             "cut" => std::fs::remove_file(&path).unwrap(),
             _ => std::fs::remove_dir(&path).unwrap(),
         }
-        assert!(results.look() && health(&results).is_empty(), "{unreadable}: cleared");
+        assert!(results.poll_baseline() && health(&results).is_empty(), "{unreadable}: cleared");
     }
     std::fs::write(&path, "{").unwrap();
-    assert!(results.look() && health(&results).len() == 1);
-    std::fs::write(&path, &whole).unwrap();
-    assert!(results.look() && health(&results).is_empty() && results.drift().is_some());
+    assert!(results.poll_baseline() && health(&results).len() == 1);
+    std::fs::write(&path, &contents).unwrap();
+    assert!(results.poll_baseline() && health(&results).is_empty() && results.drift().is_some());
 }
 
-/// A verdict that speaks for every use that is asked for.
+/// A verdict that approves every requested use.
 fn good() -> Verdict {
     let mut verdict = Verdict { applicable: true, ..Verdict::default() };
     verdict.uses.monitoring.applicable = Some(true);

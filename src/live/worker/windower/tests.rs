@@ -2,7 +2,7 @@
 
 mod recorded;
 
-use didim_core::Reading;
+use didim_dynamics::Reading;
 
 use super::*;
 use crate::live::worker::{EstimationStatus, RejectedWindow, Trigger, WindowOptions};
@@ -24,7 +24,7 @@ fn windower(options: &WindowOptions) -> Windower {
     Windower::new(options.plan(RATE_HZ).unwrap())
 }
 
-/// At rest, except that joint 3 moves at 1 rad/s during each of the ranges.
+/// Returns samples at rest, except that joint 3 moves at 1 rad/s during each of the ranges.
 fn samples(length: u64, moves: &[core::ops::Range<u64>]) -> Vec<JointSample> {
     let mut angle = 0.3;
     (0..length)
@@ -60,24 +60,24 @@ fn reason(event: &WindowEvent) -> &Rejection {
 #[test]
 fn motion_opens_and_rest_closes_with_margins_on_both_sides() {
     let mut windower = windower(&motion());
-    let found = events(&mut windower, &samples(3000, &[500..900, 1500..2000]));
-    assert_eq!(found.len(), 2);
-    for (event, moved) in found.iter().zip([500_u64..900, 1500..2000]) {
+    let windows = events(&mut windower, &samples(3000, &[500..900, 1500..2000]));
+    assert_eq!(windows.len(), 2);
+    for (event, motion) in windows.iter().zip([500_u64..900, 1500..2000]) {
         let window = closed(event);
         assert_eq!(window.end, WindowEnd::Rest);
         let counted = &window.samples[window.counted.clone()];
-        // The threshold is half the speed, so half a lag of 10 samples passes unnoticed at either
-        // end; the window begins a whole lag before the notice.
+        // The threshold is half the speed, so half a lag of 10 samples is not detected at either
+        // end. The window begins a complete lag before the detection.
         let (first, last) = (counted.first().unwrap().sequence, counted.last().unwrap().sequence);
-        assert!((moved.start - 10..=moved.start).contains(&first), "{first}");
-        assert!((moved.end - 1..=moved.end + 10).contains(&last), "{last}");
+        assert!((motion.start - 10..=motion.start).contains(&first), "{first}");
+        assert!((motion.end - 1..=motion.end + 10).contains(&last), "{last}");
         assert_eq!(window.counted.start, 50);
         assert_eq!(window.samples.len() - window.counted.end, 50);
         let gapless =
             window.samples.windows(2).all(|pair| pair[1].sequence == pair[0].sequence + 1);
         assert!(gapless);
     }
-    assert_eq!((closed(&found[0]).number, closed(&found[1]).number), (0, 1));
+    assert_eq!((closed(&windows[0]).number, closed(&windows[1]).number), (0, 1));
     assert_eq!(windower.open_samples(), None);
 }
 
@@ -97,9 +97,9 @@ fn one_count_of_an_encoder_is_not_motion() {
 #[test]
 fn a_short_rest_does_not_cut_a_window() {
     let mut windower = windower(&motion());
-    let found = events(&mut windower, &samples(1500, &[300..500, 560..800]));
-    assert_eq!(found.len(), 1);
-    assert!(closed(&found[0]).counted.len() >= 500);
+    let windows = events(&mut windower, &samples(1500, &[300..500, 560..800]));
+    assert_eq!(windows.len(), 1);
+    assert!(closed(&windows[0]).counted.len() >= 500);
 }
 
 #[test]
@@ -107,12 +107,12 @@ fn a_gap_rejects_the_open_window_and_the_next_one_keeps_its_margin() {
     let mut windower = windower(&motion());
     let mut stream = samples(3000, &[500..1500]);
     stream.drain(700..703);
-    let found = events(&mut windower, &stream);
-    assert_eq!(found.len(), 2);
-    let WindowEvent::Rejected(rejected) = &found[0] else { panic!("{:?}", found[0]) };
+    let windows = events(&mut windower, &stream);
+    assert_eq!(windows.len(), 2);
+    let WindowEvent::Rejected(rejected) = &windows[0] else { panic!("{:?}", windows[0]) };
     assert_eq!(rejected.rejection, Rejection::Loss(Loss::SampleGap { after: 699, missing: 3 }));
     assert_eq!(rejected.last_sequence, 699);
-    let window = closed(&found[1]);
+    let window = closed(&windows[1]);
     assert_eq!(window.number, 1);
     assert_eq!(window.first_sequence(), 703, "nothing from before the gap");
     assert_eq!(window.counted.start, 50, "the margin is taken out of the motion");
@@ -123,9 +123,9 @@ fn loss_at_rest_is_no_window_s_loss() {
     let mut windower = windower(&motion());
     let mut stream = samples(2000, &[1000..1400]);
     stream.drain(100..110);
-    let found = events(&mut windower, &stream);
-    assert_eq!(found.len(), 1);
-    assert_eq!(closed(&found[0]).end, WindowEnd::Rest);
+    let windows = events(&mut windower, &stream);
+    assert_eq!(windows.len(), 1);
+    assert_eq!(closed(&windows[0]).end, WindowEnd::Rest);
 }
 
 #[test]
@@ -150,16 +150,19 @@ fn a_sample_that_comes_twice_is_a_loss() {
     let mut windower = windower(&motion());
     let mut stream = samples(1000, &[200..1000]);
     stream[600] = stream[599];
-    let found = events(&mut windower, &stream);
-    assert_eq!(reason(&found[0]), &Rejection::Loss(Loss::OutOfOrder { after: 599, sequence: 599 }));
+    let windows = events(&mut windower, &stream);
+    assert_eq!(
+        reason(&windows[0]),
+        &Rejection::Loss(Loss::OutOfOrder { after: 599, sequence: 599 })
+    );
 }
 
 #[test]
 fn a_window_in_which_too_little_counts_is_rejected() {
     let mut windower = windower(&motion());
-    let found = events(&mut windower, &samples(2000, &[500..600]));
-    let Rejection::TooShort { counted, minimum: 200 } = *reason(&found[0]) else {
-        panic!("{found:?}");
+    let windows = events(&mut windower, &samples(2000, &[500..600]));
+    let Rejection::TooShort { counted, minimum: 200 } = *reason(&windows[0]) else {
+        panic!("{windows:?}");
     };
     assert!((95..=115).contains(&counted), "{counted}");
 }
@@ -167,30 +170,30 @@ fn a_window_in_which_too_little_counts_is_rejected() {
 #[test]
 fn a_window_is_never_longer_than_its_limit() {
     let mut windower = windower(&motion());
-    let found = events(&mut windower, &samples(10_000, &[500..9000]));
-    assert_eq!(found.len(), 5);
-    for event in &found[..4] {
+    let windows = events(&mut windower, &samples(10_000, &[500..9000]));
+    assert_eq!(windows.len(), 5);
+    for event in &windows[..4] {
         assert_eq!(closed(event).samples.len(), 2000);
         assert_eq!(closed(event).end, WindowEnd::Length);
         assert_eq!(closed(event).counted, 50..1950);
     }
-    assert_eq!(closed(&found[4]).end, WindowEnd::Rest);
+    assert_eq!(closed(&windows[4]).end, WindowEnd::Rest);
 }
 
 #[test]
 fn intervals_count_the_same_number_of_samples_each() {
     let options = WindowOptions { trigger: Trigger::Interval { length_s: 0.5 }, ..motion() };
     let mut windower = windower(&options);
-    let found = events(&mut windower, &samples(2600, &[]));
-    assert!(found.len() >= 4);
-    for event in &found {
+    let windows = events(&mut windower, &samples(2600, &[]));
+    assert!(windows.len() >= 4);
+    for event in &windows {
         let window = closed(event);
         assert_eq!(window.counted, 50..550);
         assert_eq!(window.samples.len(), 600);
         assert_eq!(window.end, WindowEnd::Interval);
     }
-    // The margin after one window is the margin before the next.
-    assert_eq!(closed(&found[1]).first_sequence(), closed(&found[0]).last_sequence() - 49);
+    // The margin after one window equals the margin before the next.
+    assert_eq!(closed(&windows[1]).first_sequence(), closed(&windows[0]).last_sequence() - 49);
 }
 
 #[test]
@@ -206,9 +209,9 @@ fn commands_open_and_close_with_margins() {
     assert_eq!(windower.open_samples(), Some(450));
     windower.handle_end().unwrap();
     assert_eq!(windower.handle_end(), Err(CommandError::NotOpen));
-    let found = events(&mut windower, &stream[900..]);
-    assert_eq!(found.len(), 1);
-    let window = closed(&found[0]);
+    let windows = events(&mut windower, &stream[900..]);
+    assert_eq!(windows.len(), 1);
+    let window = closed(&windows[0]);
     assert_eq!((window.first_sequence(), window.last_sequence()), (450, 949));
     assert_eq!(window.samples[window.counted.start].sequence, 500);
     assert_eq!(window.counted.len(), 400);
@@ -297,7 +300,7 @@ fn an_open_window_is_identified_at_once_whatever_opened_it() {
     let mut windower = windower(&options);
     assert_eq!(windower.handle_identify(), Err(CommandError::NotOpen));
     let stream = samples(3000, &[500..2500]);
-    // Noticed 5 samples after its beginning, with 50 and 10 before that; 200 have to count.
+    // Detected 5 samples after its beginning, with 50 and 10 before that; 200 have to count.
     assert!(events(&mut windower, &stream[..700]).is_empty());
     let early = windower.handle_identify();
     assert!(matches!(early, Err(CommandError::TooShort { minimum: 200, .. })), "{early:?}");
@@ -308,34 +311,35 @@ fn an_open_window_is_identified_at_once_whatever_opened_it() {
     assert_eq!((window.number, window.last_sequence(), window.end), (0, 1199, WindowEnd::Command));
     assert_eq!(window.counted.end, window.samples.len() - 50);
     assert_eq!(windower.handle_identify(), Err(CommandError::NotOpen));
-    // The motion goes on, and with it the next window.
+    // The motion continues, and so does the next window.
     let rest = events(&mut windower, &stream[1200..]);
     assert_eq!(closed(&rest[0]).number, 1);
     assert_eq!(closed(&rest[0]).first_sequence(), 1200 - 60);
 }
 
-/// What little is left of such a motion is told apart from a motion that is too short, and makes no service unwell.
+/// The remainder of such a motion is distinguished from a motion that is too short. It does not
+/// affect the health of the service.
 #[test]
 fn what_is_left_of_an_identified_motion_is_no_fault() {
     let mut windower = windower(&motion());
     let stream = samples(4000, &[500..1300, 2500..2600]);
     assert!(events(&mut windower, &stream[..1200]).is_empty());
     closed(&windower.handle_identify().unwrap());
-    let found = events(&mut windower, &stream[1200..]);
-    let [WindowEvent::Rejected(rest), WindowEvent::Rejected(short)] = &found[..] else {
-        panic!("{found:?}");
+    let windows = events(&mut windower, &stream[1200..]);
+    let [WindowEvent::Rejected(rest), WindowEvent::Rejected(short)] = &windows[..] else {
+        panic!("{windows:?}");
     };
     assert!(matches!(rest.rejection, Rejection::Remainder { minimum: 200, .. }), "{rest:?}");
     assert!(matches!(short.rejection, Rejection::TooShort { minimum: 200, .. }), "{short:?}");
     let reasons = |rejected: &RejectedWindow| {
         let last_rejection = Some(rejected.clone());
         let status = EstimationStatus { last_rejection, ..EstimationStatus::default() };
-        crate::service::status::Health::of(None, Some(&status)).reasons
+        crate::service::status::Health::new(None, Some(&status)).reasons
     };
     assert_eq!((reasons(rest).len(), reasons(short).len()), (0, 1));
 }
 
-/// Tells the modes of two drives: of the one every 40 samples, of the other every 100.
+/// Sets the modes of two drives: one reports every 40 samples, the other every 100.
 fn with_modes(stream: &mut [JointSample], mode_of: impl Fn(u64) -> f64) {
     for sample in stream {
         for (joint, every) in [(0, 40), (1, 100)] {
@@ -351,9 +355,9 @@ fn a_mode_that_changes_ends_a_window_before_it_and_is_no_margin_of_the_next() {
     let mut windower = windower(&motion());
     let mut stream = samples(3000, &[500..1500]);
     with_modes(&mut stream, |sequence| if sequence < 1000 { 8.0 } else { 10.0 });
-    let found = events(&mut windower, &stream);
-    assert_eq!(found.len(), 2, "{found:?}");
-    let (before, after) = (closed(&found[0]), closed(&found[1]));
+    let windows = events(&mut windower, &stream);
+    assert_eq!(windows.len(), 2, "{windows:?}");
+    let (before, after) = (closed(&windows[0]), closed(&windows[1]));
     assert_eq!((before.end, after.end), (WindowEnd::ModeChange, WindowEnd::Rest));
     assert_eq!((before.last_sequence(), after.first_sequence()), (999, 1000));
     assert_eq!(before.samples.len() - before.counted.end, 50, "a margin after");
@@ -365,19 +369,19 @@ fn a_mode_that_changes_ends_a_window_before_it_and_is_no_margin_of_the_next() {
 
 #[test]
 fn a_mode_that_changes_soon_leaves_too_little_and_one_that_stays_or_changes_at_rest_nothing() {
-    let found = |mode_of: fn(u64) -> f64| {
+    let windows_of = |mode_of: fn(u64) -> f64| {
         let mut stream = samples(3000, &[500..1500]);
         with_modes(&mut stream, mode_of);
         events(&mut windower(&motion()), &stream)
     };
-    let soon = found(|sequence| if sequence < 600 { 8.0 } else { 10.0 });
+    let soon = windows_of(|sequence| if sequence < 600 { 8.0 } else { 10.0 });
     assert!(matches!(reason(&soon[0]), Rejection::TooShort { .. }), "{soon:?}");
     assert_eq!(closed(&soon[1]).end, WindowEnd::Rest);
     for mode_of in
         [|_| 8.0, |sequence| if sequence < 200 { 0.0 } else { 8.0 }] as [fn(u64) -> f64; 2]
     {
-        let found = found(mode_of);
-        assert_eq!((found.len(), closed(&found[0]).end), (1, WindowEnd::Rest));
-        assert!(closed(&found[0]).samples.len() > 1000);
+        let windows = windows_of(mode_of);
+        assert_eq!((windows.len(), closed(&windows[0]).end), (1, WindowEnd::Rest));
+        assert!(closed(&windows[0]).samples.len() > 1000);
     }
 }

@@ -1,4 +1,4 @@
-//! Every parameter in a row: a small curve over time in its band, and what has become of it.
+//! Every parameter in a row: a small curve over time in its band, and its change.
 
 use std::fmt::Write as _;
 
@@ -11,10 +11,10 @@ use crate::text::to_uncertainty;
 
 /// Width and height of a small curve.
 const SIZE: (f64, f64) = (180.0, 24.0);
-/// What stays free at its edges, so that the last point is whole.
+/// Free margin at its edges, so that the last point is not clipped.
 const EDGE: f64 = 3.0;
 
-/// A row per parameter, those that use most of their bands first.
+/// Creates a row per parameter; those that use most of their bands come first.
 pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
     if report.parameters.is_empty() {
         return html! {};
@@ -36,7 +36,7 @@ pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
     let explanation = "Those that use most of their bands first. Each curve has its own scale; the \
                        shade is the band of the baseline. The change is that of the last result \
                        that was compared, relative to the baseline.";
-    super::section("Parameters at a glance", explanation, &content)
+    super::section("Parameters in brief", explanation, &content)
 }
 
 fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
@@ -49,7 +49,11 @@ fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
         tr.outside[share > 1.0] {
             th scope="row" { (name) }
             td { (curve(report, name)) }
-            td.number { (last.map_or("–".into(), |(_, value, sigma)| signed(&to_uncertainty(value, sigma, 7)))) }
+            td.number {
+                (last.map_or("–".into(), |(_, value, sigma)| {
+                    signed(&to_uncertainty(value, sigma, 7))
+                }))
+            }
             td.number { (last.map_or("–".into(), |(.., sigma)| number(sigma, 2))) }
             td { (report.history.unit(name)) }
             td.number { @if relative.is_finite() { (sign) } (percent(relative, 3)) }
@@ -58,7 +62,7 @@ fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
     }
 }
 
-/// The row's numbers say the same: it is for the eye only.
+/// Creates the curve. It is hidden from screen readers, because the row's numbers say the same.
 fn curve(report: &HistoryReport<'_>, name: &str) -> Markup {
     let (width, height) = SIZE;
     let view = format!("0 0 {width} {height}");

@@ -6,17 +6,17 @@ use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
 use crate::service::status::{Health, SCHEMA, StreamStatus};
 use crate::window::DriveReadings;
-use didim_core::{Reading, Readings};
+use didim_dynamics::{Reading, Readings};
 
-/// What a drive told three times.
-fn told() -> DriveReadings {
+/// Readings that a drive reported three times.
+fn example() -> DriveReadings {
     let mut readings = [Readings::default(); 3];
     for (readings, celsius) in readings.iter_mut().zip([41.0, 42.0, 44.0]) {
         readings.set(Reading::Temperature, 1, celsius);
     }
     readings[0].set(Reading::Temperature, 0, 38.5);
     readings[0].set(Reading::Mode, 0, 8.0);
-    DriveReadings::of(&readings)
+    DriveReadings::from_cycles(&readings)
 }
 
 fn snapshot() -> Snapshot {
@@ -57,7 +57,7 @@ fn snapshot() -> Snapshot {
             frames_unrecorded: 11,
             ..RecordingStatus::default()
         }),
-        readings: told(),
+        readings: example(),
         ..AcquisitionStatus::default()
     };
     let estimation = EstimationStatus {
@@ -104,7 +104,7 @@ fn snapshot() -> Snapshot {
             reasons: vec![],
             monitoring_reasons: vec![],
             load: None,
-            readings: told(),
+            readings: example(),
         }),
         ..EstimationStatus::default()
     };
@@ -113,7 +113,7 @@ fn snapshot() -> Snapshot {
         version: "1.2.3".into(),
         cell: "left".into(),
         uptime_s: 93_784.0,
-        health: Health::of(Some(&acquisition), Some(&estimation)),
+        health: Health::new(Some(&acquisition), Some(&estimation)),
         process: crate::service::status::ProcessStatus::default(),
         stream: StreamStatus {
             sample_rate_hz: 5000.0,
@@ -137,7 +137,8 @@ buffer                     20 s at 5000 Hz, 56.0 MB of shared memory
 bus                        silent
 frames                     1234567 (5000/s)
 samples                    1234000 (4998/s)
-frame to buffer            p50 0.99 µs, p99 53.2 µs, p99.9 180 µs, max 2.10 ms, from when it was read
+frame to buffer            p50 0.99 µs, p99 53.2 µs, p99.9 180 µs, max 2.10 ms, from when it was \
+        read
 frames dropped unread      3
 frames stamped late        5
 samples without reference  7
@@ -166,7 +167,7 @@ verdict                    applicable
 }
 
 #[test]
-fn colour_only_when_told_and_never_from_elsewhere() {
+fn colour_only_when_reported_and_never_from_another_place() {
     let mut snapshot = snapshot();
     snapshot.cell = "a\x1b[2Jb".into();
     let plain = render(&snapshot, Colour::Never);
@@ -187,7 +188,7 @@ fn a_snapshot_survives_its_json_and_unknown_keys() {
 }
 
 #[test]
-fn drift_is_told_with_its_alarms_bounded_and_is_a_reason() {
+fn drift_is_reported_with_its_alarms_bounded_and_is_a_reason() {
     let mut snapshot = snapshot();
     let alarm = |k: u32| AlarmStatus {
         parameter: format!("fc{k}"),
@@ -211,7 +212,7 @@ fn drift_is_told_with_its_alarms_bounded_and_is_a_reason() {
         let estimation = snapshot.estimation.as_mut().unwrap();
         estimation.drift = Some(drift.clone());
         estimation.last_rejection = None;
-        snapshot.health = Health::of(None, snapshot.estimation.as_ref());
+        snapshot.health = Health::new(None, snapshot.estimation.as_ref());
         (render(&snapshot, Colour::Never), snapshot.health.clone())
     };
     let (text, health) = rendered(&drift);

@@ -8,10 +8,11 @@ use crate::archive::drift::{Baseline, ChooseError, set_baseline};
 use crate::archive::store::HistoryLine;
 use crate::live::worker::Commands;
 
-/// Commands concerning the baseline.
+/// Commands for the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BaselineRequest {
-    /// `baseline set`, `baseline set N`: the last applicable result, or that of this number.
+    /// `baseline set`, `baseline set N`: the last applicable result, or the result with this
+    /// number.
     Set(Option<u64>),
     /// `baseline clear`
     Clear,
@@ -58,8 +59,8 @@ impl fmt::Display for BaselineRequest {
 }
 
 impl BaselineRequest {
-    /// Executes it in the folder of the worker's results. The worker notices, as it does when the
-    /// service is not asked.
+    /// Executes the command in the folder of the worker's results. The worker notices the change,
+    /// as it does when the service is not involved.
     ///
     /// # Errors
     /// [`BaselineCommandError`].
@@ -84,9 +85,9 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_and_nothing_else() {
-        let known =
+        let requests =
             [BaselineRequest::Set(None), BaselineRequest::Set(Some(7)), BaselineRequest::Clear];
-        for request in known {
+        for request in requests {
             assert_eq!(request.to_string().parse(), Ok(request));
         }
         for line in [

@@ -7,7 +7,7 @@ use super::error::RequestError;
 use crate::live::recording::CaptureError;
 use crate::live::worker::Commands;
 
-/// The name of a capture that nobody named.
+/// Default name of a capture.
 const DEFAULT_NAME: &str = "bus";
 
 /// Commands concerning captures.
@@ -43,7 +43,7 @@ impl fmt::Display for CaptureRequest {
 }
 
 impl CaptureRequest {
-    /// Executes it, and waits for the answer, for a second at most.
+    /// Executes the command, and waits at most one second for the answer.
     ///
     /// # Errors
     /// [`CaptureError`].
@@ -74,7 +74,7 @@ mod tests {
             assert_eq!(request.to_string().parse(), Ok(request));
         }
         assert_eq!("capture start".parse(), Ok(CaptureRequest::Start("bus".into())));
-        // A name of several words is told apart from a command that nobody knows.
+        // A name of several words is distinguished from an unknown command.
         let refused = "capture start a b".parse::<CaptureRequest>().unwrap_err();
         assert_eq!(refused, RequestError::Capture(CaptureError::Name));
         for line in ["capture", "capture begin", "capture stop now", ""] {

@@ -1,4 +1,4 @@
-//! What the command socket takes: one line of words each.
+//! Requests of the command socket: one line of words each.
 
 mod baseline;
 mod capture;
@@ -21,10 +21,10 @@ pub enum Request {
     Window(Command),
     /// `capture start [NAME]`, `capture stop`.
     Capture(CaptureRequest),
-    /// `reload`: read the configuration again.
+    /// `reload`: reload the configuration.
     Reload,
-    /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, one of them at least: noted with the
-    /// open window, or the next one.
+    /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, with at least one of the keys. The
+    /// note applies to the open window, or to the next one.
     Note(Note),
     /// `baseline set [N]`, `baseline clear`.
     Baseline(BaselineRequest),
@@ -33,7 +33,7 @@ pub enum Request {
 impl FromStr for Request {
     type Err = RequestError;
 
-    /// Reads the words of a line, which has lost its newline already.
+    /// Parses the words of a line without its newline.
     fn from_str(line: &str) -> Result<Self, Self::Err> {
         if line.chars().any(char::is_control) {
             return Err(RequestError::NotText);
@@ -56,7 +56,7 @@ impl FromStr for Request {
 }
 
 impl fmt::Display for Request {
-    /// The words that [`FromStr`] reads, without the newline.
+    /// Writes the words that [`FromStr`] reads, without the newline.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Window(Command::Begin) => f.write_str("window begin"),
@@ -72,7 +72,7 @@ impl fmt::Display for Request {
     }
 }
 
-/// The request of a line as it came, with its newline.
+/// Parses a received line, with its newline, as a request.
 ///
 /// # Errors
 /// [`RequestError`].

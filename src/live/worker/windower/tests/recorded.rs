@@ -6,7 +6,8 @@ use super::*;
 use crate::live::worker::{Trigger, WindowOptions};
 use crate::window::WindowEnd;
 
-/// A window of 400 samples from 1000 on, of a cell whose windows are opened otherwise.
+/// Returns the windower for a window of 400 samples from 1000 on. The windows of its cell have
+/// another trigger.
 fn windower() -> Windower {
     let options = WindowOptions {
         trigger: Trigger::Interval { length_s: 0.1 },
@@ -34,7 +35,7 @@ fn feed(windower: &mut Windower, sequences: impl Iterator<Item = u64>) -> Vec<Wi
 
 #[test]
 fn its_window_and_no_other_is_made() {
-    // A loss before it is not its loss.
+    // A loss before the window does not affect it.
     let sequences = (700..800).chain(900..3000).chain(1000..1400);
     let mut windower = windower();
     let events = feed(&mut windower, sequences);

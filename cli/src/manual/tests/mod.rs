@@ -1,4 +1,0 @@
-//! The manual, held to the program.
-
-mod keys;
-mod pages;

@@ -1,0 +1,82 @@
+//! Choices that a cell leaves to the data, made before the method runs.
+
+use std::ops::Range;
+use std::path::Path;
+
+use didim_identification::identification::{ChosenCutoff, ChosenFriction, Estimate};
+use indicatif::ProgressBar;
+
+use super::CliError;
+use super::progress::styled;
+use didim::analysis::identify::{choose_cutoff_from, choose_friction_from};
+use didim::analysis::screening::{LIST_LAWS, unlisted_laws};
+use didim::cell::Cell;
+use didim::report;
+use didim_formats::Measurement;
+
+/// Choices of the data, without any values configured in the cell.
+pub(super) struct Choices {
+    cutoff: Option<ChosenCutoff>,
+    friction: Option<ChosenFriction>,
+    /// Parameters of the friction laws that were not in the cell's list, if it has one.
+    added: Vec<String>,
+}
+
+impl Choices {
+    /// Makes the choices that the cell leaves open, and writes them into the cell.
+    pub(super) fn make(
+        cell: &mut Cell,
+        measurements: &[(&Measurement, Range<usize>)],
+        file: &Path,
+    ) -> Result<Self, CliError> {
+        let mut choices = Self { cutoff: None, friction: None, added: Vec::new() };
+        if cell.chooses_cutoff {
+            let bar = counting("cut-offs");
+            let chosen = choose_cutoff_from(cell, measurements, || bar.inc(1));
+            bar.finish_and_clear();
+            let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
+            cell.options.position_filter.cutoff_hz = chosen.cutoff_hz;
+            choices.cutoff = Some(chosen);
+        }
+        // Friction is chosen after the filter, with the motion that the filter passes.
+        if cell.chooses_friction {
+            let bar = counting("friction laws");
+            let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
+            bar.finish_and_clear();
+            let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
+            let listed = cell.options.parameters.clone().unwrap_or_default();
+            let changed = cell.clone().with_friction(chosen.friction.clone());
+            *cell = changed.map_err(CliError::failed)?;
+            let laws = cell.options.parameters.iter().flatten();
+            choices.added = laws.filter(|name| !listed.contains(name)).cloned().collect();
+            choices.friction = Some(chosen);
+        } else if let Some(unlisted) = unlisted_laws(cell) {
+            tracing::warn!("{unlisted}; {LIST_LAWS}");
+        }
+        Ok(choices)
+    }
+
+    /// Formats each choice that the cell now has, followed by an empty line.
+    pub(super) fn text(&self, cell: &Cell) -> String {
+        let cutoff = self.cutoff.as_ref().map(report::cutoff::choice);
+        let friction = self.friction.as_ref();
+        let friction = friction.map(|of| report::friction::choice(of, cell, &self.added));
+        cutoff.into_iter().chain(friction).map(|text| text + "\n").collect()
+    }
+
+    /// Adds the choices to the result, which needs them for its use.
+    pub(super) fn note_in(&self, estimate: &mut Estimate) {
+        if self.friction.is_some() {
+            // This note's advice was followed.
+            estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
+        }
+        estimate.position_cutoff.clone_from(&self.cutoff);
+        estimate.friction.clone_from(&self.friction);
+    }
+}
+
+/// Counts the trials, on stderr if it is a terminal.
+fn counting(what: &str) -> ProgressBar {
+    let template = format!("{{spinner}} {what} tried: {{pos}}  {{elapsed}}");
+    styled(ProgressBar::new_spinner(), &template)
+}

@@ -1,0 +1,98 @@
+//! `didim advise`: insufficient parameters of a result, and motions that improve them, in words.
+//! Nothing is moved.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::design::{Subject, Within, format_of, motion_text, wanted};
+use crate::CliError;
+use crate::names::DEFAULT_CELL;
+use crate::notes::print_note;
+use crate::output::{check_outputs, print, write_text};
+use crate::progress::Working;
+use didim::analysis::{Advised, OTHER_CONFIGURATION, StoredModel};
+use didim::cell::Cell;
+use didim::report::{advice_text, missing_text, prediction_lines};
+use didim_identification::identification::Estimate;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The result: a file that the service stored, or the output of `didim identify --json`
+    #[arg(value_name = "RESULT")]
+    result: PathBuf,
+    /// The cell of the identification
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    #[command(flatten)]
+    within: Within,
+    /// Also write the motions: next.csv becomes next-1.csv, next-2.csv …; the extensions are those
+    /// of `didim design`
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { result, cell, out, .. } = arguments;
+    check_outputs(out, &[result.as_path(), cell.as_path()])?;
+    let cell = Cell::read(cell).map_err(CliError::configuration)?;
+    let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
+    let format = match out {
+        Some(path) => Some((path, format_of(path, cell.robot.joints())?)),
+        None => None,
+    };
+    if model.is_of(&cell) == Some(false) {
+        print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
+    }
+    let working = Working::start("trying motions");
+    let (subject, advised) = working.during(|| advised(&cell, &model, &arguments.within))?;
+    if let Some((path, format)) = format {
+        for (number, piece) in (1..).zip(&advised.advice.motions) {
+            let path = numbered(path, number);
+            let predicted = prediction_lines(&subject.assignment, &piece.deviations);
+            write_text(
+                &path,
+                &motion_text(
+                    &path,
+                    format,
+                    &subject,
+                    &piece.design.series,
+                    (&piece.design).into(),
+                    &predicted,
+                )?,
+            )?;
+        }
+    }
+    print(&advice_text(&cell.robot, &subject.assignment, &advised))
+}
+
+/// Describes the insufficient parameters of a cell's result in words.
+pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, CliError> {
+    let json = serde_json::to_vec(estimate).map_err(CliError::failed)?;
+    let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());
+    let (model, cell) = read.map_err(CliError::failed)?;
+    let (subject, advised) = advised(&cell, &model, &Within::default())?;
+    Ok(missing_text(&cell.robot, &subject.assignment, &advised))
+}
+
+fn advised(
+    cell: &Cell,
+    model: &StoredModel,
+    within: &Within,
+) -> Result<(Subject, Advised), CliError> {
+    let accelerations = within.accelerations(cell.robot.joints());
+    // The length and the requirements of a designed motion have no effect here.
+    let wanted = wanted(within, accelerations.as_deref(), 1.0);
+    let subject = Subject::of_cell(cell, Some(model), &wanted)?;
+    let advised = Advised::new(cell, model, &subject.assignment).map_err(CliError::failed)?;
+    Ok((subject, advised))
+}
+
+/// Returns `next.csv` with a number before its extension.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let part = |of: Option<&std::ffi::OsStr>| {
+        of.and_then(std::ffi::OsStr::to_str).unwrap_or_default().to_owned()
+    };
+    let (stem, ending) = (part(path.file_stem()), part(path.extension()));
+    path.with_file_name(format!("{stem}-{number}.{ending}"))
+}

@@ -1,0 +1,110 @@
+//! `didim baseline`: the result that later ones are compared with.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use super::status::WhichService;
+use crate::CliError;
+use crate::output::print;
+use crate::state::WhichState;
+use crate::terminal::show;
+use didim::archive::drift::{Baseline, ChooseError, set_baseline};
+use didim::archive::store::HistoryLine;
+use didim::service::status::{BaselineRequest, Request};
+use didim::text::{aligned, significant, to_uncertainty};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Compare later results with this one
+    Set {
+        /// Number of the result [default: the last applicable one]
+        result: Option<u64>,
+        #[command(flatten)]
+        target: Target,
+    },
+    /// Remove the baseline
+    Clear {
+        #[command(flatten)]
+        target: Target,
+    },
+    /// Show the baseline
+    Show {
+        #[command(flatten)]
+        state: WhichState,
+    },
+}
+
+/// A running service, or the folder of a stopped one.
+#[derive(Debug, Args)]
+struct Target {
+    #[command(flatten)]
+    service: WhichService,
+    /// Write to this folder of results, instead of asking a running service
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cell", "runtime"])]
+    state: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    match &arguments.action {
+        Action::Set { result, target: Target { service, state: None } } => {
+            service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
+        }
+        Action::Set { result, target: Target { state: Some(folder), .. } } => {
+            let baseline = set_baseline(folder, *result).map_err(|why| match why {
+                // These errors name the folder themselves.
+                ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
+                why => CliError::failed(format!("{}: {why}", folder.display())),
+            })?;
+            let HistoryLine { result, time, .. } = baseline.result;
+            print(&format!("result {result} of {time} is the baseline\n"))
+        }
+        Action::Clear { target: Target { service, state: None } } => {
+            service.ask(&Request::Baseline(BaselineRequest::Clear))
+        }
+        Action::Clear { target: Target { state: Some(folder), .. } } => {
+            let removed = Baseline::remove(folder).map_err(CliError::failed)?;
+            print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
+        }
+        Action::Show { state } => {
+            let folder = state.find()?.0;
+            match Baseline::read(&folder).map_err(CliError::failed)? {
+                Some(baseline) => show(&text(&baseline)),
+                None => Err(CliError::failed(format!(
+                    "{}: no baseline is set; set one with `didim baseline set`",
+                    folder.display()
+                ))),
+            }
+        }
+    }
+}
+
+fn text(baseline: &Baseline) -> String {
+    let line = &baseline.result;
+    let mut text = format!(
+        "result {} of {}, the baseline since {}\n{} on {}, configuration {}\n",
+        line.result, line.time, baseline.set, line.method, line.robot, line.configuration
+    );
+    if let Some(note) = &line.note {
+        text += &format!("noted: {}\n", note.line());
+    }
+    let rows: Vec<_> = (line.parameters.iter())
+        .map(|p| {
+            let relative = 100.0 * p.standard_deviation / p.value.abs();
+            vec![
+                p.name.clone(),
+                to_uncertainty(p.value, p.standard_deviation, 7),
+                p.unit_or_dash().to_owned(),
+                significant(p.standard_deviation, 2),
+                format!("{} %", significant(relative, 2)),
+            ]
+        })
+        .collect();
+    text + "\n" + &aligned(&["parameter", "value", "unit", "σ", "relative σ"], &rows)
+}

@@ -1,0 +1,411 @@
+//! `didim design`: designs the next motion, as files for people to run. Nothing is moved.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+use didim_identification::excitation::{
+    Corners, Course, Design, ExcitationError, Margins, Progress, Task, design, predicted, sweep,
+    terms,
+};
+use didim_identification::identification::KnownLoad;
+use indicatif::ProgressBar;
+
+use crate::CliError;
+use crate::input::{centre, numbers, positive};
+use crate::notes::print_note;
+use crate::output::{check_outputs, print, write_text};
+use crate::progress::styled;
+use didim::analysis::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
+use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
+use didim::report::{
+    Checked, conditions, design_header, design_text, html, load_lines, prediction_lines,
+    sweep_lines, sweep_text,
+};
+use didim_formats::{MotionFile, MotionFormat};
+
+/// Number of parallel searches from random motions; the best result is used.
+const STARTS: usize = 2;
+
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("arm").required(true).args(["robot", "cell"])))]
+pub(crate) struct Arguments {
+    /// The arm: a robot file, or a URDF
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// The cell file: its robot, and the parameters that it identifies
+    #[arg(long, value_name = "FILE")]
+    cell: Option<PathBuf>,
+    /// Prior knowledge: a result that the service stored, or the output of `didim identify --json`
+    #[arg(long, value_name = "FILE", requires = "cell", required_if_eq("objective", "payload"))]
+    result: Option<PathBuf>,
+    /// Length of the motion [s]
+    #[arg(long, value_name = "S", value_parser = positive)]
+    duration: f64,
+    /// A file to write; may be given more than once: .csv (table), .yaml (ROS 2), .script
+    /// (Universal Robots), .src (KUKA), .mod (ABB)
+    #[arg(long, value_name = "FILE", required = true)]
+    out: Vec<PathBuf>,
+    /// A page to inspect before anything moves: the arm along the motion, and its joints over time
+    /// (HTML)
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
+    /// The quantity to minimise
+    #[arg(long, value_enum, default_value_t = Objective::Deviations)]
+    objective: Objective,
+    /// Joints that move, from 1, separated by commas; all when left out. The others rest at the
+    /// best position, and their measurements do not count
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    joints: Option<Vec<usize>>,
+    /// Sweep these joints at constant speeds for their friction, instead of a search; from 1,
+    /// separated by commas. One joint after the other moves there and back, each in an equal part
+    /// of the duration
+    #[arg(
+        long,
+        value_name = "N",
+        value_delimiter = ',',
+        conflicts_with_all = ["joints", "objective", "parameters", "declared_mass_kg", "steps"]
+    )]
+    friction_sweep: Option<Vec<usize>>,
+    /// Expected mass of the load for `--objective payload` [kg]
+    #[arg(
+        long,
+        value_name = "KG",
+        value_parser = positive,
+        allow_negative_numbers = true,
+        required_if_eq("objective", "payload")
+    )]
+    declared_mass_kg: Option<f64>,
+    /// Its centre, in the frame of the last link [m]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_parser = centre,
+        allow_hyphen_values = true,
+        requires = "declared_mass_kg",
+        required_if_eq("objective", "payload")
+    )]
+    declared_centre_m: Option<[f64; 3]>,
+    /// Parameters to identify, separated by commas; all identified ones when left out
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "declared_mass_kg")]
+    parameters: Option<Vec<String>>,
+    #[command(flatten)]
+    within: Within,
+    /// Steps of the search; the same number gives the same motion
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 600,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
+    steps: u32,
+}
+
+/// Usable share of the limits.
+#[derive(Debug, Args)]
+pub(super) struct Within {
+    /// Usable share of the limits of speed, acceleration and jerk [%]
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        value_parser = positive,
+        default_value_t = Self::default().speed
+    )]
+    speed: f64,
+    /// Largest acceleration [rad/s²] of all joints, or of each, separated by commas; replaces the
+    /// robot file's
+    #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
+    acceleration: Option<Vec<f64>>,
+    /// A box that the arm stays in: two opposite corners in the frame of its base [m]; the links
+    /// need shapes
+    #[arg(
+        long = "box",
+        value_name = "X,Y,Z,X,Y,Z",
+        value_parser = corners,
+        allow_hyphen_values = true
+    )]
+    inside: Option<Corners>,
+}
+
+/// Parses six numbers separated by commas.
+fn corners(text: &str) -> Result<Corners, String> {
+    let [a, b, c, d, e, f] = numbers(text, "give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5")?;
+    let sides = [[a, d], [b, e], [c, f]];
+    match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
+        true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),
+        false => Err("the corners have to be finite, and apart along every axis".to_owned()),
+    }
+}
+
+impl Default for Within {
+    fn default() -> Self {
+        Self { speed: 50.0, acceleration: None, inside: None }
+    }
+}
+
+impl Within {
+    /// Returns one acceleration for each joint; a single value applies to all.
+    pub(super) fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
+        self.acceleration.as_ref().map(|accelerations| match accelerations[..] {
+            [all] => vec![all; joints],
+            _ => accelerations.clone(),
+        })
+    }
+}
+
+/// Requests a motion of this duration that identifies all parameters.
+pub(super) fn wanted<'a>(
+    within: &Within,
+    accelerations: Option<&'a [f64]>,
+    duration_s: f64,
+) -> Wanted<'a> {
+    Wanted {
+        duration_s,
+        margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
+        accelerations,
+        inside: within.inside,
+        moving: None,
+        load: None,
+        parameters: None,
+        condition_number: false,
+    }
+}
+
+/// The quantity to minimise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Objective {
+    /// The geometric mean of the parameters' standard deviations
+    Deviations,
+    /// The condition number of the base columns of inertia, unweighted and without friction
+    ConditionNumber,
+    /// The geometric mean of the standard deviations of the load that `didim payload` finds
+    Payload,
+}
+
+/// The arm of the command line.
+pub(super) struct Subject {
+    pub(super) robot: Robot,
+    pub(super) joints: Vec<String>,
+    pub(super) assignment: Assignment,
+    /// Cell and result for finding a load.
+    identified: Option<(Cell, StoredModel)>,
+}
+
+impl Subject {
+    /// Creates the arm of a cell, with the data of one of its results.
+    pub(super) fn of_cell(
+        cell: &Cell,
+        stored: Option<&StoredModel>,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, CliError> {
+        let assignment = Assignment::of_cell(cell, stored, wanted);
+        let joints = joint_names(cell.urdf.as_ref(), cell.robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        Ok(Self { robot: cell.robot.clone(), joints, assignment, identified: None })
+    }
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { robot, cell, result, out, preview, .. } = arguments;
+    let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
+    check_outputs(out.iter().chain(preview), &read.collect::<Vec<&Path>>())?;
+    let subject = arguments.subject()?;
+    let Subject { joints, assignment, .. } = &subject;
+    let formats = out.iter().map(|path| format_of(path, joints.len()));
+    let formats = formats.collect::<Result<Vec<_>, _>>()?;
+    if let Some(joints) = &arguments.friction_sweep {
+        return swept(arguments, joints, &formats, &subject);
+    }
+    let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
+    let (predicted, text) = match (&assignment.load, &subject.identified) {
+        (Some(load), Some((cell, result))) => {
+            let load_result = load.simulated(cell, result, &assignment.task, &best.series);
+            let lines = load_lines(load, &load_result.map_err(CliError::failed)?);
+            let text = lines.join("\n") + "\n\n" + &conditions(assignment, &best.used);
+            (if assignment.measured_noise { lines } else { Vec::new() }, text)
+        }
+        _ => {
+            let prediction = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
+            let text = design_text(assignment, &best, &prediction);
+            (prediction_lines(assignment, &prediction.deviations), text)
+        }
+    };
+    let mut texts = Vec::new();
+    for (path, format) in out.iter().zip(&formats) {
+        texts.push(motion_text(path, *format, &subject, &best.series, (&best).into(), &predicted)?);
+    }
+    arguments.write(&subject, &best.series, (&best).into(), &predicted, &texts)?;
+    for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
+        let explanation =
+            "the controller makes the time law, and the standard deviations do not hold for it";
+        print_note(&format!("note: {}: {explanation}\n", path.display()));
+    }
+    print(&text)
+}
+
+/// A friction sweep.
+fn swept(
+    arguments: &Arguments,
+    joints: &[usize],
+    formats: &[MotionFormat],
+    subject: &Subject,
+) -> Result<(), CliError> {
+    let Subject { robot, assignment, .. } = subject;
+    for (path, format) in arguments.out.iter().zip(formats) {
+        format.takes_sweeps().map_err(|error| CliError::in_file(path, error))?;
+    }
+    let places: Vec<usize> = joints.iter().map(|joint| joint - 1).collect();
+    let designed = sweep(&assignment.task, &places).map_err(CliError::failed)?;
+    let identifiable = terms(&assignment.task, robot, &designed.sweep);
+    let lines = sweep_lines(robot, assignment, &designed.sweep, &identifiable);
+    let mut texts = Vec::new();
+    for (path, format) in arguments.out.iter().zip(formats) {
+        texts.push(motion_text(
+            path,
+            *format,
+            subject,
+            &designed.sweep,
+            (&designed).into(),
+            &lines,
+        )?);
+    }
+    arguments.write(subject, &designed.sweep, (&designed).into(), &lines, &texts)?;
+    print(&sweep_text(assignment, (&designed).into(), &lines))
+}
+
+/// Formats a motion for the file of this name.
+pub(super) fn motion_text(
+    path: &Path,
+    format: MotionFormat,
+    subject: &Subject,
+    motion: &dyn Course,
+    checked: Checked<'_>,
+    predicted: &[String],
+) -> Result<String, CliError> {
+    let Subject { robot, joints, assignment, .. } = subject;
+    let header = design_header(robot.name(), assignment, checked, predicted, format.keeps_time());
+    let file = MotionFile { motion, joints, header: &header };
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
+    format.write(&file, stem).map_err(|error| CliError::in_file(path, error))
+}
+
+/// Returns the format for a file name, and checks that it supports this number of joints.
+pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliError> {
+    let format = MotionFormat::from_path(path);
+    let format = format.map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
+    format.fits(joints).map_err(|error| CliError::in_file(path, error))?;
+    Ok(format)
+}
+
+impl Arguments {
+    /// Writes the files once nothing else can fail.
+    fn write(
+        &self,
+        subject: &Subject,
+        motion: &dyn Course,
+        checked: Checked<'_>,
+        predicted: &[String],
+        texts: &[String],
+    ) -> Result<(), CliError> {
+        for (path, text) in self.out.iter().zip(texts) {
+            write_text(path, text)?;
+        }
+        let Some(path) = &self.preview else { return Ok(()) };
+        let header =
+            design_header(subject.robot.name(), &subject.assignment, checked, predicted, true);
+        write_text(path, &html::preview(&subject.robot, motion, &header))
+    }
+
+    fn subject(&self) -> Result<Subject, CliError> {
+        if self.objective != Objective::Payload && self.declared_mass_kg.is_some() {
+            let explanation =
+                "--declared-mass-kg and --declared-centre-m go with --objective payload";
+            return Err(CliError::Usage(explanation.to_owned()));
+        }
+        match (&self.cell, &self.robot) {
+            (Some(file), _) => self.of_cell(file),
+            (None, Some(file)) => self.of_robot(file),
+            (None, None) => Err(CliError::Usage("give --robot or --cell".to_owned())),
+        }
+    }
+
+    fn of_cell(&self, file: &Path) -> Result<Subject, CliError> {
+        let mut cell = Cell::read(file).map_err(CliError::configuration)?;
+        let mut stored = None;
+        if let Some(result) = &self.result {
+            let (model, with_its_choices) =
+                StoredModel::read(result, cell).map_err(CliError::failed)?;
+            cell = with_its_choices;
+            if model.is_of(&cell) == Some(false) {
+                print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
+            }
+            stored = Some(model);
+        }
+        let accelerations = self.within.accelerations(cell.robot.joints());
+        let wanted = self.wanted(accelerations.as_deref());
+        let subject = Subject::of_cell(&cell, stored.as_ref(), &wanted)?;
+        Ok(Subject { identified: stored.map(|stored| (cell, stored)), ..subject })
+    }
+
+    fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
+        if self.result.is_some() {
+            let explanation =
+                "--result goes with the --cell that it was identified with, not with --robot";
+            return Err(CliError::Usage(explanation.to_owned()));
+        }
+        let text = Library::Files.read(file).map_err(CliError::configuration)?;
+        let source = RobotSource::read(file, text, None).map_err(CliError::configuration)?;
+        let robot = &source.robot;
+        let base = BaseParameters::compute(&Model::new(robot)).map_err(|error| {
+            let file = file.to_path_buf();
+            CliError::configuration(CellError::BaseParameters { file, source: error })
+        })?;
+        let accelerations = self.within.accelerations(robot.joints());
+        let wanted = self.wanted(accelerations.as_deref());
+        let assignment = Assignment::of_robot(&source, &base, &wanted);
+        let joints = joint_names(source.urdf.as_ref(), robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        Ok(Subject { robot: source.robot, joints, assignment, identified: None })
+    }
+
+    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
+        Wanted {
+            moving: self.joints.as_deref().or(self.friction_sweep.as_deref()),
+            load: self.load(),
+            parameters: self.parameters.as_deref(),
+            condition_number: self.objective == Objective::ConditionNumber,
+            ..wanted(&self.within, accelerations, self.duration)
+        }
+    }
+
+    /// Returns the load to identify; only that objective has one.
+    fn load(&self) -> Option<KnownLoad> {
+        let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
+        (self.objective == Objective::Payload).then_some(KnownLoad { mass_kg, centre_m })
+    }
+}
+
+/// Returns the best design of the searches. The first of equal ones wins, so that the thread order
+/// has no effect.
+fn searched(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
+    let bar = ProgressBar::new(STARTS as u64 * u64::from(steps));
+    let bar = styled(bar, "{bar:40} {percent:>3} %  {eta} left");
+    let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
+    let mut designs: [Option<Result<Design, ExcitationError>>; STARTS] = [const { None }; STARTS];
+    std::thread::scope(|scope| {
+        for (seed, found) in (1..).zip(&mut designs) {
+            let search = &search;
+            scope.spawn(move || *found = Some(search(seed)));
+        }
+    });
+    bar.finish_and_clear();
+    let mut best: Option<Design> = None;
+    for design in designs.into_iter().flatten() {
+        let design = design?;
+        if best.as_ref().is_none_or(|best| design.value < best.value) {
+            best = Some(design);
+        }
+    }
+    best.ok_or(ExcitationError::NotIdentifiable { duration_s: task.duration_s })
+}

@@ -1,0 +1,77 @@
+//! `didim export`: exports a stored result as a model for other tools.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::CliError;
+use crate::input::{Samples, pairs, positive};
+use crate::names::{DEFAULT_CELL, formats};
+use crate::notes::print_note;
+use crate::output::{check_outputs, print, write_text};
+use crate::stream::Input;
+use didim::analysis::{Consistent, Format, OTHER_CONFIGURATION, StoredModel};
+use didim::cell::Cell;
+use didim::report::consistent_summary;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The result: a file that the service stored, or the output of `didim identify --json`
+    #[arg(long, value_name = "FILE")]
+    result: PathBuf,
+    /// What is written
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    to: Format,
+    /// The file; standard output when left out
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Mass of all moving links \[kg\] from the data sheet: for a robot whose file has no nominal
+    /// bodies, or wrong ones
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
+    total_mass_kg: Option<f64>,
+    /// A recording for the error before and after, preferably one that the result is not from
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { cell, result, to, out, total_mass_kg, input } = arguments;
+    let cell_file = cell;
+    let cell = Cell::read(cell).map_err(CliError::configuration)?;
+    let read = [cell_file, result, &cell.robot_file].into_iter().chain(input);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
+    check_outputs(out, &read)?;
+    let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
+    let consistent = Consistent::from_result(&cell, &model, *total_mass_kg)
+        .map_err(|error| CliError::in_file(result, error))?;
+    let name = out.as_deref().and_then(|path| path.file_stem()?.to_str()).unwrap_or("arm");
+    let exported =
+        consistent.written(*to, name).map_err(|error| CliError::in_file(result, error))?;
+    let costs = input.as_deref().map(|input| {
+        let input = Input::open(input)?;
+        let parts = Samples::default().read(&input, &cell)?;
+        let predictions = consistent.predictions(&pairs(&parts));
+        let predictions = predictions.map_err(|error| CliError::in_file(input.shown(), error))?;
+        let [identified, possible] = predictions.map(|of| 100.0 * of.error.relative_error);
+        Ok(format!(
+            "error on {}: {identified:.2} % as identified, {possible:.2} % consistent\n",
+            input.shown().display()
+        ))
+    });
+    let costs = costs.transpose()?;
+    match out {
+        Some(path) => write_text(path, &exported.text)?,
+        None => print(&exported.text)?,
+    }
+    print_note(&(consistent_summary(&consistent.outcome) + &costs.unwrap_or_default()));
+    if model.is_of(&cell) == Some(false) {
+        print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
+    }
+    for left_out in &exported.left_out {
+        print_note(&format!("left out: {left_out}\n"));
+    }
+    Ok(())
+}

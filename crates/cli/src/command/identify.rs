@@ -1,0 +1,383 @@
+//! `didim identify`: identifies offline, from a table or a log of frames.
+
+use std::borrow::Cow;
+use std::ops::{Range, RangeInclusive};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use didim_identification::identification::{
+    Estimate, Identification, IdentificationError, Method, Reduction,
+};
+use serde::Serialize;
+
+use super::advise::advice_for;
+use crate::CliError;
+use crate::choices::Choices;
+use crate::input::{Counted, Samples, pairs};
+use crate::names::{DEFAULT_CELL, methods};
+use crate::notes::print_note;
+use crate::output::{check_outputs, print, write_figure, write_report};
+use crate::progress::Working;
+use crate::stream::Input;
+use crate::terminal::show;
+use didim::analysis::identify::{
+    IdentifyError, identify_measurement, identify_measurements, law_of_commands,
+    reduce_measurements, rms_deviation,
+};
+use didim::analysis::{DesignedMotion, ExpectedParameter};
+use didim::cell::Cell;
+use didim::report;
+use didim::report::html::{Origin, Report, SampleRange};
+use didim::text::aligned;
+use didim::window::DriveReadings;
+use didim_formats::{Measurement, RecordingStart};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC), an MCAP recording or a
+    /// capture of the cell's bus. Give it again for further experiments of the same arm
+    #[arg(long, value_name = "FILE", required = true)]
+    input: Vec<PathBuf>,
+    /// The method; the cell's when left out
+    #[arg(long, value_name = "METHOD", value_parser = methods())]
+    method: Option<Method>,
+    #[command(flatten)]
+    samples: Samples,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured against predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Write a report (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// A motion that `didim design` wrote for this recording: compare the standard deviations with
+    /// its predictions
+    #[arg(long, value_name = "FILE")]
+    designed: Option<PathBuf>,
+    /// Find the essential parameters among all base parameters, and identify only these
+    #[arg(long)]
+    essential: bool,
+    /// Print the composition of each regrouped parameter
+    #[arg(long, conflicts_with = "json")]
+    regrouping: bool,
+}
+
+/// Output of `--json`: the estimate, and the run time, which is not in a result file.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    estimate: &'a Estimate,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reduction: Option<&'a Reduction>,
+    /// Start time of the first recording, if its stamps show it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
+    /// Additional drive readings along the counted samples, for a single recording.
+    #[serde(flatten)]
+    readings: Option<&'a DriveReadings>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    recordings: &'a [RecordingLine],
+    /// Predictions for the motion, compared with the result.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    #[serde(rename = "foretold")]
+    predicted: &'a [ExpectedParameter],
+    elapsed_ms: f64,
+}
+
+/// One of several recordings or pieces: its error with the common parameters, and the distance of
+/// its own parameters from those of the others.
+#[derive(Serialize)]
+struct RecordingLine {
+    input: String,
+    /// Start time of its file, if the stamps show it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
+    /// Additional drive readings along its counted samples.
+    #[serde(flatten)]
+    readings: DriveReadings,
+    relative_error: f64,
+    /// Root mean square difference to the parameters of each other recording, in standard
+    /// deviations. Null if one of the two cannot be identified alone.
+    rms_deviation_from: Vec<Option<f64>>,
+}
+
+/// Maximum number of recordings or pieces to compare with each other: the table is square.
+const COMPARED: usize = 12;
+const IDENTIFIED_ALONE: RangeInclusive<usize> = 2..=COMPARED;
+
+/// Identifies each recording, or complete piece of one, alone, if there are several.
+fn recordings(
+    cell: &Cell,
+    method: Method,
+    reported: &[RecordingEntry],
+    measurements: &[(&Measurement, Range<usize>)],
+    together: &Estimate,
+) -> Vec<RecordingLine> {
+    if !IDENTIFIED_ALONE.contains(&measurements.len()) {
+        return Vec::new();
+    }
+    let alone: Vec<Option<Estimate>> = (measurements.iter())
+        .map(|(measurement, counted)| {
+            let identified = identify_measurement(cell, method, measurement, counted.clone());
+            identified.ok().map(|found| found.estimate)
+        })
+        .collect();
+    let errors = reported.iter().zip(&together.relative_error_per_recording).enumerate();
+    errors
+        .map(|(index, (piece, relative_error)): (usize, (&RecordingEntry, &f64))| RecordingLine {
+            input: piece.name.clone(),
+            recorded: piece.recorded,
+            readings: piece.range.readings().clone(),
+            relative_error: *relative_error,
+            rms_deviation_from: alone
+                .iter()
+                .enumerate()
+                .map(|(other, found): (usize, &Option<Estimate>)| {
+                    let [one, other] =
+                        [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
+                    one.zip(other).map(|(one, other)| rms_deviation(one, other))
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+/// Formats a table of the recordings.
+fn compared(recordings: &[RecordingLine]) -> String {
+    if recordings.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = (recordings.iter())
+        .map(|line| {
+            let shown = |value: &Option<f64>| value.map_or("–".to_owned(), |z| format!("{z:.2}"));
+            let error = format!("{:.2} %", 100.0 * line.relative_error);
+            let deviations = line.rms_deviation_from.iter().map(shown);
+            [line.input.clone(), error].into_iter().chain(deviations).collect()
+        })
+        .collect();
+    let numbers: Vec<String> =
+        (1..=recordings.len()).map(|number| format!("rms z to {number}")).collect();
+    let mut header = vec!["recording", "error"];
+    header.extend(numbers.iter().map(String::as_str));
+    format!("\n{}", aligned(&header, &rows))
+}
+
+/// Data on a piece of a file, kept after its samples were given away.
+struct RecordingEntry {
+    /// Index of the file among the inputs.
+    input: usize,
+    name: String,
+    what_counted: String,
+    recorded: Option<RecordingStart>,
+    range: SampleRange,
+}
+
+impl RecordingEntry {
+    fn new(input: usize, path: &Path, piece: &Counted) -> Self {
+        let name = path.display().to_string() + &piece.begin();
+        let (what_counted, range) = (piece.what_counted(), piece.range());
+        Self { input, name, what_counted, recorded: piece.recorded, range }
+    }
+}
+
+/// Returns the measurements. If none is identified alone, they are given away, because they are not
+/// needed again.
+fn take_measurements(parts: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
+    if !IDENTIFIED_ALONE.contains(&parts.len()) {
+        let pieces_taken = parts.drain(..);
+        return pieces_taken.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
+    }
+    parts.iter().map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted.clone())).collect()
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let Arguments { cell: cell_file, input, figure, report, .. } = arguments;
+    // Outputs are checked first, so that no work is lost.
+    let read = input.iter().chain([cell_file, &cell.robot_file]);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
+    check_outputs(figure.iter().chain(report), &read)?;
+    let designed = arguments.designed.as_deref().map(DesignedMotion::read);
+    let designed = designed.transpose().map_err(CliError::failed)?;
+    let inputs =
+        arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let (mut parts, reported) = read_recordings(arguments, &cell, &inputs)?;
+    let measurements = pairs(&parts);
+    let first = inputs[0].shown();
+    let start = Instant::now();
+    let choices = Choices::make(&mut cell, &measurements, first)?;
+    // Printed before the method runs, because it may fail with these choices.
+    if !arguments.json {
+        print(&choices.text(&cell))?;
+    }
+    let mut reduction = None;
+    if arguments.essential {
+        let essential = Working::start("finding the essential parameters")
+            .during(|| reduce_measurements(&cell, &measurements))
+            .map_err(|error| CliError::in_file(first, error))?;
+        cell = cell.with_parameters(&essential.essential);
+        reduction = Some(essential);
+    }
+    let method = arguments.method.unwrap_or(cell.method);
+    let records = (parts.iter().zip(&reported))
+        .map(|(of, entry)| (&of.piece.measurement, &of.counted, entry.range.readings()));
+    let law = law_of_commands(&cell, method, records);
+    if let Some(law) = law.map_err(|error| CliError::in_file(first, error))? {
+        cell.options.controller = Some(law);
+    }
+    let working = Working::start(&format!("identifying by {method}"));
+    let identified =
+        working.during(|| identify_measurements(&cell, method, take_measurements(&mut parts)));
+    let mut identification =
+        identified.map_err(|error| not_identified(error, &arguments.cell, first))?;
+    let elapsed = start.elapsed();
+    choices.note_in(&mut identification.estimate);
+    let measurements = pairs(&parts);
+    let together = &identification.estimate;
+    let predicted = designed.map_or_else(Vec::new, |of| of.compare(together));
+    if let Some(file) = arguments.designed.as_ref().filter(|_| predicted.is_empty()) {
+        let explanation = "it predicts no parameter that is identified here";
+        print_note(&format!("note: {}: {explanation}\n", file.display()));
+    }
+    let recordings = Working::start("identifying from each recording alone")
+        .during(|| recordings(&cell, method, &reported, &measurements, together));
+    if arguments.json {
+        print_json(
+            &reported,
+            reduction.as_ref(),
+            &identification,
+            elapsed,
+            &predicted,
+            &recordings,
+        )?;
+    } else {
+        if let Some(reduction) = &reduction {
+            show(&format!("{}\n", report::reduction::sequence(reduction)))?;
+        }
+        show(&text(&cell, &identification, arguments.regrouping))?;
+        show_recordings(&reported)?;
+        show(&compared(&recordings))?;
+        if !predicted.is_empty() {
+            show(&report::expectation_text(&predicted))?;
+        }
+    }
+    // Files are written after the result, so that a write error does not cost the result.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
+    }
+    Ok(())
+}
+
+/// Names the cell file or the recording, whichever the error is about.
+fn not_identified(error: IdentifyError, cell_file: &Path, recording: &Path) -> CliError {
+    match error {
+        IdentifyError::Identification(IdentificationError::NoController { .. })
+        | IdentifyError::NotRobust(_) => {
+            CliError::configuration(format!("{}: {error}", cell_file.display()))
+        }
+        error => CliError::in_file(recording, error),
+    }
+}
+
+/// Reads the recordings of all inputs, each with its entry in the result.
+fn read_recordings(
+    arguments: &Arguments,
+    cell: &Cell,
+    inputs: &[Input],
+) -> Result<(Vec<Counted>, Vec<RecordingEntry>), CliError> {
+    let (mut parts, mut reported) = (Vec::new(), Vec::new());
+    for (index, input) in inputs.iter().enumerate() {
+        let of_file = arguments.samples.read(input, cell)?;
+        reported
+            .extend(of_file.iter().map(|piece| RecordingEntry::new(index, input.shown(), piece)));
+        parts.extend(of_file);
+    }
+    Ok((parts, reported))
+}
+
+/// Prints the result as one JSON object.
+fn print_json(
+    reported: &[RecordingEntry],
+    reduction: Option<&Reduction>,
+    identification: &Identification,
+    elapsed: Duration,
+    predicted: &[ExpectedParameter],
+    recordings: &[RecordingLine],
+) -> Result<(), CliError> {
+    let estimate = &identification.estimate;
+    let elapsed_ms = elapsed.as_secs_f64() * 1e3;
+    let recorded = reported.first().and_then(|first| first.recorded);
+    let readings = reported.first().filter(|_| reported.len() == 1).map(|one| one.range.readings());
+    let output =
+        Output { estimate, reduction, recorded, readings, recordings, predicted, elapsed_ms };
+    let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+    print(&format!("{json}\n"))
+}
+
+/// Prints when each recording was made and which of its samples count.
+fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
+    let mut last = None;
+    for piece in reported.iter().take(COMPARED) {
+        if last.replace(piece.input) != Some(piece.input) {
+            print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
+        }
+        show(&piece.what_counted)?;
+        for (name, text) in piece.range.readings().lines() {
+            show(&format!("{name}: {text}\n"))?;
+        }
+    }
+    if reported.len() > COMPARED {
+        print(&format!("and {} more pieces\n", reported.len() - COMPARED))?;
+    }
+    Ok(())
+}
+
+/// Writes the report of an identification as HTML, with the provenance of each recording.
+fn store_report(
+    path: &Path,
+    cell: &Cell,
+    inputs: &[Input],
+    reported: &[RecordingEntry],
+    identification: &Identification,
+    predicted: &[ExpectedParameter],
+) -> Result<(), CliError> {
+    let mut origins = Vec::with_capacity(reported.len());
+    for (index, input) in inputs.iter().enumerate() {
+        let input = input.provenance()?;
+        let pieces_of_input = reported.iter().filter(|piece| piece.input == index);
+        origins.extend(pieces_of_input.map(|piece| (input.clone(), piece.range.clone())));
+    }
+    let (input, samples) = origins.remove(0);
+    let origin = Origin { input: Some(input), samples, further: origins, note: None };
+    let advice = &Working::start("trying motions")
+        .during(|| advice_for(cell, &identification.estimate))
+        .unwrap_or_else(|error| format!("no motion was tried: {error}"));
+    let report =
+        Report { expectation: predicted, advice, ..Report::new(cell, identification, &origin) };
+    write_report(path, &report)
+}
+
+fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if regrouping {
+        text += "\nregrouping:\n";
+        for parameter in &estimate.parameters {
+            if let Some(expression) = cell.base.expression(&parameter.name) {
+                text += &format!("  {} = {expression}\n", parameter.name);
+            }
+        }
+    }
+    text
+}

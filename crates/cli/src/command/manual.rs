@@ -1,0 +1,163 @@
+//! Man pages, reference pages and shell completions, generated from the definition of the command
+//! line and the tables of this module.
+
+mod cell;
+mod commands;
+mod glossary;
+mod page;
+mod reference;
+mod robot;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap_complete::Shell;
+
+use self::commands::{CommandPage, PAGES};
+use self::page::{man_example, man_files, man_see_also, roff};
+use crate::CliError;
+use crate::output::write_text;
+
+/// A generated file: its path below the folder, and its text.
+pub type Generated = (String, String);
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The folder for `man`, `docs` and `completions`; created if missing
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// Writes man pages and completions, for packagers of the program.
+pub(super) fn execute(arguments: &Arguments, command: clap::Command) -> Result<(), CliError> {
+    let pages = man_pages(command.clone())
+        .and_then(|pages| Ok([pages, completions(command)?, documents()].concat()));
+    for (path, text) in pages.map_err(CliError::failed)? {
+        let path = arguments.out.join(path);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| CliError::in_file(folder, error))?;
+        }
+        write_text(&path, &text)?;
+    }
+    Ok(())
+}
+
+/// Creates every man page: `didim(1)`, one for each command, and one for each action of a command.
+/// Also creates those on the keys of the files and on the names of parameters.
+///
+/// # Errors
+/// None, apart from writes to memory.
+pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
+    command.build();
+    let mut pages = Vec::new();
+    add_pages(&command, "", &mut pages)?;
+    pages.extend(
+        references().map(|page| (format!("man/{}.{}", page.name, page.section), page.man())),
+    );
+    Ok(pages)
+}
+
+/// Creates the pages of `docs` with the same content as man pages.
+pub fn documents() -> Vec<Generated> {
+    references()
+        .map(|page| (format!("docs/reference/{}", page.document), page.markdown()))
+        .collect()
+}
+
+fn references() -> impl Iterator<Item = page::Page> {
+    [cell::CELL.page(), robot::ROBOT.page(), glossary::page()].into_iter()
+}
+
+/// Adds the page of a command and those of its subcommands, which it refers to. `words` are the
+/// words typed after `didim`.
+fn add_pages(command: &clap::Command, words: &str, pages: &mut Vec<Generated>) -> io::Result<()> {
+    let name = format!("didim {words}").trim_end().replace(' ', "-");
+    // People look for the page by its own name; the usage line has a space.
+    let mut page_command = command.clone().display_name(name.clone());
+    if page_command.find_subcommand("help").is_some() {
+        page_command = page_command.mut_subcommand("help", |help| help.hide(true));
+    }
+    let auxiliary_page = PAGES.iter().find(|page| page.command == words);
+    if let (Some(auxiliary), Some(about)) =
+        (auxiliary_page, page_command.get_about().map(ToString::to_string))
+    {
+        page_command = page_command.long_about(format!("{about}.\n\n{}", auxiliary.description));
+    }
+    pages.push((format!("man/{name}.1"), page(page_command, auxiliary_page)?));
+    for sub in
+        command.get_subcommands().filter(|sub| sub.get_name() != "help" && !sub.is_hide_set())
+    {
+        add_pages(sub, format!("{words} {}", sub.get_name()).trim_start(), pages)?;
+    }
+    Ok(())
+}
+
+/// Creates completions for bash, zsh and fish, under the names that these shells expect.
+///
+/// # Errors
+/// A text that is not UTF-8, which does not occur.
+pub fn completions(mut command: clap::Command) -> io::Result<Vec<Generated>> {
+    [
+        (Shell::Bash, "completions/bash/didim"),
+        (Shell::Zsh, "completions/zsh/_didim"),
+        (Shell::Fish, "completions/fish/didim.fish"),
+    ]
+    .into_iter()
+    .map(move |(shell, path)| {
+        let mut text = Vec::new();
+        clap_complete::generate(shell, &mut command, "didim", &mut text);
+        Ok((path.to_owned(), utf8(text)?))
+    })
+    .collect()
+}
+
+/// Exit status as seen by a shell.
+const EXIT_STATUS: &str = r".SH EXIT STATUS
+.TP
+0
+done
+.TP
+1
+the command was refused or failed; the reason is on stderr
+.TP
+2
+wrong usage
+.TP
+78
+a cell, robot or layout file is wrong
+.TP
+130
+interrupted
+.PP
+A result that is not applicable is no failure of the command: read its verdict.
+";
+
+fn page(command: clap::Command, auxiliary: Option<&CommandPage>) -> io::Result<String> {
+    let mut text = Vec::new();
+    // No date: the same program gives the same page.
+    clap_mangen::Man::new(command)
+        .section("1")
+        .manual("didim")
+        .source(format!("didim {}", env!("CARGO_PKG_VERSION")))
+        .render(&mut text)?;
+    let mut text = utf8(text)?;
+    if let Some(auxiliary_columns) = auxiliary {
+        text.push_str(".SH EXAMPLES\n");
+        for [line, what] in auxiliary_columns.examples {
+            text.push_str(&format!(".PP\n{}:\n{}", roff(what), man_example(line)));
+        }
+    }
+    text.push_str(EXIT_STATUS);
+    if let Some(auxiliary_columns) = auxiliary {
+        text.push_str(&man_files(auxiliary_columns.files));
+        text.push_str(&man_see_also(auxiliary_columns.see_also.iter().copied()));
+    }
+    Ok(text)
+}
+
+fn utf8(text: Vec<u8>) -> io::Result<String> {
+    String::from_utf8(text).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}

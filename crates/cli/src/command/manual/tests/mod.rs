@@ -1,0 +1,4 @@
+//! Tests that the manual matches the program.
+
+mod keys;
+mod pages;

@@ -1,0 +1,154 @@
+//! `didim new`: writes a commented cell file from the files that an engineer has.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::CliError;
+use crate::notes::print_note;
+use crate::output::{check_place, print, write_text};
+use didim::cell::{Cell, CellError};
+use didim::live::recording::is_mcap;
+use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, Standing, propose};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file to write; it must not exist yet
+    #[arg(value_name = "CELL")]
+    out: PathBuf,
+    /// The arm: a URDF or a robot file; default: a bag's /robot_description
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// The base link of the arm in a URDF
+    #[arg(long, value_name = "LINK")]
+    base: Option<String>,
+    /// The last link of the arm in a URDF
+    #[arg(long, value_name = "LINK")]
+    tip: Option<String>,
+    /// A table of the arm in motion (CSV, Parquet); with --dbc or --eds, a log or a recording of
+    /// the bus
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc", "eds"])]
+    log: Option<PathBuf>,
+    /// A ROS 2 bag of the arm in motion: an MCAP file, or the folder of a split bag
+    #[arg(long, value_name = "FILE", conflicts_with = "log")]
+    bag: Option<PathBuf>,
+    /// The DBC file of the drives' bus
+    #[arg(long, value_name = "FILE", conflicts_with = "bag")]
+    dbc: Option<PathBuf>,
+    /// A device file (EDS, DCF) of CANopen drives: one for all drives, or one for each by repeating
+    /// the option
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["bag", "dbc"])]
+    eds: Vec<PathBuf>,
+    /// Answer a question with a key of the cell file and its value, as data.side=joint; repeat for
+    /// more answers
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = answer)]
+    answers: Vec<(String, String)>,
+}
+
+fn answer(text: &str) -> Result<(String, String), String> {
+    let answer =
+        text.split_once('=').map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned()));
+    answer.ok_or_else(|| "has to be KEY=VALUE".to_owned())
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { out, robot, base, tip, log, bag, dbc, eds, answers } = arguments;
+    let description = Evidence::description_path(out);
+    let input = log.as_ref().or(bag.as_ref());
+    let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
+    let is_bus = dbc.is_some() || !eds.is_empty();
+    let is_bag = log.as_ref().is_some_and(|log| !is_bus && (log.is_dir() || is_mcap(log)));
+    if is_bag {
+        let explanation = "--log is a table, and this is a bag; name it with --bag, or the bus \
+            with --dbc or --eds";
+        return Err(CliError::Usage(explanation.to_owned()));
+    }
+    let (table, log) = if is_bus { (None, log.clone()) } else { (log.clone(), None) };
+    let (bag, dbc, eds) = (bag.clone(), dbc.clone(), eds.clone());
+    let sources = Sources { robot, base, tip, table, bag, dbc, eds, log };
+    // Check before the questions, so that no answers are lost.
+    check_place(out)?;
+    let evidence = Evidence::read(sources).map_err(CliError::configuration)?;
+    let taken = evidence.description.as_ref().map(|_| &description);
+    if taken == Some(out) {
+        let explanation =
+            "the bag's URDF is written under this name; give the cell another ending, as .toml";
+        return Err(CliError::Usage(explanation.to_owned()));
+    }
+    if let Some(there) = [Some(out), taken].into_iter().flatten().find(|path| path.exists()) {
+        let explanation =
+            format!("{} is there already; name another file, or remove it", there.display());
+        return Err(CliError::Usage(explanation));
+    }
+    let mut answers: Answers = answers.iter().cloned().collect();
+    let mut proposal = propose(&evidence, out, &answers).map_err(CliError::configuration)?;
+    if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
+        let mut passed_over = Vec::new();
+        loop {
+            let is_new = |entry: &&Entry| !passed_over.contains(&entry.key());
+            let Some(entry) = proposal.missing().find(is_new).cloned() else { break };
+            let Some(value) = ask(&entry)? else {
+                passed_over.push(entry.key());
+                continue;
+            };
+            answers.insert(entry.key(), value);
+            match propose(&evidence, out, &answers) {
+                Ok(with_it) => proposal = with_it,
+                // A mistake discards one answer, not all of them.
+                Err(error) => {
+                    answers.remove(&entry.key());
+                    print_note(&format!("{error}\n"));
+                }
+            }
+        }
+    }
+    if let Some(urdf) = &evidence.description {
+        write_text(&description, urdf)?;
+    }
+    write_text(out, &proposal.text())?;
+    print(&summary(&proposal))?;
+    // An answer may have another type or length than its key needs.
+    match Cell::read(out) {
+        Ok(_) => {}
+        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
+        Err(error) => return Err(CliError::configuration(error)),
+    }
+    let (cell, input) =
+        (out.display(), input.map_or(String::new(), |input| input.display().to_string()));
+    let next = match proposal.missing().count() {
+        0 => format!("next: didim identify --cell {cell} --input {input} --report report.html"),
+        open => format!(
+            "{open} open: put them into {cell} or give them with --set; `didim check --cell \
+            {cell}` lists them"
+        ),
+    };
+    print(&format!("\n{cell} written\n{next}\n"))
+}
+
+/// Asks one question on the terminal; returns `None` if it is skipped.
+fn ask(entry: &Entry) -> Result<Option<String>, CliError> {
+    print_note(&format!("\n{}\n{} (empty: later) = ", entry.why, entry.key()));
+    let mut line = String::new();
+    std::io::stdin().read_line(&mut line).map_err(CliError::failed)?;
+    let value = line.trim();
+    Ok((!value.is_empty()).then(|| value.to_owned()))
+}
+
+/// Returns one line per key, with the missing keys last.
+fn summary(proposal: &Proposal) -> String {
+    let (missing, answered): (Vec<_>, Vec<_>) =
+        proposal.entries.iter().partition(|entry| entry.standing == Standing::Missing);
+    answered
+        .into_iter()
+        .chain(missing)
+        .map(|entry: &Entry| {
+            let said = match entry.standing {
+                Standing::Missing => String::new(),
+                _ => format!(" = {}", entry.value),
+            };
+            let why = if entry.why.is_empty() { String::new() } else { format!(": {}", entry.why) };
+            format!("{:8} {}{said}{why}\n", entry.standing.as_str(), entry.key())
+        })
+        .collect()
+}

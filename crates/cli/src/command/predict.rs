@@ -1,0 +1,162 @@
+//! `didim predict`: applies a stored result to another recording, without fitting.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use didim_dynamics::robot::Joint;
+use didim_identification::identification::Prediction;
+use serde::Serialize;
+
+use crate::CliError;
+use crate::input::{Samples, pairs};
+use crate::names::DEFAULT_CELL;
+use crate::output::{check_outputs, print, write_text};
+use crate::progress::Working;
+use crate::stream::Input;
+use crate::terminal::show;
+use didim::analysis::{OTHER_CONFIGURATION, StoredModel};
+use didim::cell::Cell;
+use didim::report::html::{InputFile, PredictionReport};
+use didim::text::{aligned, significant};
+use didim_formats::RecordingStart;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The result: a file that the service stored, or the output of `didim identify --json`
+    #[arg(long, value_name = "FILE")]
+    result: PathBuf,
+    /// The recording: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's
+    /// bus
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    #[command(flatten)]
+    samples: Samples,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a report (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    prediction: &'a Prediction,
+    /// Start of the recording, if its stamps give it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
+    /// True if the result was identified with this configuration; `None` if the result does not
+    /// say.
+    same_configuration: Option<bool>,
+    /// Caveats for the reader of the prediction.
+    notes: &'a [String],
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    // Check before the work, which would otherwise be lost.
+    let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
+    check_outputs(&arguments.report, &read)?;
+    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
+    let input = Input::open(&arguments.input)?;
+    let parts = arguments.samples.read(&input, &cell)?;
+    let recorded = parts.first().and_then(|first| first.recorded);
+    let prediction = Working::start("predicting")
+        .during(|| model.predict(&cell, &pairs(&parts)))
+        .map_err(|error| CliError::in_file(input.shown(), error))?;
+    if !prediction.error.relative_error.is_finite() {
+        let explanation =
+            "no finite torque comes of its parameters; give the result as it was stored";
+        return Err(CliError::in_file(&arguments.result, explanation));
+    }
+    let same_configuration = model.is_of(&cell);
+    let notes = notes(&model, &cell, &prediction, same_configuration);
+    if arguments.json {
+        let output =
+            Output { prediction: &prediction, recorded, same_configuration, notes: &notes };
+        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        print(&format!("{json}\n"))?;
+    } else {
+        show(&text(&prediction, &cell, &notes))?;
+    }
+    let Some(path) = &arguments.report else { return Ok(()) };
+    let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
+    let (result, input) = (read(&arguments.result)?, input.provenance()?);
+    let report = PredictionReport {
+        cell: &cell,
+        result: &result,
+        input: &input,
+        recorded,
+        prediction: &prediction,
+        notes: &notes,
+    };
+    write_text(path, &report.to_html())
+}
+
+/// Returns the caveats of a prediction.
+fn notes(
+    model: &StoredModel,
+    cell: &Cell,
+    prediction: &Prediction,
+    same_configuration: Option<bool>,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    if prediction.expected_error.is_none() {
+        notes.push(
+            "the result does not say what error to expect: it is of an earlier version, of other \
+             parameters or filters, or was changed"
+                .to_owned(),
+        );
+    }
+    let missing = model.missing(cell);
+    if !missing.is_empty() {
+        notes.push(format!("not in the result, and taken as 0: {}", missing.join(", ")));
+    }
+    if same_configuration == Some(false) {
+        notes.push(OTHER_CONFIGURATION.to_owned());
+    }
+    notes
+}
+
+/// Returns a table with a row per joint and one for all joints.
+fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
+    let Prediction { error, quantiles_per_joint, expected_error, .. } = prediction;
+    let percent = |value: f64| format!("{:.2} %", 100.0 * value);
+    let mut rows: Vec<Vec<String>> = cell
+        .robot
+        .chain()
+        .iter()
+        .enumerate()
+        .map(|(joint, described): (usize, &Joint)| {
+            let expected_of_joint =
+                expected_error.as_ref().map(|of| of.relative_error_per_joint[joint]);
+            let torque =
+                |value: f64| format!("{} {}", significant(value, 3), described.kind.torque_unit());
+            vec![
+                format!("joint {}", joint + 1),
+                percent(error.relative_error_per_joint[joint]),
+                expected_of_joint.map_or("–".to_owned(), percent),
+                torque(error.rms_error_per_joint_nm[joint]),
+                torque(quantiles_per_joint[joint].of_999),
+            ]
+        })
+        .collect();
+    let predicted_error =
+        expected_error.as_ref().map_or("–".to_owned(), |of| percent(of.relative_error));
+    let none = || "–".to_owned();
+    rows.push(vec![
+        "all".to_owned(),
+        percent(error.relative_error),
+        predicted_error,
+        none(),
+        none(),
+    ]);
+    let table = aligned(&["", "error", "expected", "rms error", "99.9 % below"], &rows);
+    let notes = notes.iter().map(|note| format!("note: {note}\n"));
+    core::iter::once(table).chain(notes).collect()
+}

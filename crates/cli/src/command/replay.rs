@@ -1,0 +1,126 @@
+//! `didim replay`: sends a log, an MCAP recording or a capture through the same pipeline as `run`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_identification::identification::Identification;
+
+use crate::CliError;
+use crate::names::DEFAULT_CELL;
+use crate::outcome::identified;
+use crate::output::{check_outputs, number, print, write_figure, write_report};
+use crate::progress::Working;
+use crate::stream::Input;
+use crate::terminal::show;
+use didim::analysis::identify::{LastIdentification, LastWindow};
+use didim::cell::Cell;
+use didim::live::recording::{RecordedWindow, open_log};
+use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
+use didim::report;
+use didim::report::html::{Origin, Report, SampleRange};
+use didim::service::pipeline::{OneRun, acquisition, estimation};
+use didim::service::status::Snapshot;
+use didim::service::supervision::{Parts, ServiceOptions, run};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The candump log, MCAP recording, EtherCAT capture (pcap, pcapng), or the folder of a ring
+    log: PathBuf,
+    /// Store the results in this folder, as `run` does; otherwise only the last one is shown
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Print the last estimate as one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured and predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Write a report (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
+    let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
+    check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
+    let input = Input::open(log)?;
+    let layout = &cell.bus().map_err(CliError::configuration)?.layout;
+    let source = input.named(open_log(input.path(), Some(layout)).map_err(CliError::failed))?;
+    let since_1970_ns = source.since_1970_ns();
+    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
+    let paths = &one_run.paths;
+    let last = LastIdentification::default();
+    let mut bus = acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::failed)?;
+    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
+    // The recording of a result names its first cycle and its window.
+    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::failed)? {
+        let assembler = cell.bus().map_err(CliError::configuration)?.assembler();
+        let first = window.sequence_at_start(input.path(), assembler).map_err(CliError::failed)?;
+        match first {
+            Some(sequence) => {
+                if !window.is_of(&cell.configuration_sha256) {
+                    tracing::warn!(
+                        "{}: recorded with another configuration; the result may differ",
+                        arguments.log.display()
+                    );
+                }
+                bus.assembler = bus.assembler.starting_at(sequence);
+                work.options.recorded = Some(window);
+            }
+            None => tracing::warn!(
+                "{}: the frames do not reproduce the window of this recording; is this the cell \
+                 that was recorded? The windows are chosen by the cell file instead",
+                arguments.log.display()
+            ),
+        }
+    }
+    let parts = Parts::Both(bus, work);
+    let replaying = Working::start(&format!("replaying {}", input.shown().display()));
+    let report = replaying.during(|| run(&ServiceOptions::default(), parts));
+    let report = report.map_err(CliError::failed)?;
+    let LastWindow { window, identification } = identified(&report, &last)?;
+    if arguments.json {
+        let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
+        print(&format!("{json}\n"))?;
+    } else {
+        show(&text(&identification, &report.snapshot))?;
+    }
+    // After the result, so that a file that cannot be written does not lose it.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        let origin = Origin {
+            input: Some(input.provenance()?),
+            samples: SampleRange::Window(window),
+            further: Vec::new(),
+            note: None,
+        };
+        let report = Report::new(&cell, &identification, &origin);
+        write_report(path, &report)?;
+    }
+    Ok(())
+}
+
+fn text(identification: &Identification, snapshot: &Snapshot) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
+        text += &format!(
+            "{}, {}, {} identified, {} rejected\n",
+            number(bus.frames, "frame"),
+            number(bus.samples, "sample"),
+            number(work.windows_identified, "window"),
+            work.windows_rejected.values().sum::<u64>()
+        );
+    }
+    text
+}

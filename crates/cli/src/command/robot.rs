@@ -1,0 +1,55 @@
+//! `didim robot`: shows the arm that a robot file or a URDF describes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+
+use crate::CliError;
+use crate::output::{check_outputs, print, write_text};
+use crate::terminal::show;
+use didim::cell::{CellError, Library, RobotSource, UrdfSection};
+use didim::report::robot::{description, picture};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// A robot file, or a URDF
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The base link of the arm in a URDF
+    #[arg(long, value_name = "LINK")]
+    base: Option<String>,
+    /// The last link of the arm in a URDF
+    #[arg(long, value_name = "LINK")]
+    tip: Option<String>,
+    /// Print the arm as a robot file; for a URDF the drives are assumed and have to be checked
+    #[arg(long)]
+    toml: bool,
+    /// Draw the arm at q = 0 (one SVG file)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { file, base, tip, toml, picture: to } = arguments;
+    check_outputs(to, &[file])?;
+    let text = Library::Files.read(file).map_err(CliError::configuration)?;
+    let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
+    let source = RobotSource::read(file, text, Some(&ends)).map_err(CliError::configuration)?;
+    if source.urdf.is_none() && (base.is_some() || tip.is_some()) {
+        let explanation =
+            "--base and --tip are links of a URDF, and this is a robot file; leave them out";
+        return Err(CliError::Usage(explanation.to_owned()));
+    }
+    if let Some(to) = to {
+        let names: Vec<&str> = source.joint_names().collect();
+        write_text(to, &picture(&source.robot, &names))?;
+    }
+    if *toml {
+        return print(&source.toml);
+    }
+    let base = BaseParameters::compute(&Model::new(&source.robot)).map_err(|error| {
+        CliError::configuration(CellError::BaseParameters { file: file.clone(), source: error })
+    })?;
+    show(&description(&source, &base))
+}

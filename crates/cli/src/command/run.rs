@@ -1,0 +1,127 @@
+//! `didim run`: the daemon.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::CliError;
+use crate::names::DEFAULT_CELL;
+use didim::analysis::identify::LastIdentification;
+use didim::cell::{Cell, Processes};
+use didim::service::paths::Paths;
+use didim::service::pipeline::{
+    PipelineError, acquisition, archiver, estimation, make_recordings, open_source,
+};
+use didim::service::reload::reload_of;
+use didim::service::supervision::{
+    Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload,
+};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The part of a service in two processes (`service.processes = "two"`)
+    #[arg(long, value_enum)]
+    part: Option<Part>,
+    /// Folder of the results, instead of the cell's `service.state_directory`
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Folder of the sockets, instead of the cell's `service.runtime_directory`
+    #[arg(long, value_name = "FOLDER")]
+    runtime: Option<PathBuf>,
+}
+
+/// One of the two processes of the service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// Reads the bus
+    Acquisition,
+    /// Identifies, stores and answers requests
+    Estimation,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
+    let mut paths = Paths::of_service(&cell);
+    if let Some(state) = &arguments.state {
+        paths.state = Some(state.clone());
+    }
+    if let Some(runtime) = &arguments.runtime {
+        paths.runtime.clone_from(runtime);
+    }
+    let part = which_part(arguments.part, cell.service.processes)?;
+    paths.make().map_err(CliError::failed)?;
+    make_recordings(&cell, &paths).map_err(CliError::failed)?;
+    let mut options = ServiceOptions::default();
+    let estimate = || -> Result<_, PipelineError> {
+        let mut part = estimation(&cell, &paths, &LastIdentification::default())?;
+        part.options.archiver = archiver(&cell, &paths);
+        Ok(part)
+    };
+    let mut acquire = || -> Result<_, PipelineError> {
+        let opened = open_source(&cell)?;
+        options.receive_buffer = opened.receive_buffer;
+        acquisition(&cell, &paths, opened.source, opened.pace)
+    };
+    let parts = match part {
+        None => {
+            Parts::Both(acquire().map_err(CliError::failed)?, estimate().map_err(CliError::failed)?)
+        }
+        Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::failed)?),
+        Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::failed)?),
+    };
+    let service = &cell.service;
+    let status = |path| {
+        let group = service.status_group.clone();
+        Some(SocketOptions { path, mode: service.status_mode, group })
+    };
+    if part == Some(Part::Acquisition) {
+        options.status = status(paths.acquisition_socket());
+    } else {
+        options.status = status(paths.status_socket());
+        options.control = Some(SocketOptions {
+            path: paths.command_socket(),
+            mode: service.command_mode(),
+            group: service.command_group.clone(),
+        });
+    }
+    let bus = cell.bus().map_err(CliError::configuration)?;
+    let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
+    tracing::info!(
+        cell = cell.name,
+        bus = buses.join(" "),
+        runtime = %paths.runtime.display(),
+        "didim {} starts",
+        env!("CARGO_PKG_VERSION")
+    );
+    let estimates = part != Some(Part::Acquisition);
+    let reload = reload_of(arguments.cell.clone(), cell, paths, estimates);
+    let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::failed)?;
+    tracing::info!(
+        "ended: {}",
+        match report.end {
+            ServiceEnd::Signal => "stop requested",
+            ServiceEnd::SourceEnded => "the source has ended",
+        }
+    );
+    Ok(())
+}
+
+/// Returns `None` if one process runs both parts. The option and the cell have to agree, so that a
+/// unit file and a cell file that contradict each other are noticed.
+fn which_part(asked: Option<Part>, processes: Processes) -> Result<Option<Part>, CliError> {
+    match (asked, processes) {
+        (None, Processes::One) => Ok(None),
+        (Some(part), Processes::Two) => Ok(Some(part)),
+        (None, Processes::Two) => Err(CliError::Usage(
+            "the cell has `service.processes = \"two\"`: give --part acquisition or --part \
+             estimation"
+                .to_owned(),
+        )),
+        (Some(_), Processes::One) => Err(CliError::Usage(
+            "--part needs `service.processes = \"two\"` in the cell".to_owned(),
+        )),
+    }
+}

@@ -1,0 +1,188 @@
+//! The running service on a terminal, drawn as a function of its known state.
+//!
+//! The screen fits into 80 × 24 and scrolls. A sign or a word repeats the meaning of every colour.
+
+mod looks;
+mod parameters;
+mod sections;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use looks::{Looks, wrapped};
+
+use didim::service::status::Snapshot;
+use didim::service::status::render::{clean, duration};
+
+/// Width from which the parameters are shown next to the other sections.
+const WIDE: u16 = 120;
+/// Maximum lines for health; further reasons are only counted.
+const HEALTH_LINES: usize = 6;
+
+/// What is shown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct View {
+    /// The last status.
+    pub(crate) snapshot: Option<Snapshot>,
+    /// Reason for the missing newer status, and its duration \[s\].
+    pub(crate) away: Option<(String, u64)>,
+    /// True if new statuses are not shown.
+    pub(crate) paused: bool,
+    /// True if the terminal supports colours.
+    pub(crate) colour: bool,
+    /// True if the parameters that use most of their bands come first.
+    pub(crate) by_band: bool,
+    /// True if an explanation of keys and figures replaces the status.
+    pub(crate) help: bool,
+    /// Lines scrolled down.
+    pub(crate) scroll: u16,
+}
+
+/// Draws the view. Returns the largest scroll offset and the lines of a page scroll.
+pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
+    let (looks, width) = (Looks { colour: view.colour }, frame.area().width);
+    let mut head = vec![title(view, looks)];
+    head.extend(health(view, looks, width));
+    let [head_area, body, foot] = Layout::vertical([
+        Constraint::Length(height(&head)),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    frame.render_widget(Paragraph::new(head), head_area);
+    let scrolls = draw_body(frame, view, looks, body);
+    frame.render_widget(Paragraph::new(keys(view, scrolls)), foot);
+    (scrolls, body.height.saturating_sub(1).max(1))
+}
+
+fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u16 {
+    if view.help {
+        let lines = help(looks, area.width);
+        let scrolls = height(&lines).saturating_sub(area.height);
+        let scroll = (view.scroll.min(scrolls), 0);
+        frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
+        return scrolls;
+    }
+    let Some(snapshot) = &view.snapshot else { return 0 };
+    let columns = if area.width >= WIDE {
+        let [left_column, _, right] = Layout::horizontal([
+            Constraint::Fill(1),
+            Constraint::Length(2),
+            Constraint::Length(parameters::WIDTH),
+        ])
+        .areas(area);
+        let service = sections::lines(snapshot, looks, left_column.width);
+        vec![
+            (left_column, service),
+            (right, parameters::lines(snapshot, looks, right.width, view.by_band)),
+        ]
+    } else {
+        let mut lines = sections::lines(snapshot, looks, area.width);
+        lines.push(Line::default());
+        lines.extend(parameters::lines(snapshot, looks, area.width, view.by_band));
+        vec![(area, lines)]
+    };
+    let longest = columns.iter().map(|(_, lines)| height(lines)).max().unwrap_or(0);
+    let scrolls = longest.saturating_sub(area.height);
+    for (area, lines) in columns {
+        // A column that fits does not scroll.
+        let most = height(&lines).saturating_sub(area.height);
+        let scroll = (view.scroll.min(most), 0);
+        frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
+    }
+    scrolls
+}
+
+fn height(lines: &[Line<'_>]) -> u16 {
+    u16::try_from(lines.len()).unwrap_or(u16::MAX)
+}
+
+fn title(view: &View, looks: Looks) -> Line<'static> {
+    let mut spans = vec![Span::styled("didim top", looks.heading())];
+    if let Some(snapshot) = &view.snapshot {
+        let (cell, version) = (clean(&snapshot.cell), clean(&snapshot.version));
+        spans.push(Span::raw(format!("  {cell}  ")));
+        spans.push(Span::raw(format!("up {}  didim {version}", duration(snapshot.uptime_s))));
+    }
+    if view.paused {
+        spans.push(Span::styled("  PAUSED", looks.heading()));
+    }
+    Line::from(spans)
+}
+
+/// Returns the reasons for bad health, or a line that all is well.
+fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
+    let mut reasons = Vec::new();
+    if let Some((why, seconds)) = &view.away {
+        reasons.push(match view.snapshot {
+            Some(_) => format!(
+                "no answer for {seconds} s, asking again every second; the last answer is below"
+            ),
+            None => "no answer yet, asking again every second".to_owned(),
+        });
+        reasons.push(why.clone());
+    } else if let Some(snapshot) = &view.snapshot {
+        reasons.extend(snapshot.health.reasons.iter().cloned());
+    }
+    if reasons.is_empty() {
+        return match &view.snapshot {
+            Some(snapshot) => {
+                let text = format!("health: {}", snapshot.health.label());
+                vec![Line::styled(text, looks.good())]
+            }
+            None => vec![Line::raw("asking …")],
+        };
+    }
+    let mut lines = Vec::new();
+    for reason in &reasons {
+        lines.extend(wrapped("! ", &clean(reason), looks.bad(), width));
+    }
+    let more = lines.len().saturating_sub(HEALTH_LINES);
+    if more > 0 {
+        lines.truncate(HEALTH_LINES - 1);
+        lines.push(Line::styled(format!("! {} lines more: `didim status`", more + 1), looks.bad()));
+    }
+    lines
+}
+
+fn keys(view: &View, scrolls: u16) -> Line<'static> {
+    let help = if view.help { "? back" } else { "? help" };
+    let pause = if view.paused { "p go on" } else { "p pause" };
+    let order = if view.by_band { "s model's order" } else { "s by band" };
+    let scroll = match (view.scroll.min(scrolls), scrolls) {
+        (_, 0) => String::new(),
+        (at, most) => format!("  ↑ ↓ scroll ({at} of {most})"),
+    };
+    let dim = Style::new().add_modifier(Modifier::DIM);
+    Line::styled(format!("q quit  {help}  {pause}  {order}{scroll}"), dim)
+}
+
+/// The keys, and the meaning of the figures.
+const HELP: [(&str, &str); 14] = [
+    ("q, Esc", "quit"),
+    ("?, h", "this help, and back"),
+    ("p", "pause, and go on"),
+    ("s", "parameters by the share of their bands, or in the model's order"),
+    ("↑ ↓", "scroll by a line; PgUp and PgDn by a page; Home and End to the ends"),
+    ("", ""),
+    ("losses", "frames, cycles and windows that were not used, by cause"),
+    ("to buffer", "from the time of a frame to its sample in shared memory"),
+    ("to worker", "from there to the worker that identifies"),
+    ("± σ", "one standard deviation, in the unit of the value"),
+    ("change", "of the value since the baseline"),
+    ("band", "how much of its band a parameter uses, and to which side"),
+    ("▶ or !", "outside of its band"),
+    ("error", "of the torque that the model predicts, relative to the measured"),
+];
+
+fn help(looks: Looks, width: u16) -> Vec<Line<'static>> {
+    let mut section = sections::Section::new(looks, width);
+    HELP.iter().for_each(|(name, meaning)| section.plain(name, meaning));
+    section.lines
+}
+
+#[cfg(test)]
+mod tests;

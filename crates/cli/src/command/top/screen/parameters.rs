@@ -1,0 +1,128 @@
+//! The parameters of the last estimate, compared with the baseline.
+
+use ratatui::text::{Line, Span};
+
+use super::looks::Looks;
+use didim::archive::drift::ParameterDrift;
+use didim::archive::store::ParameterValue;
+use didim::service::status::Snapshot;
+use didim::service::status::render::clean;
+use didim::text::{significant, to_uncertainty};
+
+/// Characters of each half of a bar, which represents half of a band.
+const HALF: usize = 6;
+/// Columns of the complete table.
+pub(super) const WIDTH: u16 = 67;
+/// Widths without the bars, without the changes, and without the standard deviations.
+const WITHOUT_BARS: u16 = 52;
+const WITHOUT_CHANGES: u16 = 42;
+const WITHOUT_DEVIATIONS: u16 = 31;
+
+/// Returns the lines in the model's order, or with the parameters first that use most of their
+/// bands.
+pub(super) fn lines(
+    snapshot: &Snapshot,
+    looks: Looks,
+    width: u16,
+    by_band: bool,
+) -> Vec<Line<'static>> {
+    let Some(status) = &snapshot.estimation else { return Vec::new() };
+    let Some(estimate) = &status.last_estimate else { return Vec::new() };
+    let drift = status.drift.as_ref().filter(|drift| drift.compared);
+    let compared = drift.is_some() && width >= WITHOUT_BARS;
+    let bars = drift.is_some() && width >= WIDTH;
+    let mut heading = format!("{:9}{:>11}", "parameter", "value");
+    if width >= WITHOUT_CHANGES {
+        heading += &format!("{:>11}", "± σ");
+    }
+    if width >= WITHOUT_DEVIATIONS {
+        heading += &format!("  {:9}", "unit");
+    }
+    if compared {
+        heading += &format!("{:>10}", "change");
+    }
+    if bars {
+        heading += "  −    band   +";
+    }
+    let mut lines = vec![Line::styled(heading, looks.heading())];
+    let change = |parameter: &ParameterValue| {
+        let changes = drift.map_or(&[][..], |drift| &drift.parameters);
+        changes.iter().find(|change| change.parameter == parameter.name)
+    };
+    let mut parameters: Vec<_> = estimate.parameters.iter().collect();
+    if by_band {
+        let share = |of: &&ParameterValue| change(of).and_then(|change| change.band_share);
+        let share = |of: &&ParameterValue| share(of).unwrap_or(-1.0);
+        parameters.sort_by(|one, other| share(other).total_cmp(&share(one)));
+    }
+    for parameter in parameters {
+        let change = change(parameter);
+        let alarmed = drift.is_some_and(|drift| {
+            drift.alarms.iter().any(|alarm| alarm.parameter == parameter.name)
+        });
+        lines.push(row(parameter, change.filter(|_| compared), bars, alarmed, looks, width));
+    }
+    lines
+}
+
+fn row(
+    parameter: &ParameterValue,
+    change: Option<&ParameterDrift>,
+    bars: bool,
+    alarmed: bool,
+    looks: Looks,
+    width: u16,
+) -> Line<'static> {
+    let ParameterValue { name, value, standard_deviation, .. } = parameter;
+    let mut text =
+        format!("{:8}{:>12}", clean(name), to_uncertainty(*value, *standard_deviation, 7));
+    if width >= WITHOUT_CHANGES {
+        text += &format!("{:>11}", significant(*standard_deviation, 2));
+    }
+    if width >= WITHOUT_DEVIATIONS {
+        text += &format!("  {:9}", clean(parameter.unit_or_dash()));
+    }
+    let Some(change) = change else { return Line::raw(text) };
+    let relative = match change.relative_change {
+        Some(relative) if relative.abs() < 10.0 => format!("{:+.2} %", 100.0 * relative),
+        Some(relative) => format!("{relative:+.0}-fold"),
+        None => "–".to_owned(),
+    };
+    text += &format!("{relative:>10}");
+    let style = match (alarmed, change.band_share) {
+        (true, _) => looks.bad(),
+        (false, Some(share)) if share > 1.0 => looks.coloured(ratatui::style::Color::Yellow),
+        (false, _) => looks.good(),
+    };
+    let mut spans = vec![Span::raw(text)];
+    if bars {
+        spans.push(Span::styled(format!("  {}", bar(change)), style));
+    } else if change.band_share.is_some_and(|share| share > 1.0) {
+        spans.push(Span::styled(" !", style));
+    }
+    Line::from(spans)
+}
+
+/// Returns a bar with the used share of a parameter's band and its direction. An arrow marks a
+/// parameter outside.
+fn bar(change: &ParameterDrift) -> String {
+    let (Some(share), Some(deviation)) = (change.band_share, change.deviation_sigma) else {
+        return " ".repeat(HALF) + "│";
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "clamped to half of the bar"
+    )]
+    let used = (share * HALF as f64).round().clamp(0.0, HALF as f64) as usize;
+    let (full, empty) = ("█".repeat(used), "·".repeat(HALF - used));
+    let outside = share > 1.0;
+    let short: String = full.chars().take(HALF - 1).collect();
+    match (deviation < 0.0, outside) {
+        (true, true) => format!("◀{short}│{}", "·".repeat(HALF)),
+        (true, false) => format!("{empty}{full}│{}", "·".repeat(HALF)),
+        (false, true) => format!("{}│{short}▶", "·".repeat(HALF)),
+        (false, false) => format!("{}│{full}{empty}", "·".repeat(HALF)),
+    }
+}

@@ -1,0 +1,359 @@
+//! Reads the samples of a file that count, cuts it where samples are missing, and checks them
+//! against the robot's limits.
+
+use std::ops::Range;
+use std::path::Path;
+
+use clap::Args;
+use didim_drivers::ethercat::Capture;
+use didim_drivers::source::TextLog;
+
+use super::CliError;
+use super::progress::Working;
+use super::stream::Input;
+use didim::analysis::read_log;
+use didim::analysis::screening::{STATE_LIMITS, check_limits, open_limits, still_joints};
+use didim::cell::Cell;
+use didim::live::recording::is_mcap;
+use didim::report::html::SampleRange;
+use didim::window::DriveReadings;
+use didim_formats::{
+    DiskAllocator, Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet,
+    read_bag, read_table,
+};
+
+/// Selection of the samples of a file that count.
+#[derive(Debug, Default, Args)]
+pub(super) struct Samples {
+    /// Samples per second of a table without a time column
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    sample_rate: Option<f64>,
+    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// End of the samples that count [s after the first]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    to: Option<f64>,
+}
+
+/// A contiguous piece of a file, and the range of its samples that count.
+pub(super) struct Counted {
+    pub(super) piece: Piece,
+    pub(super) counted: Range<usize>,
+    /// Time of the first sample of the file, if it is known.
+    pub(super) recorded: Option<RecordingStart>,
+}
+
+impl Samples {
+    /// Reads a file with the cell's rate and selects the samples that count. At least one piece has
+    /// some.
+    pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
+        let path = input.shown();
+        let reading = Working::start(&format!("reading {}", path.display()));
+        let record = reading.during(|| read_input(input, cell, self.sample_rate))?;
+        for note in record.notes() {
+            tracing::warn!("{}: {note}", path.display());
+        }
+        for piece in &record.parts {
+            check_rate(&piece.measurement, cell, path)?;
+        }
+        let parts = counted([self.from, self.to], cell, record, path)?;
+        if let Some(open) = open_limits(&cell.robot) {
+            tracing::warn!("{}: {open}; {STATE_LIMITS}", path.display());
+        }
+        for Counted { piece, counted, .. } in &parts {
+            let beyond = check_limits(&piece.measurement, counted, &cell.robot);
+            for one in beyond.map_err(|error| CliError::in_file(path, error))? {
+                tracing::warn!("{}: {one}", path.display());
+            }
+        }
+        if let Some(hint) = standstill(&still_joints(&pairs(&parts)), cell.robot.joints()) {
+            tracing::warn!("{}: {hint}", path.display());
+        }
+        Ok(parts)
+    }
+
+    /// Reads a file like [`Self::read`] and returns only its longest piece.
+    pub(super) fn read_longest(&self, input: &Input, cell: &Cell) -> Result<Counted, CliError> {
+        let path = input.shown();
+        let parts = self.read(input, cell)?;
+        let others = parts.len() > 1;
+        let longest = parts.into_iter().max_by_key(|of| of.counted.len());
+        let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
+        if others {
+            let [from, to] = longest.times_s();
+            tracing::warn!(
+                "{}: the longest piece counts here, {from} to {to} s, and no other",
+                path.display()
+            );
+        }
+        Ok(longest)
+    }
+}
+
+impl Counted {
+    /// Returns the times of the first and the last sample that count \[s after the first of the
+    /// file\].
+    fn times_s(&self) -> [f64; 2] {
+        let Self { piece, counted, .. } = self;
+        [counted.start, counted.end - 1].map(|sample| piece.time_s(sample))
+    }
+
+    /// Describes the part of the file that became rows; the rest is margin for the filters.
+    pub(super) fn what_counted(&self) -> String {
+        let [from, to] = self.times_s();
+        let margins = self.piece.measurement.samples() - self.counted.len();
+        format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
+    }
+
+    /// Describes the start of the piece, unless it is the start of the file.
+    pub(super) fn begin(&self) -> String {
+        let begins_s = self.piece.begins_s;
+        if begins_s > 0.0 { format!(" from {begins_s:.3} s") } else { String::new() }
+    }
+
+    /// For a report.
+    pub(super) fn range(&self) -> SampleRange {
+        let Piece { begins_s, measurement, .. } = &self.piece;
+        SampleRange::Measurement {
+            counted: self.counted.clone(),
+            rate_hz: measurement.signals.sample_rate_hz,
+            begins_s: *begins_s,
+            recorded: self.recorded,
+            readings: self.readings(),
+        }
+    }
+
+    /// Returns the additional readings of the drives in the samples that count.
+    fn readings(&self) -> DriveReadings {
+        let readings = self.piece.readings.iter();
+        DriveReadings::from_cycles(
+            readings.filter(|(at, _)| self.counted.contains(at)).map(|(_, of)| of),
+        )
+    }
+}
+
+/// Returns the pairs that the identification takes.
+pub(super) fn pairs<'a>(
+    parts: impl IntoIterator<Item = &'a Counted>,
+) -> Vec<(&'a Measurement, Range<usize>)> {
+    parts.into_iter().map(|of| (&of.piece.measurement, of.counted.clone())).collect()
+}
+
+/// Explains the consequence of joints that never move; joints count from 1.
+fn standstill(still: &[usize], joints: usize) -> Option<String> {
+    let named: Vec<String> = still.iter().map(ToString::to_string).collect();
+    match still {
+        [] => None,
+        all if all.len() == joints => Some(
+            "no joint moves beyond its noise in the samples that count: nothing can be identified \
+             from a standstill; record a motion, or choose --from and --to where there is one"
+                .to_owned(),
+        ),
+        [one] => Some(format!(
+            "joint {one} never moves beyond its noise in the samples that count: they tell nothing \
+             of its friction and inertia; move it too, where that is wanted"
+        )),
+        _ => Some(format!(
+            "joints {} never move beyond their noise in the samples that count: they tell nothing \
+             of their friction and inertia; move them too, where that is wanted",
+            named.join(" ")
+        )),
+    }
+}
+
+/// Parses an argument as a positive number.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let fits = number.is_finite() && number > 0.0;
+    fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
+}
+
+/// Parses N numbers separated by commas. If there are more or fewer, the error names the expected
+/// input.
+pub(super) fn numbers<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    numbers.try_into().map_err(|_| give.to_owned())
+}
+
+/// Parses a point from three numbers separated by commas.
+pub(super) fn centre(text: &str) -> Result<[f64; 3], String> {
+    let numbers: [f64; 3] = numbers(text, "give three numbers, as 0,0,0.05")?;
+    match numbers.iter().all(|number| number.is_finite()) {
+        true => Ok(numbers),
+        false => Err("has to be finite".to_owned()),
+    }
+}
+
+/// Reads an input file. The first bytes of a stream identify its format. Otherwise:
+///
+/// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
+/// - A folder or an MCAP file: a ROS 2 bag, if the cell asks for one.
+/// - Anything else: a log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture. Without a
+///   bus it may also be a table.
+pub(super) fn read_input(
+    input: &Input,
+    cell: &Cell,
+    sample_rate_hz: Option<f64>,
+) -> Result<Record, CliError> {
+    DiskAllocator::allow();
+    input.named(read_file(input, cell, sample_rate_hz))
+}
+
+fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<Record, CliError> {
+    let path = input.path();
+    let is =
+        |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+    let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
+    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
+        return read_bag(path, spec).map_err(CliError::failed);
+    }
+    // Without a bus a file can only be a table, unless it has the format of a bus log.
+    let has_bus = cell.bus().is_ok();
+    let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
+    let is_table = is_text || is_parquet(path);
+    let is_log = match input.is_stream() {
+        true => is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path),
+        false => has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is),
+    };
+    if is_table || !is_log {
+        // A cell without a bus defines the row interval of its tables.
+        let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
+        return read_table(path, rate_hz, cell.sample_rate_hz(), cell.columns.as_ref())
+            .map_err(CliError::failed);
+    }
+    if sample_rate_hz.is_some() {
+        return Err(CliError::Usage(
+            "--sample-rate is for tables only; a log has the sample rate of the cell's layout"
+                .into(),
+        ));
+    }
+    read_log(path, cell).map_err(CliError::failed)
+}
+
+/// Checks the sample rate. The layout gives the delay of the torque as a fraction of a sample,
+/// which holds only at the rate of the bus.
+pub(super) fn check_rate(
+    measurement: &Measurement,
+    cell: &Cell,
+    file: &Path,
+) -> Result<(), CliError> {
+    let (found, rate) = (measurement.signals.sample_rate_hz, cell.sample_rate_hz());
+    if (found / rate - 1.0).abs() <= RATE_TOLERANCE {
+        return Ok(());
+    }
+    Err(CliError::in_file(
+        file,
+        format!(
+            "the measurement has {found} samples/s, the cell {rate}; choose a cell of the \
+             measurement's rate, or resample the measurement"
+        ),
+    ))
+}
+
+/// Returns the range of each piece that counts: from `--from` to `--to`, or all but the margins of
+/// the cell's windows. Pieces without such samples are left out.
+fn counted(
+    [first_s, last_s]: [Option<f64>; 2],
+    cell: &Cell,
+    record: Record,
+    file: &Path,
+) -> Result<Vec<Counted>, CliError> {
+    let end_s = record.parts.last().map_or(0.0, Piece::ends_s);
+    for (name, seconds) in [("--from", first_s), ("--to", last_s)] {
+        // Displayed times are rounded.
+        let last_s = end_s + 0.5 / cell.sample_rate_hz();
+        if let Some(seconds) = seconds.filter(|seconds| !(0.0..=last_s).contains(seconds)) {
+            let message = format!("{name} {seconds}: the measurement lasts from 0 to {end_s} s");
+            return Err(CliError::Usage(message));
+        }
+    }
+    let margins = cell.window.plan(cell.sample_rate_hz()).map_err(CliError::configuration)?;
+    let ranges: Vec<Range<usize>> = record
+        .parts
+        .iter()
+        .map(|piece: &Piece| {
+            let samples = piece.measurement.samples();
+            let sample = |seconds: f64| {
+                let after = (seconds - piece.begins_s) * piece.measurement.signals.sample_rate_hz;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "within the measurement, or 0"
+                )]
+                let sample = after.round().max(0.0) as usize;
+                sample
+            };
+            // A given end lies in the piece, or the piece ends with its margin.
+            let half_s = 0.5 / piece.measurement.signals.sample_rate_hz;
+            let within = |seconds: &f64| {
+                (piece.begins_s - half_s..=piece.ends_s() + half_s).contains(seconds)
+            };
+            let begin = match first_s {
+                Some(seconds) if within(&seconds) => sample(seconds),
+                Some(seconds) if seconds > piece.begins_s => samples,
+                _ => margins.margin_before,
+            };
+            let end = match last_s {
+                Some(seconds) if within(&seconds) => sample(seconds) + 1,
+                Some(seconds) if seconds < piece.begins_s => 0,
+                _ => samples.saturating_sub(margins.margin_after),
+            };
+            begin..end.min(samples)
+        })
+        .collect();
+    let samples: usize = record.parts.iter().map(|piece| piece.measurement.samples()).sum();
+    let row = cell.options.decimation_filter.factor;
+    let recorded = record.start;
+    let (parts, first) = (record.parts.len(), ranges.first().cloned().unwrap_or_default());
+    let counted: Vec<Counted> = (record.parts.into_iter().zip(ranges))
+        // If there are several pieces, those too short for a row are left out.
+        .filter(|(_, counted)| counted.len() >= if parts > 1 { row } else { 1 })
+        .map(|(piece, counted)| Counted { piece, counted, recorded })
+        .collect();
+    check_not_empty([first_s, last_s], file, samples, parts, &first, &counted)?;
+    if counted.len() < parts {
+        tracing::warn!(
+            "{}: of {parts} pieces {} have samples that count",
+            file.display(),
+            counted.len()
+        );
+    }
+    Ok(counted)
+}
+
+/// Refuses a record of which no sample counts. `first` is the range of its first part.
+fn check_not_empty(
+    [first_s, last_s]: [Option<f64>; 2],
+    file: &Path,
+    samples: usize,
+    parts: usize,
+    first: &Range<usize>,
+    counted: &[Counted],
+) -> Result<(), CliError> {
+    if counted.is_empty() {
+        if let (Some(from), Some(to)) = (first_s, last_s) {
+            let problem = match parts {
+                1 => "there is no sample between them".to_owned(),
+                _ => format!("none of {parts} pieces has enough samples between them"),
+            };
+            return Err(CliError::Usage(format!("--from {from} --to {to}: {problem}")));
+        }
+        let message = if parts > 1 {
+            format!(
+                "no sample counts: each of the {parts} pieces of {samples} samples is margin for \
+                the filters; record without losses"
+            )
+        } else {
+            format!(
+                "no sample counts: of {samples} samples, {} at the beginning and {} at the end are \
+                 margin for the filters; record longer, or choose --from and --to",
+                first.start,
+                samples.saturating_sub(first.end)
+            )
+        };
+        return Err(CliError::in_file(file, message));
+    }
+    Ok(())
+}

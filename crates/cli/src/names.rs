@@ -1,0 +1,27 @@
+//! Options with a fixed set of names, for help, completions and suggestions after a mistake.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use didim::analysis::Format;
+use didim_identification::identification::Method;
+
+/// Default cell: that of the service of this machine, as in its unit file.
+pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
+
+/// Returns a parser for the name of a method.
+pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
+    one_of(Method::ALL, |method| PossibleValue::new(method.name()).help(method.long_name()))
+}
+
+/// Returns a parser for the name of a model format.
+pub(super) fn formats() -> impl TypedValueParser<Value = Format> {
+    one_of(Format::ALL, |format| PossibleValue::new(format.name()))
+}
+
+fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    shown: fn(T) -> PossibleValue,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(shown)).try_map(move |name| {
+        all.into_iter().find(|of| shown(*of).get_name() == name).ok_or("no such name")
+    })
+}

@@ -1,0 +1,71 @@
+//! Progress of long work on the terminal of standard error, and other output there.
+
+use std::io::Write;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Bar on the terminal now; other output to the terminal hides it meanwhile.
+static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+fn shown() -> MutexGuard<'static, Option<ProgressBar>> {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Styles a bar with a template; the bar is hidden if stderr is no terminal.
+pub(super) fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    // A template that does not parse would be a mistake in this program; the default style is good
+    // enough.
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Standard error; each write hides the progress bar meanwhile.
+pub(super) struct ProgressWriter;
+
+impl Write for ProgressWriter {
+    fn write(&mut self, text: &[u8]) -> std::io::Result<usize> {
+        let write = || std::io::stderr().write_all(text).map(|()| text.len());
+        match &*shown() {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Display of long work and its duration, only on the terminal of standard error. Very short work
+/// shows nothing.
+pub(super) struct Working(ProgressBar);
+
+/// Interval of the spinner.
+const TICK: Duration = Duration::from_millis(200);
+
+impl Working {
+    /// Starts the display for a task: `reading drive.log`.
+    pub(super) fn start(what: &str) -> Self {
+        let bar = styled(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
+        bar.set_message(what.to_owned());
+        bar.enable_steady_tick(TICK);
+        *shown() = Some(bar.clone());
+        Self(bar)
+    }
+
+    /// Shows the display during the work.
+    pub(super) fn during<T>(self, work: impl FnOnce() -> T) -> T {
+        work()
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        *shown() = None;
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,36 @@
+//! Selection of the folder of results.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+use didim::archive::drift::DriftOptions;
+use didim::cell::{Cell, ServiceSection};
+
+/// Selection of the folder of results.
+#[derive(Debug, Args)]
+pub(super) struct WhichState {
+    /// The cell file of the service, for the folder of its results and its drift limits
+    #[arg(long, value_name = "FILE")]
+    cell: Option<PathBuf>,
+    /// The folder of its results [default: the cell's, or /var/lib/didim]
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+}
+
+impl WhichState {
+    /// Reads the cell, if its file is given.
+    ///
+    /// # Errors
+    /// [`CliError::configuration`].
+    pub(super) fn cell(&self) -> Result<Option<Cell>, CliError> {
+        self.cell.as_deref().map(Cell::read).transpose().map_err(CliError::configuration)
+    }
+
+    /// Returns the folder and the drift options.
+    pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
+        let service = self.cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
+        Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))
+    }
+}

@@ -1,0 +1,140 @@
+//! Streams that are read more than once: standard input, a pipe.
+
+use std::fs::File;
+use std::io::{IsTerminal as _, Read};
+use std::os::fd::AsRawFd as _;
+use std::os::unix::fs::FileTypeExt as _;
+use std::path::{Path, PathBuf};
+
+use didim::report::html::InputFile;
+
+use super::CliError;
+use super::progress::Working;
+
+/// Name of standard input on the command line.
+const STANDARD_INPUT: &str = "-";
+/// Maximum copied length of a stream \[bytes\]: ten times the table of a drive of an hour at 1 kHz.
+const MOST: u64 = 4 << 30;
+
+/// Input file, under any name it was given.
+pub(super) struct Input {
+    /// Name shown to people.
+    shown: PathBuf,
+    /// What is opened.
+    path: PathBuf,
+    /// Copy of a stream. It is a file without a name, so nothing remains however this process ends.
+    copy: Option<File>,
+}
+
+impl Input {
+    /// Opens a file directly; copies a stream into the folder for temporary files.
+    ///
+    /// # Errors
+    /// The stream cannot be read, or exceeds the maximum length, or there is no space for its copy.
+    pub(super) fn open(source: &Path) -> Result<Self, CliError> {
+        if source == Path::new(STANDARD_INPUT) {
+            let stdin = std::io::stdin();
+            if stdin.is_terminal() {
+                let explanation = "--input - reads standard input, and that is a terminal; name a \
+                    file, or redirect one: < FILE";
+                return Err(CliError::Usage(explanation.to_owned()));
+            }
+            return Self::copied("standard input".into(), &mut stdin.lock(), MOST);
+        }
+        let is_pipe = std::fs::metadata(source).is_ok_and(|of| of.file_type().is_fifo());
+        if !is_pipe {
+            return Ok(Self { shown: source.to_owned(), path: source.to_owned(), copy: None });
+        }
+        let mut pipe = File::open(source).map_err(|error| CliError::in_file(source, error))?;
+        Self::copied(source.to_owned(), &mut pipe, MOST)
+    }
+
+    fn copied(shown: PathBuf, from: &mut dyn Read, most: u64) -> Result<Self, CliError> {
+        let folder = std::env::temp_dir();
+        let refused = |error: std::io::Error| {
+            let why = format!(
+                "{error}; a stream is copied to {} to be read: set TMPDIR to a folder with room \
+                 for it, or give a file",
+                folder.display()
+            );
+            CliError::in_file(&shown, why)
+        };
+        let mut copy = tempfile::tempfile_in(&folder).map_err(refused)?;
+        let copying = Working::start(&format!("copying {}", shown.display()));
+        let copied = copying.during(|| std::io::copy(&mut from.take(most + 1), &mut copy));
+        let length = copied.map_err(refused)?;
+        if length > most {
+            let why = format!("a stream of more than {} GB; give a file", most >> 30);
+            return Err(CliError::in_file(&shown, why));
+        }
+        if length == 0 {
+            return Err(CliError::in_file(&shown, "nothing came; give a recording, or a file"));
+        }
+        // Opened again, it is read from its beginning.
+        let path = format!("/proc/self/fd/{}", copy.as_raw_fd()).into();
+        Ok(Self { shown, path, copy: Some(copy) })
+    }
+
+    /// True if the input came as a stream, whose name gives no information.
+    pub(super) fn is_stream(&self) -> bool {
+        self.copy.is_some()
+    }
+
+    /// Returns the path to open.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns the name for people.
+    pub(super) fn shown(&self) -> &Path {
+        &self.shown
+    }
+
+    /// Replaces the path of the copy in an error by the name for people.
+    pub(super) fn named<T>(&self, of: Result<T, CliError>) -> Result<T, CliError> {
+        if !self.is_stream() {
+            return of;
+        }
+        let (path, shown) = (self.path.display().to_string(), self.shown.display().to_string());
+        of.map_err(|error| match error {
+            CliError::Failed(why) => CliError::failed(why.to_string().replace(&path, &shown)),
+            other => other,
+        })
+    }
+
+    /// Returns the name and SHA-256 of the input, for a report.
+    pub(super) fn provenance(&self) -> Result<InputFile, CliError> {
+        let read = InputFile::read(&self.path);
+        let read = read.map_err(|error| CliError::in_file(&self.shown, error))?;
+        let name = self.shown.file_name().unwrap_or(self.shown.as_os_str());
+        Ok(InputFile { name: name.to_string_lossy().into_owned(), ..read })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_is_read_as_often_as_wanted_and_leaves_nothing() {
+        let input = Input::copied("x".into(), &mut &b"abc"[..], 3).unwrap();
+        for _ in 0..2 {
+            assert_eq!(std::fs::read(input.path()).unwrap(), b"abc");
+        }
+        assert!(std::fs::metadata(input.path()).unwrap().is_file());
+        let error = CliError::in_file(input.path(), "no end");
+        let CliError::Failed(why) = input.named::<()>(Err(error)).unwrap_err() else { panic!() };
+        assert_eq!(why.to_string(), "x: no end");
+        assert_eq!(input.provenance().unwrap().name, "x");
+    }
+
+    #[test]
+    fn a_stream_without_end_or_with_nothing_in_it_is_refused() {
+        let why = |from: &mut dyn Read| match Input::copied("x".into(), from, 1 << 20) {
+            Err(CliError::Failed(why)) => why.to_string(),
+            _ => panic!(),
+        };
+        assert!(why(&mut std::io::repeat(7)).contains("x: a stream of more than"));
+        assert!(why(&mut std::io::empty()).contains("x: nothing came"));
+    }
+}

@@ -1,0 +1,164 @@
+//! Output for terminals: lines that fit the width, and colours.
+
+use std::io::IsTerminal;
+
+use clap::builder::styling::{AnsiColor, Style};
+
+use super::CliError;
+use super::output::{print, refuses_colour};
+
+/// Default line width in characters, if the output has none: a pipe, a file.
+const USUAL: usize = 80;
+/// Maximum line width: wider plots and sentences are hard to read.
+const MOST: usize = 120;
+/// Minimum line width.
+const LEAST: usize = 40;
+
+/// Returns the line width for people on standard output.
+pub(super) fn width() -> usize {
+    own_width().unwrap_or(USUAL).clamp(LEAST, MOST)
+}
+
+/// Returns the maximum line width of a table in characters: unlimited if standard output is no
+/// terminal.
+pub(super) fn line() -> usize {
+    own_width().unwrap_or(usize::MAX)
+}
+
+/// Returns the width of the terminal on standard output, which no line should exceed.
+fn own_width() -> Option<usize> {
+    let size = rustix::termios::tcgetwinsize(std::io::stdout()).ok()?;
+    Some(usize::from(size.ws_col)).filter(|columns| *columns > 0)
+}
+
+/// Returns true if a stream gets colours: a terminal with colours, whose user has not forbidden
+/// them.
+pub(super) fn coloured(stream: &impl IsTerminal) -> bool {
+    let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+    stream.is_terminal() && !dumb && !refuses_colour(std::env::var_os("NO_COLOR").as_deref())
+}
+
+const RED: Style = AnsiColor::Red.on_default().bold();
+const YELLOW: Style = AnsiColor::Yellow.on_default();
+const GREEN: Style = AnsiColor::Green.on_default();
+
+/// Coloured phrases. They are coloured at the beginning of a line or after two spaces.
+const COLOURED: [(&str, Style); 15] = [
+    ("verdict: applicable", GREEN),
+    ("verdict: NOT applicable", RED),
+    ("the configuration is valid", GREEN),
+    ("the configuration is not suitable", RED),
+    ("this machine is suitable", GREEN),
+    ("this machine is not suitable", RED),
+    ("error\n", RED),
+    ("errors\n", RED),
+    ("warning\n", YELLOW),
+    ("warnings\n", YELLOW),
+    ("alarm: ", RED),
+    ("ALARM ", RED),
+    ("outside: ", YELLOW),
+    ("in band", GREEN),
+    ("NO  ", RED),
+];
+
+/// Prints a text for people. A terminal gets colours and lines of its width; other outputs get the
+/// unchanged text.
+///
+/// # Errors
+/// See [`print`].
+pub(super) fn show(text: &str) -> Result<(), CliError> {
+    let fitted = own_width().map(|columns| fitted(text, columns.max(LEAST)));
+    let text = fitted.as_deref().unwrap_or(text);
+    if coloured(&std::io::stdout()) { print(&painted(text)) } else { print(text) }
+}
+
+fn painted(text: &str) -> String {
+    let mut painted = String::new();
+    let mut rest = text;
+    let mut at_begin = true;
+    while !rest.is_empty() {
+        let coloured = COLOURED.iter().find(|(words, _)| at_begin && rest.starts_with(words));
+        if let Some((words, style)) = coloured {
+            let shown = words.trim_end();
+            painted += &format!("{style}{shown}{style:#}{}", &words[shown.len()..]);
+            rest = &rest[words.len()..];
+            at_begin = words.ends_with('\n');
+            continue;
+        }
+        let mut characters = rest.chars();
+        let Some(next) = characters.next() else { break };
+        painted.push(next);
+        rest = characters.as_str();
+        at_begin = next == '\n' || painted.ends_with("  ");
+    }
+    painted
+}
+
+/// Breaks a text into lines of at most `columns` characters. Longer lines break between words and
+/// continue below their last column, as far as the width allows.
+fn fitted(text: &str, columns: usize) -> String {
+    let mut fitted = String::new();
+    for line in text.split_inclusive('\n') {
+        let (own, end) = line.strip_suffix('\n').map_or((line, ""), |own| (own, "\n"));
+        if own.chars().count() <= columns {
+            fitted += own;
+        } else {
+            fitted += &broken(own, columns);
+        }
+        fitted += end;
+    }
+    fitted
+}
+
+fn broken(line: &str, columns: usize) -> String {
+    let indent = match line.rfind("  ") {
+        Some(at) => line[..at].chars().count() + 2,
+        None => 2,
+    };
+    let indent = if indent > columns / 2 { 4 } else { indent };
+    let mut broken = String::new();
+    let mut width = 0;
+    for (k, word) in line.split(' ').enumerate() {
+        let length = word.chars().count();
+        // A word longer than a line, such as a path, is left to the terminal.
+        if k > 0 && width + 1 + length > columns && width > indent {
+            broken.truncate(broken.trim_end().len());
+            broken += &format!("\n{}", " ".repeat(indent));
+            width = indent;
+        } else if k > 0 {
+            broken.push(' ');
+            width += 1;
+        }
+        broken += word;
+        width += length;
+    }
+    broken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_broken_between_words_below_their_last_column() {
+        let text = "ab\n  key  one two three four five six seven eight nine ten\n";
+        let expected = "ab\n  key  one two three four five six seven\n       eight nine ten\n";
+        assert_eq!(fitted(text, 40), expected);
+        assert_eq!(fitted(text, 80), text);
+        let path = format!("x {}", "y".repeat(60));
+        assert_eq!(fitted(&path, 40), path, "a word is not broken");
+        let plain = "one two three four five six seven eight nine ten";
+        assert_eq!(fitted(plain, 40), "one two three four five six seven eight\n  nine ten");
+    }
+
+    #[test]
+    fn what_must_be_seen_has_a_colour_where_it_stands_alone() {
+        let text = "verdict: NOT applicable\n  - no error\n0  7  ALARM fc3\nerrors\n";
+        let (red, end) = (RED.render().to_string(), RED.render_reset().to_string());
+        let expected = format!(
+            "{red}verdict: NOT applicable{end}\n  - no error\n0  7  {red}ALARM{end} \
+            fc3\n{red}errors{end}\n"
+        );
+        assert_eq!(painted(text), expected);
+    }
+}

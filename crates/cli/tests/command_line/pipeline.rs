@@ -1,0 +1,175 @@
+//! The commands around the service: `replay`, `status`, `window`, `run`, `demo`.
+
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::support::{Folder, data, didim, head, packed_cell};
+
+#[test]
+fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
+    let folder = Folder::new();
+    let lines = head(&data().packed_log, 2_000);
+    let cut = folder.file("cut.log", &lines[..lines.len() - 1]);
+    let malformed = folder.file("malformed.log", &format!("{lines}hello\n"));
+    let empty = folder.file("empty.log", "");
+    let missing = folder.path("missing.log");
+    let (cell, figure) = (packed_cell(), folder.path("out.svg"));
+    let cases: [(&str, &[&str]); 4] = [
+        (&cut, &["cut.log:2000:", "no newline", "delete that line"]),
+        (&malformed, &["malformed.log:2001:", "no time stamp"]),
+        (&empty, &["no complete sample", "layout"]),
+        (&missing, &["missing.log", "No such file", "check the path"]),
+    ];
+    for (log, says) in cases {
+        didim(&["replay", "--cell", &cell, log, "--json", "--figure", &figure]).refused(1, says);
+    }
+    assert_eq!(folder.names(), ["cut.log", "empty.log", "malformed.log"]);
+}
+
+#[test]
+fn a_replay_gives_the_same_bytes_every_time() {
+    let command = ["replay", "--cell", &packed_cell(), &data().packed_log, "--json"];
+    let outputs = [(), ()].map(|()| didim(&command).done());
+    assert_eq!(outputs[0], outputs[1]);
+    let output: serde_json::Value = serde_json::from_str(&outputs[0]).unwrap();
+    assert_eq!(output["verdict"]["applicable"], true, "{output}");
+    assert_eq!(output["parameters"].as_array().unwrap().len(), 28);
+}
+
+#[test]
+fn without_a_service_nothing_is_known() {
+    let folder = Folder::new();
+    let runtime = folder.path("runtime");
+    for command in [&["status", "--json"][..], &["status"], &["window", "begin"]] {
+        didim(&[command, &["--runtime", &runtime]].concat())
+            .refused(1, &["no service at", &runtime, "No such file", "didim run", "--runtime"]);
+    }
+    didim(&["window", "open", "--runtime", &runtime]).refused(2, &["'open'", "begin", "end"]);
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn arguments_of_the_service_are_checked() {
+    let missing = Folder::new().path("missing.toml");
+    for command in ["run", "status", "replay"] {
+        let log: &[&str] = if command == "replay" { &["x.log"] } else { &[] };
+        didim(&[&[command, "--cell", &missing][..], log].concat())
+            .refused(78, &[&missing, "No such file"]);
+    }
+    didim(&["demo", "--seconds", "0"]).refused(2, &["--seconds 0", "5 to 86400"]);
+    didim(&["demo", "--method", "x"]).refused(2, &["--method", "possible values: idim-ls"]);
+}
+
+#[test]
+fn a_result_that_is_not_stored_is_a_failure() {
+    let folder = Folder::new();
+    let state = folder.path("state");
+    std::fs::create_dir(&state).unwrap();
+    // The last number but one is taken, and the last one's name by a folder, which no result
+    // replaces, not even for root.
+    std::fs::write(format!("{state}/result-18446744073709551614.json"), "{}").unwrap();
+    std::fs::create_dir(format!("{state}/result-18446744073709551615.json")).unwrap();
+    let command = ["replay", "--cell", &packed_cell(), &data().packed_log, "--state", &state];
+    didim(&command).refused(1, &["1 of 1 result not stored", "window 0", "Is a directory"]);
+}
+
+#[test]
+fn rejected_windows_are_reported_next_to_the_result() {
+    let log = std::fs::read_to_string(&data().packed_log).unwrap();
+    let mut lines: Vec<&str> = log.split_inclusive('\n').collect();
+    lines.drain(8_000..8_003);
+    let folder = Folder::new();
+    let log = folder.file("gap.log", &lines.concat());
+    let outcome = didim(&["replay", "--cell", &packed_cell(), &log, "--json"]);
+    assert_eq!(outcome.code, Some(0), "{outcome:#?}");
+    serde_json::from_str::<serde_json::Value>(&outcome.stdout).unwrap();
+    for part in ["1 of 2 windows rejected", "window 0", "3 samples are missing"] {
+        assert!(outcome.stderr.contains(part), "{}", outcome.stderr);
+    }
+}
+
+/// A demonstration that would take ten minutes, when its stream is in shared memory.
+fn long_demonstration(folder: &Folder) -> (Child, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_didim"))
+        .args(["demo", "--seconds", "600", "--figure", &folder.path("out.svg")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let prefix = format!("didim-run-{}-0_", child.id());
+    let begin = Instant::now();
+    // Lock, management, and the samples' segment, which is the last and by far the largest.
+    while shared_bytes(&prefix) < 10_000_000 {
+        assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
+        assert!(begin.elapsed() < Duration::from_secs(60), "no stream within a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    (child, prefix)
+}
+
+/// Bytes in shared memory of the files with a prefix.
+fn shared_bytes(prefix: &str) -> u64 {
+    let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    let files = files.filter(|file| file.file_name().to_str().unwrap().starts_with(prefix));
+    files.filter_map(|file| file.metadata().ok()).map(|data| data.len()).sum()
+}
+
+fn kill(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+#[test]
+fn an_interrupted_demonstration_leaves_nothing() {
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let folder = Folder::new();
+        let (child, prefix) = long_demonstration(&folder);
+        kill(&child, signal);
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(130), "{signal:?}: {stderr}");
+        assert!(stderr.contains("interrupted"), "{stderr}");
+        assert_eq!(folder.names(), [""; 0]);
+        assert_eq!(shared_bytes(&prefix), 0, "{signal:?}");
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_in_shared_memory_goes_with_the_next_and_no_living_one_does() {
+    let folder = Folder::new();
+    let (mut living, of_living) = long_demonstration(&folder);
+    let (mut killed, of_killed) = long_demonstration(&folder);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let bytes = shared_bytes(&of_living);
+    assert!(shared_bytes(&of_killed) > 10_000_000);
+    didim(&["replay", "--cell", &packed_cell(), &data().packed_log, "--json"]).done();
+    assert_eq!(shared_bytes(&of_killed), 0);
+    assert_eq!(shared_bytes(&of_living), bytes);
+    kill(&living, Signal::INT);
+    living.wait().unwrap();
+    assert_eq!(shared_bytes(&of_living), 0);
+}
+
+#[test]
+fn an_interrupted_offline_command_says_so_and_leaves_no_file() {
+    let folder = Folder::new();
+    // A log that does not end: the command waits for more of it.
+    let pipe = folder.path("endless.log");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_didim"))
+            .args(["identify", "--cell", &packed_cell(), "--input", &pipe])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // It is opened for reading: the command is at work.
+        let writer = std::fs::File::options().write(true).open(&pipe).unwrap();
+        kill(&child, signal);
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal:?}");
+        drop(writer);
+    }
+    assert_eq!(folder.names(), ["endless.log"]);
+}

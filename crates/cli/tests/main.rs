@@ -1,0 +1,38 @@
+//! The program, as it is called.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and says what it found"
+)]
+
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+mod program;
+
+#[path = "../../formats/tests/bag_writer.rs"]
+mod bag_writer;
+mod can_arms;
+mod command_line;
+mod data;
+mod design;
+mod disk_allocator;
+mod ethercat;
+mod export;
+mod known_torques;
+mod load;
+mod metrics;
+mod new;
+mod payload;
+mod pipeline;
+mod privileges;
+mod real_arms;
+mod recording;
+mod recordings;
+mod reload;
+mod results;
+mod seven_axes;
+mod stored;
+mod urdf;
+mod vcan;

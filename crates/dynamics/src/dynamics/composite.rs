@@ -1,0 +1,71 @@
+//! Composite bodies: all links from the tip to a link as one body.
+
+use super::inertia::{Inertia, Wrench};
+use super::pose::Pose;
+use super::vector::Vector3;
+use crate::MAX_JOINTS;
+use crate::numeric::Scalar;
+use crate::robot::JointKind;
+
+/// Links from the tip to link j: their composite body, and the wrench for a unit acceleration of
+/// each of their joints alone, in the frame of link j.
+pub(super) struct OuterLinks<T> {
+    body: Option<Inertia<T>>,
+    unit_wrenches: [Wrench<T>; MAX_JOINTS],
+    /// Number of links from the base.
+    end: usize,
+}
+
+impl<T: Scalar> OuterLinks<T> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self { body: None, unit_wrenches: [Wrench::zero(); MAX_JOINTS], end: 0 }
+    }
+
+    /// Adds link j, the one before the present links.
+    #[inline(always)]
+    pub(super) fn take(
+        &mut self,
+        link: Inertia<T>,
+        joint: JointKind,
+        poses: &[Pose<T>; MAX_JOINTS],
+        j: usize,
+    ) {
+        let subtree = match self.body {
+            None => {
+                self.end = j + 1;
+                link
+            }
+            Some(body) => {
+                let pose = &poses[j + 1];
+                for wrench in &mut self.unit_wrenches[j + 1..self.end] {
+                    *wrench = wrench.to_previous(pose);
+                }
+                link.join(body.to_previous(pose))
+            }
+        };
+        self.unit_wrenches[j] = unit_wrench(&subtree, joint);
+        self.body = Some(subtree);
+    }
+
+    /// Returns the joints from j on, each with its wrench.
+    #[inline(always)]
+    pub(super) fn unit_wrenches(&self, j: usize) -> impl Iterator<Item = (usize, &Wrench<T>)> {
+        self.unit_wrenches[..self.end].iter().enumerate().skip(j)
+    }
+}
+
+/// Returns the wrench for a unit acceleration along or about z of a body at rest: revolute F = z ×
+/// ms, N = J z; prismatic F = m z, N = ms × z.
+#[inline(always)]
+fn unit_wrench<T: Scalar>(body: &Inertia<T>, kind: JointKind) -> Wrench<T> {
+    let Vector3 { x, y, .. } = body.first_moment;
+    match kind {
+        JointKind::Revolute => {
+            Wrench { force: Vector3::new(-y, x, T::zero()), moment: body.about_z() }
+        }
+        JointKind::Prismatic => {
+            Wrench { force: Vector3::along_z(body.mass), moment: Vector3::new(y, -x, T::zero()) }
+        }
+    }
+}

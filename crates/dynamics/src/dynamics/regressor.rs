@@ -1,0 +1,228 @@
+//! The regressor: the inverse dynamic model as a matrix times the standard parameters.
+
+use super::inertia::Wrench;
+use super::model::Model;
+use super::motion::Motion;
+use super::pose::Pose;
+use super::regressor_columns::RegressorColumns;
+use super::vector::Vector3;
+use super::workspace::Workspace;
+use crate::MAX_JOINTS;
+use crate::numeric::Scalar;
+use crate::robot::JointKind;
+
+impl Model {
+    /// These columns of the regressor, in this order, each at most once.
+    pub fn regressor_columns(&self, columns: &[usize]) -> RegressorColumns {
+        let parameters = self.parameter_names().len();
+        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, true)
+    }
+
+    /// Prepares the entries of the same columns that can differ from 0, one column after the other.
+    pub fn regressor_entries(&self, columns: &[usize]) -> RegressorColumns {
+        let parameters = self.parameter_names().len();
+        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, false)
+    }
+
+    /// The matrix Y(q, q̇, q̈) with τ = Y φ: n × p, row-major, row = joint, columns as
+    /// [`parameter_names`](Self::parameter_names).
+    ///
+    /// # Panics
+    /// When a slice is not of the model's size: n entries for q, dq and ddq, n × p for `out`.
+    pub fn regressor<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        q: &[T],
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
+        self.selected_regressor(ws, &self.all_columns, q, dq, ddq, out);
+    }
+
+    /// The wanted columns of the [`regressor`](Self::regressor) alone, n × b, row-major, or their
+    /// [`entries`](RegressorColumns::entries).
+    ///
+    /// # Panics
+    /// When a slice is not of the model's size: n entries for q, dq and ddq, and for `out` as many
+    /// as the columns have; or when the columns are those of another model.
+    pub fn selected_regressor<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        q: &[T],
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
+        self.check_joints(q);
+        T::vectorised(
+            #[inline(always)]
+            || {
+                self.place(ws, q);
+                let loads = self.loads(&ws.poses, None, q);
+                self.regressor_of_poses(ws, columns, loads.as_ref(), dq, ddq, out);
+            },
+        );
+    }
+
+    /// Computes the same with the poses in the workspace, and with the loads if friction grows with
+    /// them.
+    ///
+    /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns the
+    /// link with c, both in the link's frame, and τ_i is the sum over the links of c · N_l + b ·
+    /// F_l.
+    #[inline(always)]
+    pub(super) fn regressor_of_poses<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        loads: Option<&[T; MAX_JOINTS]>,
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
+        self.check_joints(dq);
+        self.check_joints(ddq);
+        assert_eq!(out.len(), columns.entries.len(), "one number per entry");
+        self.propagate(ws, columns.links.len(), dq, Some(ddq));
+        let column_index =
+            |row: usize, column: usize| columns.indices[row * columns.width + column];
+        if columns.is_matrix {
+            out.fill(T::zero());
+        } else {
+            columns.drives.for_each_entry(|row, column| out[column_index(row, column)] = T::zero());
+        }
+
+        let mut axes = [Axis::own_of(JointKind::Revolute); MAX_JOINTS];
+        for (l, wanted) in columns.links.iter().enumerate() {
+            for axis in &mut axes[..l] {
+                *axis = axis.to_link(&ws.poses[l]);
+            }
+            let kind = self.chain[l].kind;
+            axes[l] = Axis::own_of(kind);
+            for &(component, first) in wanted {
+                let mut entry = first;
+                if component < INERTIA_COMPONENTS {
+                    let moment = unit_inertia_moment(component, &ws.motions[l]);
+                    for axis in &axes[..l] {
+                        out[entry] = axis.angular.dot(moment);
+                        entry += columns.stride;
+                    }
+                    out[entry] = match kind {
+                        JointKind::Revolute => moment.z,
+                        JointKind::Prismatic => T::zero(),
+                    };
+                } else {
+                    let wrench = unit_mass_wrench(component, &ws.motions[l]);
+                    for axis in &axes[..l] {
+                        out[entry] = axis.angular.dot(wrench.moment);
+                        if axis.displaced {
+                            out[entry] += axis.linear.dot(wrench.force);
+                        }
+                        entry += columns.stride;
+                    }
+                    out[entry] = wrench.generalised_force(kind);
+                }
+            }
+        }
+        columns.drives.for_each_inertia(ddq, |row, column, c| out[column_index(row, column)] += c);
+        columns.drives.for_each_friction(dq, ws.hysteresis.as_ref(), |row, column, c| {
+            out[column_index(row, column)] += c;
+        });
+        if let Some(loads) = loads {
+            let add = |row: usize, column: usize, c: T| out[column_index(row, column)] += c;
+            columns.drives.for_each_load_friction(dq, loads, add);
+        }
+    }
+
+    /// Returns which entries of the regressor can differ from 0, in its layout.
+    pub fn regressor_pattern(&self) -> Vec<bool> {
+        let (n, width) = (self.joints(), self.parameter_names().len());
+        let columns: Vec<usize> = (0..width).collect();
+        let mut pattern = vec![false; n * width];
+        for (row, column) in self.regressor_entries(&columns).entries {
+            pattern[row * width + column] = true;
+        }
+        pattern
+    }
+}
+
+/// Effect of a joint's unit velocity on a link, in the link's frame.
+#[derive(Clone, Copy)]
+struct Axis<T> {
+    /// Its angular velocity.
+    angular: Vector3<T>,
+    /// The velocity of its frame's origin.
+    linear: Vector3<T>,
+    /// True if the origin can move. Axes through the origin do not move it.
+    displaced: bool,
+}
+
+impl<T: Scalar> Axis<T> {
+    /// Creates the axis of the link's own joint.
+    #[inline(always)]
+    fn own_of(joint: JointKind) -> Self {
+        let (zero, z) = (Vector3::zero(), Vector3::along_z(T::constant(1.0)));
+        match joint {
+            JointKind::Revolute => Self { angular: z, linear: zero, displaced: false },
+            JointKind::Prismatic => Self { angular: zero, linear: z, displaced: true },
+        }
+    }
+
+    /// Returns the axis of the same joint for the next link.
+    #[inline(always)]
+    fn to_link(self, pose: &Pose<T>) -> Self {
+        let Self { angular, mut linear, mut displaced } = self;
+        if pose.shifted {
+            linear = linear + angular.cross(pose.origin);
+            displaced = true;
+        }
+        if displaced {
+            linear = pose.to_link(linear);
+        }
+        Self { angular: pose.to_link(angular), linear, displaced }
+    }
+}
+
+/// xx, xy, xz, yy, yz and zz come first of a link's ten parameters.
+const INERTIA_COMPONENTS: usize = 6;
+
+/// N of a link whose only parameter is this component of J, 1: J ω̇ + ω × J ω
+/// (see [`Inertia::wrench`](super::inertia::Inertia::wrench)).
+#[inline(always)]
+fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vector3<T> {
+    let Motion { angular_velocity: w, angular_acceleration: dw, .. } = *motion;
+    match component {
+        0 => Vector3::new(dw.x, w.z * w.x, -(w.y * w.x)),
+        1 => Vector3::new(dw.y - w.z * w.x, dw.x + w.z * w.y, w.x * w.x - w.y * w.y),
+        2 => Vector3::new(dw.z + w.y * w.x, w.z * w.z - w.x * w.x, dw.x - w.y * w.z),
+        3 => Vector3::new(-(w.z * w.y), dw.y, w.x * w.y),
+        4 => Vector3::new(w.y * w.y - w.z * w.z, dw.z - w.x * w.y, dw.y + w.x * w.z),
+        _ => Vector3::new(w.y * w.z, -(w.x * w.z), dw.z),
+    }
+}
+
+/// N and F of a link whose only parameter is mx, my, mz or m, 1:
+/// N = ms × a, F = m a + ω̇ × ms + ω × (ω × ms).
+#[inline(always)]
+fn unit_mass_wrench<T: Scalar>(component: usize, motion: &Motion<T>) -> Wrench<T> {
+    let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;
+    let zero = T::zero();
+    let (moment, force) = match component {
+        6 => (
+            Vector3::new(zero, -a.z, a.y),
+            Vector3::new(-(w.y * w.y) - w.z * w.z, dw.z + w.y * w.x, w.z * w.x - dw.y),
+        ),
+        7 => (
+            Vector3::new(a.z, zero, -a.x),
+            Vector3::new(w.x * w.y - dw.z, -(w.z * w.z) - w.x * w.x, dw.x + w.z * w.y),
+        ),
+        8 => (
+            Vector3::new(-a.y, a.x, zero),
+            Vector3::new(dw.y + w.x * w.z, w.y * w.z - dw.x, -(w.x * w.x) - w.y * w.y),
+        ),
+        _ => (Vector3::zero(), a),
+    };
+    Wrench { force, moment }
+}

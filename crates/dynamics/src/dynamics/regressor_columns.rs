@@ -1,0 +1,91 @@
+//! Columns of the regressor to compute, and the places of their entries.
+
+use super::drives::Drives;
+use crate::robot::SignModel;
+
+/// Wanted columns of the regressor, prepared for evaluation: as a matrix, or only the entries that
+/// can differ from 0.
+#[derive(Clone, Debug)]
+pub struct RegressorColumns {
+    pub(super) width: usize,
+    /// Joint and column of what is wanted, in its order: a matrix row by row, entries column by
+    /// column.
+    pub(super) entries: Vec<(usize, usize)>,
+    pub(super) is_matrix: bool,
+    /// Wanted parameters of each link, of its ten, with the place of the first of their entries.
+    pub(super) links: Vec<Vec<(usize, usize)>>,
+    /// Distance from there to the entry of the next joint.
+    pub(super) stride: usize,
+    /// The drives' parameters by their columns among the wanted.
+    pub(super) drives: Drives,
+    /// Place of the entry of joint and column, row by row.
+    pub(super) indices: Vec<usize>,
+}
+
+impl RegressorColumns {
+    pub(super) fn new(
+        first_columns: &[usize],
+        drives: &Drives,
+        parameters: usize,
+        wanted: &[usize],
+        is_matrix: bool,
+    ) -> Self {
+        let (joints, width) = (first_columns.len(), wanted.len());
+        let place = |column: usize| wanted.iter().position(|&other| other == column);
+        let of_link = |&first: &usize| {
+            (0..10).filter_map(|component| Some((component, place(first + component)?))).collect()
+        };
+        let mut links: Vec<Vec<_>> = first_columns.iter().map(of_link).collect();
+        // Links beyond the last one with wanted parameters need no computation.
+        while links.last().is_some_and(Vec::is_empty) {
+            links.pop();
+        }
+        let places: Vec<_> = (0..parameters).map(place).collect();
+        let drives = drives.selecting(&places);
+
+        // A joint feels only what hangs on it, and the drives that act on it.
+        let mut differs = vec![false; joints * width];
+        for (link, wanted) in links.iter().enumerate() {
+            for (row, (_, column)) in
+                (0..=link).flat_map(|row| wanted.iter().map(move |w| (row, w)))
+            {
+                differs[row * width + column] = true;
+            }
+        }
+        drives.for_each_entry(|row, column| differs[row * width + column] = true);
+        let entries: Vec<(usize, usize)> = if is_matrix {
+            (0..joints).flat_map(|row| (0..width).map(move |column| (row, column))).collect()
+        } else {
+            let all_entries =
+                (0..width).flat_map(|column| (0..joints).map(move |row| (row, column)));
+            all_entries.filter(|(row, column)| differs[row * width + column]).collect()
+        };
+        let mut indices = vec![usize::MAX; joints * width];
+        for (index, (row, column)) in entries.iter().enumerate() {
+            indices[row * width + column] = index;
+        }
+        for (_, column) in links.iter_mut().flatten() {
+            *column = indices[*column];
+        }
+        let stride = if is_matrix { width } else { 1 };
+        Self { width, entries, is_matrix, links, stride, drives, indices }
+    }
+
+    /// Joint and column of the entries, in the order in which they are computed.
+    pub fn entries(&self) -> &[(usize, usize)] {
+        &self.entries
+    }
+
+    pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
+        self.drives.set_sign_model(sign_model);
+    }
+
+    pub(super) fn set_stribeck_speed(&mut self, speed_rad_s: f64) {
+        self.drives.set_stribeck_speed(speed_rad_s);
+    }
+
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+}

@@ -1,0 +1,42 @@
+//! Vector instructions where the processor has them.
+//!
+//! The released program runs on every x86-64 processor, and finds out at run time what this one can
+//! do (function multiversioning). Results may differ between processors by rounding.
+
+/// Calls `work` with AVX2 where the processor has it; `work` and all that is inlined into it are
+/// compiled for both cases.
+///
+/// A closure is handed over as `#[inline(always)] || …`: one that is not inlined is compiled for
+/// the baseline alone.
+#[inline(always)]
+#[allow(unsafe_code, reason = "a function with a target feature is called")]
+pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2")]
+        fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
+            work()
+        }
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has the feature, and the operating system saves its registers,
+            // which is part of what is detected.
+            return unsafe { with_avx2(work) };
+        }
+    }
+    work()
+}
+
+/// Lanes of the widest vector register that is looked for, AVX2's. Sums over lanes have other bits
+/// with another width.
+pub const WIDTH: usize = 4;
+
+/// Returns `value` of each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
+/// that it has the vector instructions of its caller.
+#[inline(always)]
+pub fn each<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
+    let mut values = [0.0; L];
+    for (l, lane) in values.iter_mut().enumerate() {
+        *lane = value(l);
+    }
+    values
+}

@@ -1,0 +1,14 @@
+//! Numbers side by side: one source for `f64` and for lanes of vector registers, compiled for the
+//! vector instructions that the processor has.
+
+mod dispatch;
+mod elementary;
+mod lanes;
+mod median;
+mod scalar;
+
+pub use dispatch::WIDTH;
+pub use dispatch::{each, vectorised};
+pub use lanes::Lanes;
+pub use median::median;
+pub use scalar::Scalar;

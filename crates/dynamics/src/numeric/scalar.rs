@@ -1,0 +1,164 @@
+//! The arithmetic that the dynamics need, so that one source serves `f64`, SIMD lanes and dual
+//! numbers.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use super::dispatch::{WIDTH, vectorised};
+use super::elementary;
+
+/// A field with the few functions that rigid-body dynamics and friction use.
+///
+/// Branches on a value are expressed as functions (`sign`, `dead_band_sign`), so that a type that
+/// holds several values at once can implement them.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// The constant `value` in every lane, with no derivative.
+    fn constant(value: f64) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// True if it is 0 in every lane with every derivative; false if that is unknown.
+    fn is_zero(self) -> bool {
+        false
+    }
+    /// Sines and cosines of several angles, which may be faster together; as many of each as
+    /// angles.
+    #[inline(always)]
+    fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
+        for ((angle, sin), cos) in angles.iter().zip(sines).zip(cosines) {
+            (*sin, *cos) = angle.sin_cos();
+        }
+    }
+    /// Hyperbolic tangents of several values in place, which may be faster together.
+    #[inline(always)]
+    fn tanh_each(values: &mut [Self]) {
+        for value in values {
+            *value = value.tanh();
+        }
+    }
+    /// −1, 0 or 1; 0 at exactly 0.
+    fn sign(self) -> Self;
+    /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
+    fn dead_band_sign(self, threshold: f64) -> Self;
+    /// A function of one number, given by its value and its derivative, in every lane.
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self;
+    /// True if every lane is above 0; false for NaN.
+    fn all_positive(self) -> bool;
+
+    /// Does `work`, a computation over this type, with the vector instructions that it has use for.
+    #[inline(always)]
+    fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
+    /// The additive identity.
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+}
+
+/// Numbers that go through an elementary function at once.
+const TOGETHER: usize = WIDTH;
+
+/// Returns [`TOGETHER`] of the numbers from `start` on, with zeros beyond the end.
+#[inline(always)]
+fn window(values: &[f64], start: usize) -> [f64; TOGETHER] {
+    let values = &values[start..];
+    if let Some(window) = values.first_chunk() {
+        return *window;
+    }
+    let mut window = [0.0; TOGETHER];
+    window[..values.len()].copy_from_slice(values);
+    window
+}
+
+/// Writes a window back, without the part beyond the end.
+#[inline(always)]
+fn set_window(values: &mut [f64], start: usize, window: &[f64; TOGETHER]) {
+    let values = &mut values[start..];
+    match values.first_chunk_mut() {
+        Some(values) => *values = *window,
+        None => values.copy_from_slice(&window[..values.len()]),
+    }
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let ([sin], [cos]) = elementary::sin_cos(&[self]);
+        (sin, cos)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        let [tanh] = elementary::tanh(&[self]);
+        tanh
+    }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self == 0.0
+    }
+    fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
+        vectorised(
+            #[inline(always)]
+            || {
+                // The last window overlaps the one before rather than being filled up.
+                let last = angles.len().saturating_sub(TOGETHER);
+                for start in (0..last).step_by(TOGETHER).chain([last]) {
+                    let (sin, cos) = elementary::sin_cos(&window(angles, start));
+                    set_window(sines, start, &sin);
+                    set_window(cosines, start, &cos);
+                }
+            },
+        );
+    }
+    fn tanh_each(values: &mut [Self]) {
+        vectorised(
+            #[inline(always)]
+            || {
+                // The last window overlaps: it is read before the others are replaced.
+                let last = values.len().saturating_sub(TOGETHER);
+                let of_last = elementary::tanh(&window(values, last));
+                for start in (0..last).step_by(TOGETHER) {
+                    let tanh = elementary::tanh(&window(values, start));
+                    set_window(values, start, &tanh);
+                }
+                set_window(values, last, &of_last);
+            },
+        );
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        // Without a branch, which no processor could predict.
+        let [above, below] = [self > 0.0, self < 0.0].map(|is| if is { 1.0 } else { 0.0 });
+        above - below
+    }
+    #[inline(always)]
+    fn dead_band_sign(self, threshold: f64) -> Self {
+        if self.abs() < threshold { 0.0 } else { Scalar::sign(self) }
+    }
+    #[inline(always)]
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        let [value, _] = function(self);
+        value
+    }
+    #[inline(always)]
+    fn all_positive(self) -> bool {
+        self > 0.0
+    }
+}

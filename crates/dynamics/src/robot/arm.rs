@@ -1,0 +1,141 @@
+//! An arm, as read from its file.
+
+use super::capsule::Capsule;
+use super::friction::{FrictionTerms, JointFriction, SignModel};
+use super::joint::{Joint, Limits};
+use super::known_torque::KnownTorque;
+use super::nominal::NominalParameters;
+use super::parameters::ParameterTable;
+use super::transmission::Transmission;
+
+/// A serial arm of 1 to [`MAX_JOINTS`](crate::MAX_JOINTS) revolute and prismatic joints, as read
+/// from its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    pub(super) name: String,
+    pub(super) gravity_m_s2: [f64; 3],
+    pub(super) joints: Vec<Joint>,
+    pub(super) transmission: Transmission,
+    pub(super) friction: FrictionTerms,
+    /// Of each joint.
+    pub(super) own_friction: Vec<JointFriction>,
+    /// One entry per joint; `None` without a known torque.
+    pub(super) known_torques: Vec<Option<KnownTorque>>,
+    /// Capsules of the base and each link; all are empty if the file has none.
+    pub(super) capsules: Vec<Vec<Capsule>>,
+    pub(super) parameters: ParameterTable,
+    pub(super) nominal: Option<NominalParameters>,
+}
+
+impl Robot {
+    /// Returns the same robot with another law for the sign of Coulomb friction in every joint.
+    #[must_use]
+    pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
+        for joint in &mut self.own_friction {
+            joint.sign = sign_model;
+        }
+        self
+    }
+
+    /// Returns the same robot with other friction in its joints, one entry each. Nominal values
+    /// stay. Those of new terms are 0, and those of removed terms are gone.
+    #[must_use]
+    pub fn with_friction(mut self, friction: Vec<JointFriction>) -> Self {
+        assert_eq!(friction.len(), self.joints(), "one entry per joint");
+        self.own_friction = friction;
+        self.parameters = ParameterTable::new(
+            &self.joints,
+            self.friction,
+            &self.own_friction,
+            &self.transmission,
+        );
+        self.nominal = self.nominal.map(|nominal| nominal.over(&self.parameters));
+        self
+    }
+
+    /// Returns the same robot with each nominal parameter, if it has any, multiplied by the factor
+    /// of its name; asked for in the order of [`NominalParameters::listed`].
+    #[must_use]
+    pub fn with_scaled_nominal(mut self, factor: impl FnMut(&str) -> f64) -> Self {
+        let table = &self.parameters;
+        self.nominal = self.nominal.map(|n| n.scaled(|name| table.find(name), factor));
+        self
+    }
+
+    /// The name that results carry.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of joints, which is also the number of motors.
+    pub fn joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The joints from base to tip.
+    pub fn chain(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Acceleration of gravity in the base frame \[m/s²\]; (0, 0, −9.81) for an arm on the floor.
+    pub fn gravity_m_s2(&self) -> [f64; 3] {
+        self.gravity_m_s2
+    }
+
+    /// Gear ratios and couplings.
+    pub fn transmission(&self) -> &Transmission {
+        &self.transmission
+    }
+
+    /// Returns the limits of each joint, from base to tip.
+    pub fn limits(&self) -> impl ExactSizeIterator<Item = &Limits> {
+        self.joints.iter().map(|joint| &joint.limits)
+    }
+
+    /// Returns which of the usual friction terms the joints have.
+    pub fn friction(&self) -> FrictionTerms {
+        self.friction
+    }
+
+    /// Returns the further friction of each joint.
+    pub fn own_friction(&self) -> &[JointFriction] {
+        &self.own_friction
+    }
+
+    /// The friction of a joint, counted from 0, as its `[[joint]]` states it in a file whose
+    /// `[friction]` has no further law for all joints.
+    pub fn own_friction_toml(&self, joint: usize) -> String {
+        let JointFriction { sign, laws } = &self.own_friction[joint];
+        let mut parts: Vec<String> = laws.iter().map(ToString::to_string).collect();
+        if self.friction.coulomb {
+            parts.push(format!("sign = {sign}"));
+        }
+        format!("friction = {{ {} }}", parts.join(", "))
+    }
+
+    /// The law for the sign of Coulomb friction of a joint, counted from 0, and of its motor.
+    pub fn sign_model(&self, joint: usize) -> SignModel {
+        self.own_friction[joint].sign
+    }
+
+    /// Returns the known torque on each joint in addition to gravity and drive, if one is
+    /// configured.
+    pub fn known_torques(&self) -> &[Option<KnownTorque>] {
+        &self.known_torques
+    }
+
+    /// The shapes that the file states: of the base, and of each link.
+    pub fn capsules(&self) -> &[Vec<Capsule>] {
+        &self.capsules
+    }
+
+    /// The standard parameters of the model.
+    pub fn parameters(&self) -> &ParameterTable {
+        &self.parameters
+    }
+
+    /// The parameter values that the file states, if any.
+    pub fn nominal(&self) -> Option<&NominalParameters> {
+        self.nominal.as_ref()
+    }
+}

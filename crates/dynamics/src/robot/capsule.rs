@@ -1,0 +1,54 @@
+//! The shape of a link, as far as collisions go.
+
+use serde::Deserialize;
+
+use super::{Joint, JointKind};
+
+/// All points within a radius of a segment, in the frame of its link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// One end of the segment \[m\].
+    pub from_m: [f64; 3],
+    /// The other \[m\]; the same one for a ball.
+    pub to_m: [f64; 3],
+    /// \[m\].
+    pub radius_m: f64,
+}
+
+/// A capsule of a file. Without ends it reaches from the frame of its link to that of the next.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCapsule {
+    from_m: Option<[f64; 3]>,
+    to_m: Option<[f64; 3]>,
+    radius_m: f64,
+}
+
+impl RawCapsule {
+    /// Places it on a link with a next joint, or without one.
+    pub(super) fn of_link(self, next: Option<&Joint>) -> Result<Capsule, String> {
+        let Self { from_m, to_m, radius_m } = self;
+        if !(radius_m.is_finite() && radius_m > 0.0) {
+            return Err(format!("`radius_m` = {radius_m} must be finite and greater than 0"));
+        }
+        let end = match (to_m, next) {
+            (Some(to_m), _) => to_m,
+            (None, None) => [0.0; 3],
+            (None, Some(next)) if next.kind == JointKind::Revolute => {
+                [next.d_m, -next.r_m * next.alpha.sin, next.r_m * next.alpha.cos]
+            }
+            (None, Some(_)) => {
+                return Err(
+                    "the next joint slides, so that nothing says how far the link reaches; \
+                    state `to_m`"
+                        .to_owned(),
+                );
+            }
+        };
+        let from_m = from_m.unwrap_or_default();
+        match from_m.iter().chain(&end).all(|value| value.is_finite()) {
+            true => Ok(Capsule { from_m, to_m: end, radius_m }),
+            false => Err("`from_m` and `to_m` must be finite numbers".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! From a robot file to a valid [`Robot`].
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::capsule::RawCapsule;
+use super::friction::RawJointFriction;
+use super::known_torque::RawKnownTorque;
+use super::limit::RawLimit;
+use super::{
+    Angle, Capsule, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
+    ParameterTable, Robot, RobotError, SignModel, Transmission,
+};
+use crate::MAX_JOINTS;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRobot {
+    name: Spanned<String>,
+    gravity_m_s2: Spanned<[f64; 3]>,
+    #[serde(default)]
+    base_capsules: Vec<Spanned<RawCapsule>>,
+    #[serde(default)]
+    joint: Vec<Spanned<RawJoint>>,
+    transmission: RawTransmission,
+    friction: Spanned<RawFriction>,
+    nominal: Option<BTreeMap<Spanned<String>, Spanned<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    r#type: JointKind,
+    alpha_deg: Spanned<f64>,
+    d_m: Spanned<f64>,
+    theta_deg: Spanned<f64>,
+    r_m: Spanned<f64>,
+    drive_inertia: bool,
+    position_min_deg: Option<Spanned<f64>>,
+    position_max_deg: Option<Spanned<f64>>,
+    velocity_max_rad_s: Option<Spanned<RawLimit>>,
+    acceleration_max_rad_s2: Option<Spanned<f64>>,
+    jerk_max_rad_s3: Option<Spanned<f64>>,
+    torque_max_nm: Option<Spanned<RawLimit>>,
+    position_min_m: Option<Spanned<f64>>,
+    position_max_m: Option<Spanned<f64>>,
+    velocity_max_m_s: Option<Spanned<RawLimit>>,
+    acceleration_max_m_s2: Option<Spanned<f64>>,
+    jerk_max_m_s3: Option<Spanned<f64>>,
+    force_max_n: Option<Spanned<RawLimit>>,
+    friction: Option<Spanned<RawJointFriction>>,
+    known_torque: Option<Spanned<RawKnownTorque>>,
+    #[serde(default)]
+    capsules: Vec<Spanned<RawCapsule>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTransmission {
+    rows: Spanned<Vec<Vec<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFriction {
+    viscous: bool,
+    coulomb: bool,
+    offset: bool,
+    sign: Option<SignModel>,
+    quadratic: Option<bool>,
+    cubic: Option<bool>,
+    asymmetric: Option<bool>,
+    load: Option<bool>,
+    stribeck_rad_s: Option<f64>,
+    hysteresis_rad: Option<f64>,
+}
+
+/// The text, to turn the reader's byte offsets into lines.
+#[derive(Clone, Copy)]
+struct Text<'a>(&'a str);
+
+impl Text<'_> {
+    fn line(self, offset: usize) -> usize {
+        1 + self.0.bytes().take(offset).filter(|byte| *byte == b'\n').count()
+    }
+
+    fn line_of<V>(self, value: &Spanned<V>) -> usize {
+        self.line(value.span().start)
+    }
+
+    fn finite(self, key: &str, value: &Spanned<f64>) -> Result<f64, RobotError> {
+        let number = *value.get_ref();
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            Err(RobotError::NotFinite { key: key.into(), line: self.line_of(value) })
+        }
+    }
+}
+
+impl Robot {
+    /// The robot that a TOML text describes; `config/robots/tx40.toml` shows every key.
+    ///
+    /// # Errors
+    /// [`RobotError`]: the line, and what stands there.
+    pub fn from_toml(text: &str) -> Result<Self, RobotError> {
+        let raw: RawRobot = toml::from_str(text).map_err(|error| RobotError::Format {
+            // An error without a place concerns the file as a whole.
+            line: error.span().map_or(1, |span| Text(text).line(span.start)),
+            message: error.message().to_owned(),
+        })?;
+        let text = Text(text);
+
+        if raw.name.get_ref().trim().is_empty() {
+            return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
+        }
+        if raw.name.get_ref().contains(char::is_control) {
+            return Err(RobotError::ControlInName { line: text.line_of(&raw.name) });
+        }
+        if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
+            let line = text.line_of(&raw.gravity_m_s2);
+            return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });
+        }
+        let count = raw.joint.len();
+        if !(1..=MAX_JOINTS).contains(&count) {
+            return Err(RobotError::JointCount { found: count, largest: MAX_JOINTS });
+        }
+        let joints = raw
+            .joint
+            .iter()
+            .enumerate()
+            .map(|(i, joint)| read_joint(text, i + 1, joint))
+            .collect::<Result<Vec<_>, _>>()?;
+        let transmission =
+            Transmission::new(count, raw.transmission.rows.get_ref()).map_err(|source| {
+                RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
+            })?;
+        let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint, &joints)?;
+        let known_torques = (raw.joint.iter().zip(&joints).zip(1..))
+            .map(|((raw, joint), number)| {
+                let Some(configured) = &raw.get_ref().known_torque else { return Ok(None) };
+                let limit = configured.get_ref().of_joint(joint.kind, &joint.limits);
+                let line = text.line_of(configured);
+                limit.map(Some).map_err(|message| {
+                    let message = format!("`known_torque` of joint {number}: {message}");
+                    RobotError::Format { line, message }
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let of_links = raw.joint.iter().map(|joint| &joint.get_ref().capsules);
+        let capsules = (core::iter::once(&raw.base_capsules).chain(of_links).enumerate())
+            .map(|(link, capsules)| read_capsules(text, link, capsules, joints.get(link)))
+            .collect::<Result<_, _>>()?;
+        let parameters = ParameterTable::new(&joints, friction, &own_friction, &transmission);
+        let nominal =
+            raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
+
+        Ok(Self {
+            name: raw.name.into_inner(),
+            gravity_m_s2: raw.gravity_m_s2.into_inner(),
+            joints,
+            transmission,
+            friction,
+            own_friction,
+            known_torques,
+            capsules,
+            parameters,
+            nominal,
+        })
+    }
+}
+
+/// The key of a limit that fits the kind of joint, and what it holds.
+fn fitting<'a, V>(
+    text: Text<'_>,
+    joint: usize,
+    kind: JointKind,
+    revolute: (&'static str, &'a Option<Spanned<V>>),
+    prismatic: (&'static str, &'a Option<Spanned<V>>),
+    joint_line: usize,
+) -> Result<(&'static str, &'a Spanned<V>), RobotError> {
+    let ((key, value), (other, wrong)) = match kind {
+        JointKind::Revolute => (revolute, prismatic),
+        JointKind::Prismatic => (prismatic, revolute),
+    };
+    if let Some(wrong) = wrong {
+        let line = text.line_of(wrong);
+        return Err(RobotError::WrongUnit { joint, key: other, instead: key, line });
+    }
+    let missing = RobotError::MissingLimit { joint, key, line: joint_line };
+    Ok((key, value.as_ref().ok_or(missing)?))
+}
+
+fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<Joint, RobotError> {
+    let joint_line = text.line_of(raw);
+    let raw = raw.get_ref();
+    // The limit's key that fits the kind of joint, its value and its line; the other is an error.
+    let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
+                 prismatic: (&'static str, &Option<Spanned<f64>>)| {
+        let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
+        Ok((key, text.finite(key, value)?, text.line_of(value)))
+    };
+    let positive = |(key, value, line): (&'static str, f64, usize)| {
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(RobotError::NotPositive { joint: number, key, line })
+        }
+    };
+
+    let (min, position_min, line) = limit(
+        ("position_min_deg", &raw.position_min_deg),
+        ("position_min_m", &raw.position_min_m),
+    )?;
+    let (max, position_max, _) = limit(
+        ("position_max_deg", &raw.position_max_deg),
+        ("position_max_m", &raw.position_max_m),
+    )?;
+    if position_min >= position_max {
+        return Err(RobotError::LimitOrder { joint: number, min, max, line });
+    }
+    let to_si = |position: f64| match raw.r#type {
+        JointKind::Revolute => position.to_radians(),
+        JointKind::Prismatic => position,
+    };
+    // Limits that motion planning needs and identification does not.
+    let either = |revolute: (&'static str, &Option<Spanned<f64>>),
+                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
+        let any = revolute.1.is_some() || prismatic.1.is_some();
+        any.then(|| positive(limit(revolute, prismatic)?)).transpose()
+    };
+    // Limits that a source may omit. The file then leaves them open.
+    let either_limit =
+        |revolute: (&'static str, &Option<Spanned<RawLimit>>),
+         prismatic: (&'static str, &Option<Spanned<RawLimit>>)| {
+            let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
+            let line = text.line_of(value);
+            match *value.get_ref() {
+                RawLimit::Unknown => Ok(None),
+                RawLimit::Number(most) if most.is_finite() => positive((key, most, line)).map(Some),
+                RawLimit::Number(_) => Err(RobotError::NotFinite { key: key.into(), line }),
+            }
+        };
+    let limits = Limits {
+        position_min: to_si(position_min),
+        position_max: to_si(position_max),
+        velocity_max: either_limit(
+            ("velocity_max_rad_s", &raw.velocity_max_rad_s),
+            ("velocity_max_m_s", &raw.velocity_max_m_s),
+        )?,
+        acceleration_max: either(
+            ("acceleration_max_rad_s2", &raw.acceleration_max_rad_s2),
+            ("acceleration_max_m_s2", &raw.acceleration_max_m_s2),
+        )?,
+        jerk_max: either(
+            ("jerk_max_rad_s3", &raw.jerk_max_rad_s3),
+            ("jerk_max_m_s3", &raw.jerk_max_m_s3),
+        )?,
+        torque_max: either_limit(
+            ("torque_max_nm", &raw.torque_max_nm),
+            ("force_max_n", &raw.force_max_n),
+        )?,
+    };
+    Ok(Joint {
+        kind: raw.r#type,
+        alpha: Angle::from_degrees(text.finite("alpha_deg", &raw.alpha_deg)?),
+        d_m: text.finite("d_m", &raw.d_m)?,
+        theta: Angle::from_degrees(text.finite("theta_deg", &raw.theta_deg)?),
+        r_m: text.finite("r_m", &raw.r_m)?,
+        limits,
+        drive_inertia: raw.drive_inertia,
+    })
+}
+
+fn read_friction(
+    text: Text<'_>,
+    raw: &Spanned<RawFriction>,
+    joints: &[Spanned<RawJoint>],
+    chain: &[Joint],
+) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
+    let line = text.line_of(raw);
+    let &RawFriction { viscous, coulomb, offset, .. } = raw.get_ref();
+    let &RawFriction { sign, quadratic, cubic, asymmetric, load, .. } = raw.get_ref();
+    let &RawFriction { stribeck_rad_s, hysteresis_rad, .. } = raw.get_ref();
+    let shared = RawJointFriction {
+        sign,
+        quadratic,
+        cubic,
+        asymmetric,
+        load,
+        stribeck_rad_s,
+        hysteresis_rad,
+    };
+    if coulomb != sign.is_some() {
+        return Err(RobotError::SignModel { line });
+    }
+    let merged = joints
+        .iter()
+        .zip(1..)
+        .map(|(joint, number): (&Spanned<RawJoint>, usize)| {
+            let (line, of, own) = match &joint.get_ref().friction {
+                Some(own) => (
+                    text.line_of(own),
+                    format!("`friction` of joint {number}"),
+                    own.get_ref().clone(),
+                ),
+                None => (line, "[friction]".to_owned(), RawJointFriction::default()),
+            };
+            let merged = own.over(&shared);
+            let has_signs = merged.sign.is_some()
+                || merged.load == Some(true)
+                || merged.stribeck_rad_s.is_some()
+                || merged.hysteresis_rad.is_some();
+            if !coulomb && has_signs {
+                return Err(RobotError::SignModel { line });
+            }
+            let of_joint = |own: JointFriction| own.turning_within(&chain[number - 1], number);
+            JointFriction::try_from(merged).and_then(of_joint).map_err(|message| {
+                let message = format!("{of}: {message}");
+                RobotError::Format { line, message }
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    Ok((FrictionTerms { viscous, coulomb, offset }, merged))
+}
+
+/// Reads the capsules of the base, link 0, or of the link of a joint. `next` is the joint on that
+/// link.
+fn read_capsules(
+    text: Text<'_>,
+    link: usize,
+    capsules: &[Spanned<RawCapsule>],
+    next: Option<&Joint>,
+) -> Result<Vec<Capsule>, RobotError> {
+    capsules
+        .iter()
+        .map(|raw: &Spanned<RawCapsule>| {
+            raw.get_ref().of_link(next).map_err(|message| {
+                let owner = match link {
+                    0 => "`base_capsules`".to_owned(),
+                    joint => format!("`capsules` of joint {joint}"),
+                };
+                RobotError::Format {
+                    line: text.line_of(raw),
+                    message: format!("{owner}: {message}"),
+                }
+            })
+        })
+        .collect()
+}
+
+fn read_nominal(
+    text: Text<'_>,
+    table: &ParameterTable,
+    values: &BTreeMap<Spanned<String>, Spanned<f64>>,
+) -> Result<NominalParameters, RobotError> {
+    let mut by_column: Vec<Option<(String, f64)>> = vec![None; table.names().len()];
+    // In the order of the file: of two values for one parameter, the second is the error.
+    let mut values: Vec<_> = values.iter().collect();
+    values.sort_by_key(|(key, _)| key.span().start);
+    for (key, value) in values {
+        let name = key.get_ref();
+        let line = text.line_of(key);
+        let entry = table.find(name).and_then(|column| by_column.get_mut(column));
+        let Some(entry) = entry else {
+            let names = table.names().join(" ");
+            return Err(RobotError::UnknownParameter {
+                name: name.clone(),
+                available: names,
+                line,
+            });
+        };
+        if entry.is_some() {
+            return Err(RobotError::DuplicateParameter { name: name.clone(), line });
+        }
+        *entry = Some((name.clone(), text.finite(name, value)?));
+    }
+    let standard = by_column.iter().map(|entry| entry.as_ref().map_or(0.0, |(_, v)| *v)).collect();
+    Ok(NominalParameters::new(by_column.into_iter().flatten().collect(), standard))
+}

@@ -1,0 +1,47 @@
+//! A limit of a robot's file that no source may give.
+
+use core::fmt;
+
+use serde::de::{Deserialize, Deserializer, Error, Visitor};
+
+/// The word that leaves a limit open.
+const OPEN: &str = "unknown";
+
+/// A number, or the word for an unknown one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum RawLimit {
+    Number(f64),
+    Unknown,
+}
+
+impl<'de> Deserialize<'de> for RawLimit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(OfLimit)
+    }
+}
+
+struct OfLimit;
+
+impl Visitor<'_> for OfLimit {
+    type Value = RawLimit;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number, or \"{OPEN}\" where no source gives it")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<RawLimit, E> {
+        Ok(RawLimit::Number(value))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<RawLimit, E> {
+        #[expect(clippy::cast_precision_loss, reason = "no limit is beyond 2^52")]
+        Ok(RawLimit::Number(value as f64))
+    }
+
+    fn visit_str<E: Error>(self, word: &str) -> Result<RawLimit, E> {
+        match word {
+            OPEN => Ok(RawLimit::Unknown),
+            other => Err(E::invalid_value(serde::de::Unexpected::Str(other), &self)),
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Description of an arm: links, joints, transmission, limits, friction and the names of
+//! parameters.
+
+mod angle;
+mod arm;
+mod capsule;
+mod error;
+mod file;
+mod friction;
+mod hysteresis;
+mod joint;
+mod known_torque;
+mod limit;
+mod nominal;
+mod parameter_kind;
+mod parameters;
+mod transmission;
+
+pub use angle::Angle;
+pub use arm::Robot;
+pub use capsule::Capsule;
+pub use error::RobotError;
+pub use friction::{FrictionLaw, FrictionTerms, JointFriction, SignModel};
+pub use hysteresis::Hysteresis;
+pub use joint::{Joint, JointKind, Limits};
+pub use known_torque::{Counterbalance, KnownTorque};
+pub use nominal::NominalParameters;
+pub use parameter_kind::ParameterKind;
+pub use parameters::{Parameter, ParameterTable};
+pub use transmission::{Transmission, TransmissionError};

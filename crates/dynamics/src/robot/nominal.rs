@@ -1,0 +1,60 @@
+//! Parameter values that a robot's file states.
+
+use super::ParameterTable;
+
+/// Nominal parameter values. A set of base parameters stands for an arm with the same dynamics in
+/// which every parameter that is not listed is 0; so does a set of essential parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NominalParameters {
+    listed: Vec<(String, f64)>,
+    standard: Vec<f64>,
+}
+
+impl NominalParameters {
+    pub(super) fn new(listed: Vec<(String, f64)>, standard: Vec<f64>) -> Self {
+        Self { listed, standard }
+    }
+
+    /// The same parameters, each multiplied by the factor of its name; `column` finds a name's
+    /// place in the model.
+    pub(super) fn scaled(
+        mut self,
+        column: impl Fn(&str) -> Option<usize>,
+        mut factor: impl FnMut(&str) -> f64,
+    ) -> Self {
+        for (name, value) in &mut self.listed {
+            let factor = factor(name);
+            *value *= factor;
+            if let Some(standard) = column(name).and_then(|column| self.standard.get_mut(column)) {
+                *standard *= factor;
+            }
+        }
+        self
+    }
+
+    /// The values of those parameters that another table has.
+    pub(super) fn over(mut self, table: &ParameterTable) -> Self {
+        self.standard = vec![0.0; table.names().len()];
+        self.listed.retain(|(name, value)| {
+            let place = table.find(name).and_then(|column| self.standard.get_mut(column));
+            place.map(|place| *place = *value).is_some()
+        });
+        self
+    }
+
+    /// The values as listed in the file (`zz1r` or `zz1`), in the order of the model's columns.
+    pub fn listed(&self) -> &[(String, f64)] {
+        &self.listed
+    }
+
+    /// The value listed under this very name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.listed.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+    }
+
+    /// A value for every standard parameter, in the order of the model's columns; 0 where none is
+    /// listed.
+    pub fn standard(&self) -> &[f64] {
+        &self.standard
+    }
+}

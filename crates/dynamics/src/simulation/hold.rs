@@ -1,0 +1,95 @@
+//! Torque commands on their way from the controller to the arm.
+
+use crate::control::split_delay;
+
+/// Holds every command for one period, beginning a delay after it was computed.
+///
+/// The delay is a number of whole periods and a rest. Between t_k and t_k + rest the arm still
+/// feels the command before; then the one computed the whole number of periods ago. Before the
+/// first command arrives, it acts already: the loop has been at rest before time 0.
+#[derive(Clone, Debug)]
+pub(super) struct CommandHold<C> {
+    /// The newest command first; one more than the whole periods of delay, and one for the rest.
+    commands: Vec<C>,
+    rest_s: f64,
+    started: bool,
+}
+
+impl<C: Clone> CommandHold<C> {
+    /// `none` is a command of the size of all.
+    pub(super) fn new(delay_s: f64, period_s: f64, none: C) -> Self {
+        let (periods, rest_s) = split_delay(delay_s, period_s);
+        Self { commands: vec![none; periods + 2], rest_s, started: false }
+    }
+
+    /// Takes the command of a new sample.
+    pub(super) fn push(&mut self, command: &C) {
+        if !self.started {
+            self.commands.iter_mut().for_each(|held_command| held_command.clone_from(command));
+            self.started = true;
+        }
+        // The oldest comes first, where it is overwritten; a rotation would move memory by calls.
+        for k in (1..self.commands.len()).rev() {
+            self.commands.swap(k - 1, k);
+        }
+        if let Some(newest) = self.commands.first_mut() {
+            newest.clone_from(command);
+        }
+    }
+
+    /// Returns how long after the newest sample the previous command still acts \[s\].
+    pub(super) fn rest_s(&self) -> f64 {
+        self.rest_s
+    }
+
+    /// The command that acts before the rest is over.
+    pub(super) fn before_rest(&self) -> &C {
+        &self.commands[self.commands.len() - 1]
+    }
+
+    /// The command that acts after the rest, to the end of the period.
+    pub(super) fn after_rest(&self) -> &C {
+        // Never fewer than two.
+        &self.commands[self.commands.len() - 2]
+    }
+
+    /// The command that acts just after the newest sample.
+    pub(super) fn at_sample(&self) -> &C {
+        if self.rest_s > 0.0 { self.before_rest() } else { self.after_rest() }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.started = false;
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "commands are passed on unchanged")]
+mod tests {
+    use super::*;
+
+    fn acting(delay_s: f64) -> Vec<(f64, f64)> {
+        let mut hold = CommandHold::new(delay_s, 0.5, [0.0]);
+        (1..=4)
+            .map(|k| {
+                hold.push(&[f64::from(k)]);
+                (hold.at_sample()[0], hold.after_rest()[0])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn commands_act_when_their_delay_is_over() {
+        assert_eq!(acting(0.0), [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 4.0)]);
+        assert_eq!(acting(0.5), [(1.0, 1.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
+        assert_eq!(acting(0.125), [(1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]);
+        assert_eq!(acting(0.625), [(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
+        assert_eq!(CommandHold::new(0.625, 0.5, ()).rest_s(), 0.125);
+    }
+
+    #[test]
+    fn a_whole_number_of_periods_leaves_no_rest() {
+        let hold = CommandHold::new(3.0 * 2e-4, 2e-4, ());
+        assert_eq!((hold.rest_s(), hold.commands.len()), (0.0, 5));
+    }
+}

@@ -1,0 +1,141 @@
+//! Faults of a bag.
+
+use std::path::PathBuf;
+
+use crate::uniform::TimesError;
+
+/// Why a bag is no measurement. Every variant names the file; times are those of the messages
+/// \[s\].
+#[derive(Debug, thiserror::Error)]
+pub enum BagError {
+    /// The file cannot be opened or read: check the path and its permissions.
+    #[error("{}: {source}; check the path and the permissions", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// Error of the system.
+        source: std::io::Error,
+    },
+    /// Not MCAP, damaged or too long a record. Record or convert it again.
+    #[error(
+        "{}: {problem}; is it an MCAP file, and whole? `ros2 bag convert` writes others anew",
+        file.display()
+    )]
+    Format {
+        /// The file.
+        file: PathBuf,
+        /// Error of the reader.
+        problem: String,
+    },
+    /// Another storage of ROS 2.
+    #[error(
+        "{}: a bag in SQLite; write it anew with `ros2 bag convert` to the storage mcap",
+        file.display()
+    )]
+    Sqlite {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A folder without a bag.
+    #[error("{}: there is no .mcap file in it; give a bag", folder.display())]
+    NoFile {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A split bag without one of its files.
+    #[error("{}: file number {expected} of the split bag is missing; copy it whole, or give one of \
+        its files", folder.display())]
+    FileMissing {
+        /// The folder.
+        folder: PathBuf,
+        /// The number.
+        expected: u64,
+    },
+    /// A message is no JointState, although its type says so.
+    #[error("{}: message {number} of {topic} is malformed; record it again", file.display())]
+    Malformed {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Its number in the topic, from 1.
+        number: usize,
+    },
+    /// Nobody tells of all these joints together.
+    #[error(
+        "{}: no topic has all of the joints {wanted} in its messages; found {found}",
+        file.display()
+    )]
+    NoTopic {
+        /// The file.
+        file: PathBuf,
+        /// Those asked for.
+        wanted: String,
+        /// Topics of joint states, with their joints.
+        found: String,
+    },
+    /// Several topics do. Name one.
+    #[error(
+        "{}: several topics have these joints: {topics}; name one as `topic` in [data.bag]",
+        file.display()
+    )]
+    Topics {
+        /// The file.
+        file: PathBuf,
+        /// Them.
+        topics: String,
+    },
+    /// No message has positions or efforts.
+    #[error("{}: none of {messages} messages on {topic} has positions and efforts of all joints, \
+        and the first has no {what} of joint {joint}. Simulated drives and those without a torque \
+        or a current leave `effort` empty or NaN: nothing can be identified without it. Record \
+        what the drives themselves tell, as `topic` in [data.bag] where it is another one",
+        file.display()
+    )]
+    Missing {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// How many.
+        messages: usize,
+        /// The joint's name.
+        joint: String,
+        /// `position` or `effort`.
+        what: &'static str,
+    },
+    /// Messages of two publishers by turns.
+    #[error("{}: joint {joint} on {topic} jumps to and fro in {jumps} of {messages} messages: two \
+        publishers send different states of it, as a joint_state_publisher next to the drives \
+        does. Record with one of them alone, or name the `topic` that is of the drives in \
+        [data.bag]", file.display())]
+    TwoPublishers {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// The joint's name.
+        joint: String,
+        /// How often.
+        jumps: usize,
+        /// Of how many.
+        messages: usize,
+    },
+    /// The times of the messages do not form a record.
+    #[error("{}: {source}", file.display())]
+    Times {
+        /// The file.
+        file: PathBuf,
+        /// Fault of the times.
+        source: TimesError,
+    },
+    /// More samples than memory and disk have room for: free some, or cut the bag.
+    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set \
+        TMPDIR to a folder on a disk with room, or cut the bag", file.display())]
+    TooLong {
+        /// The file.
+        file: PathBuf,
+        /// Number of samples that fit.
+        samples: usize,
+    },
+}

@@ -1,0 +1,196 @@
+//! Records of an MCAP file (<https://mcap.dev/spec>), from its first byte to its last. A damaged or
+//! hostile file ends in an error.
+
+use std::io::{self, Read};
+
+/// The first bytes of a file.
+const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+/// The longest record or chunk that is read \[bytes\].
+const MAX_RECORD: u64 = 64 << 20;
+
+/// Parts of a file that are used.
+pub(super) enum Part<'a> {
+    /// A type of messages.
+    Schema { id: u16, name: &'a str },
+    /// A topic.
+    Channel { id: u16, schema: u16, topic: &'a str },
+    /// A message.
+    Message { channel: u16, log_ns: u64, data: &'a [u8] },
+}
+
+/// Why a file cannot be read to its end.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Fault {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error("it does not begin as one")]
+    Magic,
+    #[error("it ends in the middle of a record")]
+    Short,
+    #[error("a record claims {0} bytes")]
+    TooLong(u64),
+    #[error("a record is malformed")]
+    Malformed,
+    #[error("a chunk is compressed by \"{0}\", which is neither zstd nor lz4")]
+    Compression(String),
+    #[error("a chunk cannot be decompressed: {0}")]
+    Decompress(String),
+    #[error("the CRC of a chunk does not match")]
+    Crc,
+}
+
+/// Hands every part to `take`, in the order of the file.
+pub(super) fn read<E: From<Fault>>(
+    mut file: impl Read,
+    take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut magic = [0; 8];
+    if fill(&mut file, &mut magic)? < magic.len() || magic != MAGIC {
+        return Err(Fault::Magic.into());
+    }
+    let mut record = Vec::new();
+    loop {
+        let mut head = [0; 9];
+        let [opcode, length @ ..] = match fill(&mut file, &mut head)? {
+            9 => head,
+            // A recorder that was killed writes no footer.
+            0 => return Ok(()),
+            _ => return Err(Fault::Short.into()),
+        };
+        let length = u64::from_le_bytes(length);
+        if length > MAX_RECORD {
+            return Err(Fault::TooLong(length).into());
+        }
+        record.clear();
+        (&mut file).take(length).read_to_end(&mut record).map_err(Fault::Io)?;
+        if (record.len() as u64) < length {
+            return Err(Fault::Short.into());
+        }
+        match opcode {
+            op::FOOTER => return Ok(()),
+            op::CHUNK => {
+                let records = chunk(&record)?;
+                let mut rest = Fields(&records);
+                while !rest.0.is_empty() {
+                    let [opcode] = rest.take()?;
+                    let length = u64::from_le_bytes(rest.take()?);
+                    part(opcode, rest.bytes(length)?, take)?;
+                }
+            }
+            _ => part(opcode, &record, take)?,
+        }
+    }
+}
+
+/// Opcodes of records.
+mod op {
+    pub(super) const FOOTER: u8 = 0x02;
+    pub(super) const SCHEMA: u8 = 0x03;
+    pub(super) const CHANNEL: u8 = 0x04;
+    pub(super) const MESSAGE: u8 = 0x05;
+    pub(super) const CHUNK: u8 = 0x06;
+}
+
+/// Reads as many bytes as there are, up to the length of the buffer.
+fn fill(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Fault> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match file.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(filled)
+}
+
+fn part<E: From<Fault>>(
+    opcode: u8,
+    record: &[u8],
+    take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut fields = Fields(record);
+    match opcode {
+        op::SCHEMA => {
+            let (id, name) = (fields.u16()?, fields.text()?);
+            take(Part::Schema { id, name })
+        }
+        op::CHANNEL => {
+            let (id, schema, topic) = (fields.u16()?, fields.u16()?, fields.text()?);
+            take(Part::Channel { id, schema, topic })
+        }
+        op::MESSAGE => {
+            let channel = fields.u16()?;
+            fields.take::<4>()?;
+            let log_ns = u64::from_le_bytes(fields.take()?);
+            fields.take::<8>()?;
+            take(Part::Message { channel, log_ns, data: fields.0 })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Returns the records of a chunk, decompressed.
+fn chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
+    let mut fields = Fields(record);
+    fields.take::<16>()?;
+    let size = u64::from_le_bytes(fields.take()?);
+    let crc = u32::from_le_bytes(fields.take()?);
+    let compression = fields.text()?;
+    let length = u64::from_le_bytes(fields.take()?);
+    let stored = fields.bytes(length)?;
+    if size > MAX_RECORD {
+        return Err(Fault::TooLong(size));
+    }
+    let mut records = Vec::new();
+    let wrong = |error: &dyn core::fmt::Display| Fault::Decompress(error.to_string());
+    match compression {
+        "" => records.extend_from_slice(stored),
+        "lz4" => {
+            let reader = lz4_flex::frame::FrameDecoder::new(stored);
+            reader.take(size + 1).read_to_end(&mut records).map_err(|error| wrong(&error))?;
+        }
+        "zstd" => {
+            let reader = ruzstd::decoding::StreamingDecoder::new(stored);
+            let reader = reader.map_err(|error| wrong(&error))?;
+            reader.take(size + 1).read_to_end(&mut records).map_err(|error| wrong(&error))?;
+        }
+        other => return Err(Fault::Compression(other.to_owned())),
+    }
+    if records.len() as u64 != size {
+        return Err(Fault::Malformed);
+    }
+    // 0 is for none.
+    if crc != 0 && crc32fast::hash(&records) != crc {
+        return Err(Fault::Crc);
+    }
+    Ok(records)
+}
+
+/// Remaining fields of a record.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(Fault::Malformed)?;
+        self.0 = rest;
+        Ok(*taken)
+    }
+
+    fn u16(&mut self) -> Result<u16, Fault> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn bytes(&mut self, length: u64) -> Result<&'a [u8], Fault> {
+        let length = usize::try_from(length).map_err(|_| Fault::Malformed)?;
+        let (taken, rest) = self.0.split_at_checked(length).ok_or(Fault::Malformed)?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn text(&mut self) -> Result<&'a str, Fault> {
+        let length = u32::from_le_bytes(self.take()?);
+        core::str::from_utf8(self.bytes(length.into())?).map_err(|_| Fault::Malformed)
+    }
+}

@@ -1,0 +1,126 @@
+//! Messages of a bag, from its files.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use super::error::BagError;
+use super::mcap::{self, Fault, Part};
+
+pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
+
+/// Returns the files of a bag: one, or those in its folder by their numbers (`drive_0.mcap`,
+/// `drive_1.mcap`).
+pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let io = |source| BagError::Io { file: path.to_path_buf(), source };
+    let is = |file: &Path, extension: &str| {
+        file.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+    };
+    let mut files = vec![path.to_path_buf()];
+    if path.is_dir() {
+        let entries = std::fs::read_dir(path).map_err(io)?;
+        files = entries
+            .map(|entry| entry.map(|entry| entry.path()))
+            .collect::<Result<_, _>>()
+            .map_err(io)?;
+    }
+    if let Some(file) = files.iter().find(|file| is(file, "db3")) {
+        return Err(BagError::Sqlite { file: file.clone() });
+    }
+    if !path.is_dir() {
+        return Ok(files);
+    }
+    files.retain(|file| is(file, "mcap"));
+    let number = |file: &PathBuf| -> Option<u64> {
+        file.file_stem()?.to_str()?.rsplit_once('_')?.1.parse().ok()
+    };
+    files.sort_by_key(|file| (number(file), file.clone()));
+    // Split bags count from 0: one that is missing is a loss that no stamp shows at the end.
+    for (expected, file) in (0..).zip(&files).filter(|_| files.len() > 1) {
+        if number(file) != Some(expected) {
+            return Err(BagError::FileMissing { folder: path.to_path_buf(), expected });
+        }
+    }
+    if files.is_empty() {
+        return Err(BagError::NoFile { folder: path.to_path_buf() });
+    }
+    Ok(files)
+}
+
+pub(super) fn malformed(path: &Path, topic: &str, number: usize) -> BagError {
+    BagError::Malformed { file: path.to_path_buf(), topic: topic.to_owned(), number }
+}
+
+/// A message of a bag, with its type and topic.
+pub(super) struct Message<'a> {
+    pub(super) kind: &'a str,
+    pub(super) topic: &'a str,
+    pub(super) log_ns: u64,
+    pub(super) data: &'a [u8],
+}
+
+/// Hands every message of a file to `take`.
+pub(super) fn walk(
+    path: &Path,
+    take: &mut impl FnMut(Message<'_>) -> Result<(), Stop>,
+) -> Result<(), BagError> {
+    let file = File::open(path);
+    let file = file.map_err(|source| BagError::Io { file: path.to_path_buf(), source })?;
+    // Schemas by their number; types and topics by that of their channel.
+    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    let mut part = |part: Part<'_>| -> Result<(), Stop> {
+        match part {
+            Part::Schema { id, name } => {
+                schemas.insert(id, name.to_owned());
+            }
+            Part::Channel { id, schema, topic } => {
+                let kind = schemas.get(&schema).cloned().unwrap_or_default();
+                channels.insert(id, (kind, topic.to_owned()));
+            }
+            Part::Message { channel, log_ns, data } => {
+                let Some((kind, topic)) = channels.get(&channel) else { return Ok(()) };
+                take(Message { kind, topic, log_ns, data })?;
+            }
+        }
+        Ok(())
+    };
+    mcap::read(BufReader::new(file), &mut part).map_err(|stop| match stop {
+        Stop::Bag(error) => *error,
+        Stop::File(Fault::Io(source)) => BagError::Io { file: path.to_path_buf(), source },
+        Stop::File(fault) => {
+            BagError::Format { file: path.to_path_buf(), problem: fault.to_string() }
+        }
+    })
+}
+
+/// Why reading of a file stops.
+pub(super) enum Stop {
+    Bag(Box<BagError>),
+    File(Fault),
+}
+
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Self {
+        Self::File(fault)
+    }
+}
+
+impl From<BagError> for Stop {
+    fn from(error: BagError) -> Self {
+        Self::Bag(Box::new(error))
+    }
+}
+
+/// Times after the first one \[s\]; one before it is negative, and back in time.
+pub(super) fn after_first_s(times_ns: &[u64]) -> Vec<f64> {
+    let first_ns = times_ns.first().copied().unwrap_or_default();
+    #[expect(clippy::cast_precision_loss, reason = "differences to the first")]
+    times_ns
+        .iter()
+        .map(|time_ns: &u64| {
+            let distance_s = time_ns.abs_diff(first_ns) as f64 * 1e-9;
+            if *time_ns < first_ns { -distance_s } else { distance_s }
+        })
+        .collect()
+}

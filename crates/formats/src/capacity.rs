@@ -1,0 +1,48 @@
+//! How long a measurement may be on this machine.
+
+use crate::disk_allocator::DiskAllocator;
+use crate::free_memory::free_memory;
+
+/// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that
+/// of six axes with position and torque takes 430 at most (`tests/memory.rs`).
+const BYTES_A_VALUE: usize = 36;
+/// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
+const UNKNOWN: usize = 3_600_000;
+
+/// How many samples the free memory holds, and beyond it [`DiskAllocator`]'s files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacity {
+    /// Samples.
+    pub samples: usize,
+}
+
+impl Capacity {
+    /// For samples of so many values, positions and torques of all axes.
+    pub fn of_values(values: usize) -> Self {
+        Self::of_bytes(values.saturating_mul(BYTES_A_VALUE))
+    }
+
+    /// For samples that take so many bytes.
+    pub fn of_bytes(bytes: usize) -> Self {
+        Self::of_free(free_memory().saturating_add(DiskAllocator::capacity()), bytes)
+    }
+
+    fn of_free(free: u64, bytes: usize) -> Self {
+        let samples = usize::try_from(free).unwrap_or(usize::MAX) / bytes.max(1);
+        Self { samples: if free == 0 { UNKNOWN } else { samples } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_samples_as_fit() {
+        assert_eq!(Capacity::of_free(4_300_000, 430), Capacity { samples: 10_000 });
+        assert_eq!(Capacity::of_free(0, 430), Capacity { samples: UNKNOWN }, "no system says so");
+        // This machine runs tests.
+        assert!(Capacity::of_values(12).samples > 10_000);
+        assert!(Capacity::of_values(24).samples < Capacity::of_values(1).samples);
+    }
+}

@@ -1,0 +1,41 @@
+//! Why a model cannot be written as code.
+
+use didim_dynamics::dynamics::UnknownBaseParameter;
+use didim_dynamics::robot::FrictionLaw;
+
+/// Why a model cannot be written as code.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CodeError {
+    /// A joint has a torque that the robot's file states. Its law is not written as code.
+    #[error(
+        "joint {joint} has a `known_torque`, which is not written as code; take it off the joint's \
+         torque by yourself, and remove it from the robot's file for this export"
+    )]
+    KnownTorque {
+        /// Counted from 1.
+        joint: usize,
+    },
+    /// Code has friction by speed alone.
+    #[error(
+        "friction of joint {joint} has `{law}`, which is not written as code: that has friction by \
+         the speed alone; identify without it for this export"
+    )]
+    Friction {
+        /// Counted from 1.
+        joint: usize,
+        /// A law that depends on the load or on the positions of reversals.
+        law: FrictionLaw,
+    },
+    /// The covariance of the parameters is not positive definite. Identify again.
+    #[error("the covariance of the parameters is not positive definite; identify again")]
+    Covariance,
+    /// A parameter that was identified is none of the robot's.
+    #[error(
+        "a parameter that was identified is none of the robot's; give the cell that it was \
+        identified with"
+    )]
+    Identified,
+    /// The same, by name.
+    #[error(transparent)]
+    Parameter(UnknownBaseParameter),
+}

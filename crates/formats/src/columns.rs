@@ -1,0 +1,140 @@
+//! Columns of a table, with their contents and units.
+
+use crate::measurement::Side;
+
+/// Stands for the number of the axis, from 1, in a column's name.
+pub const AXIS: &str = "{axis}";
+/// The same, counted from 0.
+pub const INDEX: &str = "{index}";
+
+/// Measured quantity of each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Positions.
+    Position,
+    /// Torques or forces.
+    Torque,
+    /// Positions that are asked for.
+    Reference,
+}
+
+impl Quantity {
+    pub(crate) const ALL: [Self; 3] = [Self::Position, Self::Torque, Self::Reference];
+
+    pub(crate) fn stem(self) -> &'static str {
+        match self {
+            Self::Position => "position_rad",
+            Self::Torque => "torque_nm",
+            Self::Reference => "reference_rad",
+        }
+    }
+}
+
+/// Columns of one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisColumns {
+    /// Their name, with [`AXIS`] or [`INDEX`] in place of the number; or one name for each axis.
+    pub names: Vec<String>,
+    /// SI value of a 1 in each column, its sign included \[rad, m, N·m or N\]; one per axis.
+    pub scales: Vec<f64>,
+}
+
+/// Place of a row's time in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeColumns {
+    /// A column of numbers.
+    Numbers {
+        /// Its name.
+        column: String,
+        /// Seconds to a 1.
+        second: f64,
+    },
+    /// A column of dates with their time of day (ISO 8601).
+    Dates {
+        /// Its name.
+        column: String,
+    },
+    /// A stamp in two columns, as in exported logs of ROS.
+    Parts {
+        /// Whole seconds.
+        sec: String,
+        /// Whole nanoseconds beyond them.
+        nanosec: String,
+    },
+}
+
+impl TimeColumns {
+    fn names(&self) -> impl Iterator<Item = &String> {
+        let (first, second) = match self {
+            Self::Numbers { column, .. } | Self::Dates { column } => (column, None),
+            Self::Parts { sec, nanosec } => (sec, Some(nanosec)),
+        };
+        [first].into_iter().chain(second)
+    }
+}
+
+/// Columns of a table that another program wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    /// Side of the transmission.
+    pub side: Side,
+    /// Number of axes.
+    pub axes: usize,
+    /// The time, if there is one.
+    pub time: Option<TimeColumns>,
+    /// Positions.
+    pub position: AxisColumns,
+    /// Torques or forces.
+    pub torque: AxisColumns,
+    /// Positions that are asked for, where they are recorded.
+    pub reference: Option<AxisColumns>,
+}
+
+impl Columns {
+    /// A time alone.
+    pub fn of_time(time: TimeColumns) -> Self {
+        let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
+        Self {
+            side: Side::Joint,
+            axes: 0,
+            time: Some(time),
+            position: none(),
+            torque: none(),
+            reference: None,
+        }
+    }
+
+    fn axis_columns(&self, quantity: Quantity) -> Option<&AxisColumns> {
+        match quantity {
+            Quantity::Position => Some(&self.position),
+            Quantity::Torque => Some(&self.torque),
+            Quantity::Reference => self.reference.as_ref(),
+        }
+    }
+
+    /// Returns the name of each axis' column.
+    pub(crate) fn names(&self, quantity: Quantity) -> Vec<String> {
+        let Some(AxisColumns { names, .. }) = self.axis_columns(quantity) else {
+            return Vec::new();
+        };
+        match names.as_slice() {
+            [pattern] => (0..self.axes)
+                .map(|axis| {
+                    let numbered = pattern.replace(AXIS, &(axis + 1).to_string());
+                    numbered.replace(INDEX, &axis.to_string())
+                })
+                .collect(),
+            names => names.to_vec(),
+        }
+    }
+
+    /// Returns the names of all columns.
+    pub(crate) fn all_names(&self) -> Vec<String> {
+        let names = Quantity::ALL.into_iter().flat_map(|quantity| self.names(quantity));
+        names.chain(self.time.iter().flat_map(TimeColumns::names).cloned()).collect()
+    }
+
+    pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {
+        self.axis_columns(quantity).and_then(|of| of.scales.get(axis)).copied().unwrap_or(1.0)
+    }
+}

@@ -1,0 +1,148 @@
+//! An MJCF of an arm: MuJoCo's own format.
+
+use std::fmt::Write as _;
+
+use didim_dynamics::robot::ParameterKind;
+use nalgebra::UnitQuaternion;
+
+use super::left_out::{Holder, LeftOut};
+use super::model::{ExportError, ExportModel, is_prismatic, pose};
+use crate::urdf::Body;
+use crate::xml::{escaped, within_comment};
+
+/// The arm as MJCF: joints with `armature`, `damping` and `frictionloss`; a motor that is coupled
+/// to several joints is a fixed tendon over them with its own.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
+    let robot = model.robot;
+    let mut text = String::from("<!--\n");
+    let left_out = LeftOut::list(model, Holder::Mjcf);
+    let left_out = left_out.iter().map(|omitted| format!("left out: {omitted}"));
+    for line in model.origin.iter().cloned().chain(left_out) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {}", within_comment(&line));
+    }
+    let [x, y, z] = robot.gravity_m_s2();
+    let _ = writeln!(
+        text,
+        "-->\n<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\" \
+         balanceinertia=\"false\"/>\n\
+         \x20 <option gravity=\"{x:?} {y:?} {z:?}\"/>\n  <worldbody>",
+        escaped(robot.name())
+    );
+    for (index, joint) in robot.chain().iter().enumerate() {
+        let (number, tab) = (index + 1, "  ".repeat(index + 2));
+        let Body { mass_kg, centre_m, inertia_kg_m2 } = model.body(index)?;
+        let pose = pose(joint);
+        let [x, y, z]: [f64; 3] = pose.translation.vector.into();
+        let q = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+        let kind = if is_prismatic(joint) { "slide" } else { "hinge" };
+        let [low, high] = [joint.limits.position_min, joint.limits.position_max];
+        let drive: String = own_drive(model, index)?
+            .into_iter()
+            .map(|(name, value)| format!(" {name}=\"{value:?}\""))
+            .collect();
+        let force = joint.limits.torque_max;
+        let force = force
+            .map_or_else(String::new, |most| format!(" actuatorfrcrange=\"{:?} {most:?}\"", -most));
+        let j = |row, column| inertia_kg_m2[(row, column)];
+        let _ = writeln!(
+            text,
+            "{tab}<body name=\"link_{number}\" pos=\"{x:?} {y:?} {z:?}\" quat=\"{:?} {:?} {:?} \
+             {:?}\">\n\
+             {tab}  <inertial pos=\"{:?} {:?} {:?}\" mass=\"{:?}\" fullinertia=\"{:?} {:?} {:?} \
+             {:?} {:?} {:?}\"/>\n\
+             {tab}  <joint name=\"joint_{number}\" type=\"{kind}\" axis=\"0 0 1\" range=\"{low:?} \
+             {high:?}\"{force}{drive}/>",
+            q.w,
+            q.i,
+            q.j,
+            q.k,
+            centre_m.x,
+            centre_m.y,
+            centre_m.z,
+            mass_kg,
+            j(0, 0),
+            j(1, 1),
+            j(2, 2),
+            j(0, 1),
+            j(0, 2),
+            j(1, 2),
+        );
+    }
+    for index in (0..robot.joints()).rev() {
+        let _ = writeln!(text, "{}</body>", "  ".repeat(index + 2));
+    }
+    text.push_str("  </worldbody>\n");
+    text.push_str(&tendons(model));
+    text.push_str("</mujoco>\n");
+    Ok(text)
+}
+
+/// Returns inertia and friction of a joint's own drive, without the share of coupled motors: the
+/// model counts the squares of their couplings with the joint (see the drives of
+/// `didim_dynamics::dynamics`).
+fn own_drive(
+    model: &ExportModel<'_>,
+    joint: usize,
+) -> Result<Vec<(&'static str, f64)>, ExportError> {
+    let robot = model.robot;
+    let transmission = robot.transmission();
+    let of_motors = |kind, with_own: bool| -> f64 {
+        let coupled = (0..robot.joints()).filter(|motor| transmission.is_coupled(*motor));
+        let coupled = coupled.filter(|motor| with_own || *motor != joint);
+        let share = |motor: usize| transmission.direction(motor)[joint].powi(2);
+        coupled.map(|motor| share(motor) * model.value(kind, motor).unwrap_or(0.0)).sum()
+    };
+    let mut attributes = Vec::new();
+    // A coupled motor's own inertia is all in its tendon.
+    if !transmission.is_coupled(joint)
+        && let Some(inertia) = model.value(ParameterKind::Ia, joint)
+    {
+        let remainder = inertia - of_motors(ParameterKind::Ia, false);
+        attributes.push(("armature", "the drive inertia", remainder));
+    }
+    if let Some(viscous) = model.value(ParameterKind::Fv, joint) {
+        let remainder = viscous - of_motors(ParameterKind::FvMotor, true);
+        attributes.push(("damping", "the viscous friction", remainder));
+    }
+    if let Some(coulomb) = model.sliding_friction(joint) {
+        attributes.push(("frictionloss", "the Coulomb friction", coulomb));
+    }
+    attributes
+        .into_iter()
+        .map(|(name, quantity, value)| match value < 0.0 {
+            true => Err(ExportError::Negative { quantity, joint: joint + 1, value }),
+            false => Ok((name, value)),
+        })
+        .collect()
+}
+
+/// A coupled motor moves with a combination of joints.
+fn tendons(model: &ExportModel<'_>) -> String {
+    let robot = model.robot;
+    let mut text = String::new();
+    for motor in (0..robot.joints()).filter(|motor| robot.transmission().is_coupled(*motor)) {
+        let motor_terms = [
+            ("armature", ParameterKind::Ia),
+            ("damping", ParameterKind::FvMotor),
+            ("frictionloss", ParameterKind::FcMotor),
+        ];
+        let attributes = motor_terms.iter().filter_map(|(name, kind)| {
+            model.value(*kind, motor).map(|value| format!(" {name}=\"{value:?}\""))
+        });
+        let number = motor + 1;
+        // Writing to a String cannot fail.
+        let _ =
+            writeln!(text, "    <fixed name=\"motor_{number}\"{}>", attributes.collect::<String>());
+        let direction = robot.transmission().direction(motor);
+        for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+            let joint = joint + 1;
+            let _ = writeln!(text, "      <joint joint=\"joint_{joint}\" coef=\"{share:?}\"/>");
+        }
+        text.push_str("    </fixed>\n");
+    }
+    if text.is_empty() { text } else { format!("  <tendon>\n{text}  </tendon>\n") }
+}

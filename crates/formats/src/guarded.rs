@@ -1,0 +1,14 @@
+//! The one place that catches panics of the Parquet library: it asserts properties of complete
+//! files.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Calls the library. A panic becomes an error with its message.
+pub(crate) fn guarded<T, E>(
+    call: impl FnOnce() -> Result<T, E>,
+    damaged: impl FnOnce(String) -> E,
+) -> Result<T, E> {
+    // The call's input is dropped with the error, so that nothing half changed remains.
+    catch_unwind(AssertUnwindSafe(call))
+        .unwrap_or_else(|_| Err(damaged("its reader gave up".to_owned())))
+}

@@ -1,0 +1,40 @@
+//! Wanted columns of a table, row by row, every field as text.
+
+use super::error::LongTableError;
+
+/// Largest number of rows: ten thousand results of a hundred parameters.
+const MOST_ROWS: usize = 1_000_000;
+
+/// Wanted columns of a table, and their places.
+pub(super) struct Wanted<'a, const N: usize> {
+    names: [&'a str; N],
+    /// Where they stand.
+    places: [usize; N],
+    pub(super) rows: Vec<[String; N]>,
+}
+
+impl<'a, const N: usize> Wanted<'a, N> {
+    pub(super) fn new(names: [&'a str; N]) -> Self {
+        Self { names, places: [0; N], rows: Vec::new() }
+    }
+
+    /// Finds the columns in the header.
+    pub(super) fn find(&mut self, header: &[&str]) -> Result<(), LongTableError> {
+        for (place, name) in self.places.iter_mut().zip(self.names) {
+            let position = header.iter().position(|own| *own == name);
+            *place =
+                position.ok_or_else(|| LongTableError::NoColumn { column: name.to_owned() })?;
+        }
+        Ok(())
+    }
+
+    /// Takes all fields of a row.
+    pub(super) fn take(&mut self, mut fields: Vec<String>) -> Result<(), LongTableError> {
+        if self.rows.len() == MOST_ROWS {
+            return Err(LongTableError::TooLong { most: MOST_ROWS });
+        }
+        let field = |place: usize| fields.get_mut(place).map(core::mem::take).unwrap_or_default();
+        self.rows.push(self.places.map(field));
+        Ok(())
+    }
+}

@@ -1,0 +1,77 @@
+//! Measured signals of all axes, on one side of the transmission.
+
+use didim_dynamics::Signals;
+use didim_dynamics::{JointSample, MAX_JOINTS};
+use serde::Deserialize;
+
+/// How far the rate may be off, as a share of it. With time scaled by 1 + r, velocities are wrong
+/// by the factor 1 + r and accelerations by its square: viscous friction by r, inertias by 2 r,
+/// with no trace in the residuals. The clocks of a controller and of a computer have crystals of
+/// ±1e-4, both together differ by 2e-4, and a clock that is being disciplined by some 1e-4 more.
+/// What passes makes inertias wrong by 0.06 %; a drive's torque gain is hardly known to ten times
+/// that.
+pub const RATE_TOLERANCE: f64 = 3e-4;
+
+/// Which side of the transmission a measurement describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// Motor angles and motor torques, as a drive reports them.
+    Motor,
+    /// Joint angles (or lengths) and joint torques (or forces).
+    Joint,
+}
+
+impl Side {
+    /// The prefix of this side's columns in a CSV file.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Joint => "joint",
+        }
+    }
+}
+
+/// Signals on a uniform grid, and the side of the transmission they belong to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurement {
+    /// The side of the transmission.
+    pub side: Side,
+    /// The signals: one vector per axis, all of one length.
+    pub signals: Signals,
+    /// Whether nobody compared the stamps with the rate, because by the bus's layout the frames
+    /// count and the stamps do not.
+    pub rate_unchecked: bool,
+}
+
+impl Measurement {
+    /// Motor-side signals of consecutive samples; a reference only when every sample has one.
+    pub fn from_samples(samples: &[JointSample], axes: usize, sample_rate_hz: f64) -> Self {
+        let column = |of: fn(&JointSample) -> &[f64; MAX_JOINTS]| -> Vec<Vec<f64>> {
+            (0..axes.min(MAX_JOINTS))
+                .map(|axis| samples.iter().map(|sample| of(sample)[axis]).collect())
+                .collect()
+        };
+        let has_reference = !samples.is_empty() && samples.iter().all(|s| s.has_reference);
+        Self {
+            side: Side::Motor,
+            rate_unchecked: false,
+            signals: Signals {
+                sample_rate_hz,
+                position_rad: column(|s| &s.motor_position_rad),
+                torque_nm: column(|s| &s.motor_torque_nm),
+                reference_rad: has_reference.then(|| column(|s| &s.motor_reference_rad)),
+            },
+        }
+    }
+
+    /// Number of axes.
+    pub fn axes(&self) -> usize {
+        self.signals.position_rad.len()
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.signals.position_rad.first().map_or(0, Vec::len)
+    }
+}

@@ -1,0 +1,43 @@
+//! Why a motion cannot be written or read.
+
+use std::path::PathBuf;
+
+/// Why a motion cannot be written or read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MotionError {
+    /// The ending of a file's name is that of no format. Take one that is.
+    #[error(
+        "a name that ends in `.{ending}` says no format; end it in .csv (table), .yaml (ROS 2), \
+         .script (Universal Robots), .src (KUKA) or .mod (ABB)"
+    )]
+    Ending {
+        /// The ending.
+        ending: String,
+    },
+    /// Controllers of this maker move six axes here. Choose a table or a ROS 2 trajectory.
+    #[error(
+        "a program for {maker} moves six axes that turn, and this arm has {joints} joints; write a \
+         table (.csv) or a ROS 2 trajectory (.yaml)"
+    )]
+    SixAxes {
+        /// The maker.
+        maker: &'static str,
+        /// Joints of the arm.
+        joints: usize,
+    },
+    /// A program's spline or controller does not keep the speeds of a sweep. Choose a table or a
+    /// ROS 2 trajectory.
+    #[error(
+        "no program keeps the constant speeds of a sweep; write a table (.csv) or a ROS 2 \
+        trajectory (.yaml)"
+    )]
+    Sweep,
+    /// The file has no motion. Give a table as `didim design` writes it.
+    #[error("{}: {problem}; give a table as `didim design` writes it", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+}

@@ -1,0 +1,89 @@
+//! The formats, by the ending of a file's name.
+
+use std::path::Path;
+
+use super::error::MotionError;
+use super::file::MotionFile;
+use super::{csv, joint_trajectory, krl, rapid, urscript};
+
+/// What a motion is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionFormat {
+    /// Time, positions, velocities and accelerations at 500 points per second.
+    Csv,
+    /// `trajectory_msgs/JointTrajectory` of ROS 2 as YAML.
+    JointTrajectory,
+    /// A program for Universal Robots.
+    UrScript,
+    /// A program for KUKA; the controller makes its time law.
+    Krl,
+    /// A module for ABB; the controller makes its time law.
+    Rapid,
+}
+
+impl MotionFormat {
+    /// All, with the ending of their files' names.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Csv, "csv"),
+        (Self::JointTrajectory, "yaml"),
+        (Self::UrScript, "script"),
+        (Self::Krl, "src"),
+        (Self::Rapid, "mod"),
+    ];
+
+    /// By the ending of a file's name.
+    ///
+    /// # Errors
+    /// [`MotionError::Ending`].
+    pub fn from_path(path: &Path) -> Result<Self, MotionError> {
+        let ending = path.extension().and_then(|own| own.to_str()).unwrap_or_default();
+        let matching_format =
+            Self::ALL.into_iter().find(|(_, own)| own.eq_ignore_ascii_case(ending));
+        matching_format
+            .map(|(format, _)| format)
+            .ok_or_else(|| MotionError::Ending { ending: ending.into() })
+    }
+
+    /// True if the arm follows the motion in time. Otherwise its information cannot be predicted.
+    pub fn keeps_time(self) -> bool {
+        !matches!(self, Self::Krl | Self::Rapid)
+    }
+
+    /// Whether it can be written for an arm of so many joints: programs are of six axes.
+    ///
+    /// # Errors
+    /// [`MotionError::SixAxes`].
+    pub fn fits(self, joints: usize) -> Result<(), MotionError> {
+        let maker = match self {
+            Self::Csv | Self::JointTrajectory => return Ok(()),
+            Self::UrScript => "Universal Robots",
+            Self::Krl => "KUKA",
+            Self::Rapid => "ABB",
+        };
+        if joints == 6 { Ok(()) } else { Err(MotionError::SixAxes { maker, joints }) }
+    }
+
+    /// Whether it has constant speeds as they are designed.
+    ///
+    /// # Errors
+    /// [`MotionError::Sweep`].
+    pub fn takes_sweeps(self) -> Result<(), MotionError> {
+        matches!(self, Self::Csv | Self::JointTrajectory).then_some(()).ok_or(MotionError::Sweep)
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// [`MotionError::SixAxes`], [`MotionError::Sweep`].
+    pub fn write(self, file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
+        self.fits(file.motion.joints())?;
+        let series = file.motion.series();
+        Ok(match self {
+            Self::Csv => csv::write(file),
+            Self::JointTrajectory => joint_trajectory::write(file),
+            Self::UrScript => urscript::write(file, series.ok_or(MotionError::Sweep)?, name),
+            Self::Krl => krl::write(file, name),
+            Self::Rapid => rapid::write(file, name),
+        })
+    }
+}

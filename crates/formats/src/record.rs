@@ -1,0 +1,111 @@
+//! A record: its whole pieces between losses, and what had to be done to it.
+
+use core::fmt;
+
+use didim_dynamics::Readings;
+
+use crate::measurement::Measurement;
+use crate::missing_values::MissingValues;
+use crate::start::RecordingStart;
+use crate::uniform::{Resampled, Uniform};
+
+/// Pieces that are listed for people.
+const LISTED: usize = 6;
+
+/// A stretch of a record in which nothing is missing and no drive changes its mode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// When it begins, after the first sample of the record \[s\].
+    pub begins_s: f64,
+    /// Its samples.
+    pub measurement: Measurement,
+    /// Further readings of the drives, each with the number of its sample; empty unless from frames
+    /// of a bus.
+    pub readings: Vec<(usize, Readings)>,
+}
+
+impl Piece {
+    /// Samples without readings.
+    pub fn new(begins_s: f64, measurement: Measurement) -> Self {
+        Self { begins_s, measurement, readings: Vec::new() }
+    }
+
+    /// The time of a sample, after the first of the record \[s\].
+    pub fn time_s(&self, sample: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
+        let sample = sample as f64;
+        self.begins_s + sample / self.measurement.signals.sample_rate_hz
+    }
+
+    /// The time of its last sample, after the first of the record \[s\].
+    pub fn ends_s(&self) -> f64 {
+        self.time_s(self.measurement.samples().saturating_sub(1))
+    }
+}
+
+/// What was recorded, cut where samples are missing and where a drive's mode changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// The pieces in their order; at least one.
+    pub parts: Vec<Piece>,
+    /// What was done for a uniform grid.
+    pub resampled: Resampled,
+    /// What was left out because it lacks a value.
+    pub missing_values: Option<MissingValues>,
+    /// When its first sample was recorded, where its stamps say so.
+    pub start: Option<RecordingStart>,
+}
+
+impl Record {
+    pub(crate) fn resampled(
+        (parts, resampled): (Vec<Uniform>, Resampled),
+        measurement: impl Fn(Vec<Vec<f64>>) -> Measurement,
+    ) -> Self {
+        let piece = |Uniform { begins_s, columns }| Piece::new(begins_s, measurement(columns));
+        let part_list = parts.into_iter().map(piece).collect();
+        Self { parts: part_list, resampled, missing_values: None, start: None }
+    }
+
+    pub(crate) fn starting(self, start: Option<RecordingStart>) -> Self {
+        Self { start, ..self }
+    }
+
+    /// All of it, where nothing is missing.
+    pub fn into_whole(mut self) -> Option<Measurement> {
+        let last = self.parts.pop();
+        last.filter(|_| self.parts.is_empty()).map(|piece| piece.measurement)
+    }
+
+    /// What has to be known of it, if anything.
+    pub fn notes(&self) -> Vec<String> {
+        let missing_values = self.missing_values.as_ref().map(ToString::to_string);
+        let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
+        let cut = (self.parts.len() > 1).then(|| Cut(&self.parts).to_string());
+        missing_values.into_iter().chain(resampled).chain(cut).collect()
+    }
+}
+
+impl From<Measurement> for Record {
+    /// One whole piece.
+    fn from(measurement: Measurement) -> Self {
+        let parts = vec![Piece::new(0.0, measurement)];
+        Self { parts, resampled: Resampled::default(), missing_values: None, start: None }
+    }
+}
+
+struct Cut<'a>(&'a [Piece]);
+
+impl fmt::Display for Cut<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let listed = self.0.iter().take(LISTED);
+        let listed = listed.map(|of| format!("{:.3} to {:.3} s", of.begins_s, of.ends_s()));
+        let listed = listed.collect::<Vec<_>>().join(", ");
+        let more = if self.0.len() > LISTED { ", …" } else { "" };
+        write!(
+            f,
+            "samples are missing or a drive's mode changes, and the record is cut there; {} whole \
+            pieces: {listed}{more}",
+            self.0.len()
+        )
+    }
+}

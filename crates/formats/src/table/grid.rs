@@ -1,0 +1,74 @@
+//! Whether the times of a table are on a uniform grid, and on which.
+
+use std::path::Path;
+
+use super::error::TableError;
+use super::place::Place;
+use crate::measurement::RATE_TOLERANCE;
+
+/// The largest part of a sample period by which a time stamp may leave the uniform grid.
+const GRID_TOLERANCE: f64 = 0.25;
+
+/// A uniform grid of times.
+pub(super) struct Grid {
+    pub(super) rate_hz: f64,
+    /// How far a time is off it at most \[s\].
+    pub(super) off_s: f64,
+}
+
+/// The grid of a table whose times, if any, are on a uniform one.
+pub(super) fn grid(
+    time_s: Option<&[f64]>,
+    first_row: Place,
+    declared: Option<f64>,
+    path: &Path,
+) -> Result<Grid, TableError> {
+    let file = || path.to_path_buf();
+    let Some(time) = time_s else {
+        let rate_hz = declared.ok_or(TableError::NoTime { file: file() })?;
+        return Ok(Grid { rate_hz, off_s: 0.0 });
+    };
+    let Grid { rate_hz: found_hz, off_s } = uniform(time, first_row, path)?;
+    let Some(given_hz) = declared else { return Ok(Grid { rate_hz: found_hz, off_s }) };
+    // By what share rounded times let the rate be off.
+    let lasts_s = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
+    if (found_hz / given_hz - 1.0).abs() > RATE_TOLERANCE + 2.0 * off_s / lasts_s {
+        return Err(TableError::RateMismatch { file: file(), found_hz, given_hz });
+    }
+    Ok(Grid { rate_hz: given_hz, off_s })
+}
+
+/// The grid of a uniform time column; an error at the first row that leaves it.
+///
+/// The grid runs from the first to the last time, so that the decimals a writer dropped do not
+/// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
+/// not move, then tells where.
+#[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
+fn uniform(time_s: &[f64], first_row: Place, path: &Path) -> Result<Grid, TableError> {
+    let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
+        return Err(TableError::TooShort { file: path.to_path_buf() });
+    };
+    let distances = |period: f64| {
+        let rows = time_s.iter().enumerate();
+        rows.map(move |(row, time)| (time - (first + row as f64 * period)).abs())
+    };
+    let leaves_grid = |period: f64| {
+        distances(period).position(|is| period <= 0.0 || is > GRID_TOLERANCE * period)
+    };
+    let mean = (last - first) / (time_s.len() - 1) as f64;
+    if leaves_grid(mean).is_none() {
+        let off_s = distances(mean).fold(0.0, f64::max);
+        return Ok(Grid { rate_hz: 1.0 / mean, off_s });
+    }
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let median = steps[steps.len() / 2];
+    let row = leaves_grid(median).unwrap_or(time_s.len() - 1);
+    Err(TableError::NotUniform {
+        file: path.to_path_buf(),
+        place: first_row.after(row),
+        time_s: time_s[row],
+        expected_s: first + row as f64 * median,
+        sample_rate_hz: 1.0 / median,
+    })
+}

@@ -1,0 +1,166 @@
+//! Which column of a table holds what, by the names in its header.
+
+use std::path::Path;
+
+use super::error::TableError;
+use crate::columns::{Columns, Quantity, TimeColumns};
+use crate::measurement::Side;
+
+/// What one column of the file holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Column {
+    /// The time in numbers.
+    Time,
+    /// The time in dates.
+    Date,
+    /// Whole seconds of the time.
+    Seconds,
+    /// Nanoseconds beyond them.
+    Nanoseconds,
+    Signal(Quantity, usize),
+    /// Nothing that is asked for.
+    Other,
+}
+
+impl Column {
+    /// True for a column that holds the whole time.
+    pub(super) fn is_time(&self) -> bool {
+        matches!(self, Self::Time | Self::Date)
+    }
+}
+
+/// What the columns of a table hold, all of its columns in their order.
+pub(super) struct Header {
+    pub(super) side: Side,
+    pub(super) axes: usize,
+    pub(super) columns: Vec<Column>,
+    pub(super) has_time: bool,
+    pub(super) has_reference: bool,
+}
+
+impl Header {
+    /// Those of didim's own; others are refused.
+    pub(super) fn parse(names: &[String], path: &Path) -> Result<Self, TableError> {
+        let file = || path.to_path_buf();
+        if let Some(found) = names.first().filter(|name| name.trim().parse::<f64>().is_ok()) {
+            return Err(TableError::NoHeader { file: file(), found: found.clone() });
+        }
+        let mut sides = Vec::new();
+        let mut columns = Vec::with_capacity(names.len());
+        for name in names {
+            let (side, column) = parse_name(name)
+                .ok_or_else(|| TableError::UnknownColumn { file: file(), column: name.clone() })?;
+            sides.extend(side);
+            columns.push(column);
+        }
+        let side = sides.first().copied().unwrap_or(Side::Motor);
+        if sides.iter().any(|s| *s != side) {
+            return Err(TableError::MixedSides { file: file() });
+        }
+        let axes = columns
+            .iter()
+            .map(|c| if let Column::Signal(_, axis) = c { axis + 1 } else { 0 })
+            .max()
+            .unwrap_or(0)
+            .max(1);
+        let count = |wanted: Column| columns.iter().filter(|c| **c == wanted).count();
+        let has_reference =
+            columns.iter().any(|c| matches!(c, Column::Signal(Quantity::Reference, _)));
+        for quantity in Quantity::ALL {
+            if quantity == Quantity::Reference && !has_reference {
+                continue;
+            }
+            for axis in 0..axes {
+                if count(Column::Signal(quantity, axis)) != 1 {
+                    let column = column_name(side, quantity, axis);
+                    return Err(TableError::Columns { file: file(), column, axes });
+                }
+            }
+        }
+        let times = count(Column::Time);
+        if times > 1 {
+            return Err(TableError::Columns { file: file(), column: "time_s".into(), axes });
+        }
+        Ok(Self { side, axes, columns, has_time: times == 1, has_reference })
+    }
+}
+
+/// Names that an error lists.
+const LISTED: usize = 24;
+
+impl Header {
+    /// Those of other programs, by their names; what is not asked for is passed over.
+    pub(super) fn of_columns(
+        names: &[String],
+        wanted: &Columns,
+        path: &Path,
+    ) -> Result<Self, TableError> {
+        let mut columns = vec![Column::Other; names.len()];
+        let mut set = |name: &str, column: Column| {
+            let mut matches = names.iter().enumerate().filter(|(_, own)| *own == name);
+            match (matches.next(), matches.next()) {
+                (Some((index, _)), None) if columns[index] != Column::Other => {
+                    let (file, column) = (path.to_path_buf(), name.to_owned());
+                    Err(TableError::AskedTwice { file, column })
+                }
+                (Some((index, _)), None) => {
+                    columns[index] = column;
+                    Ok(())
+                }
+                _ => {
+                    let more = if names.len() > LISTED { " …" } else { "" };
+                    let listed = names.iter().take(LISTED).map(String::as_str);
+                    let listed = listed.collect::<Vec<_>>().join(" ") + more;
+                    let (file, column) = (path.to_path_buf(), name.to_owned());
+                    Err(TableError::NoSuchColumn { file, column, available: listed })
+                }
+            }
+        };
+        match &wanted.time {
+            None => {}
+            Some(TimeColumns::Numbers { column, .. }) => set(column, Column::Time)?,
+            Some(TimeColumns::Dates { column }) => set(column, Column::Date)?,
+            Some(TimeColumns::Parts { sec, nanosec }) => {
+                set(sec, Column::Seconds)?;
+                set(nanosec, Column::Nanoseconds)?;
+            }
+        }
+        for quantity in Quantity::ALL {
+            let names_given = wanted.names(quantity);
+            if names_given.len() > wanted.axes {
+                let column = names_given.last().cloned().unwrap_or_default();
+                let (file, axes) = (path.to_path_buf(), wanted.axes);
+                return Err(TableError::Columns { file, column, axes });
+            }
+            for (axis, name) in names_given.into_iter().enumerate() {
+                set(&name, Column::Signal(quantity, axis))?;
+            }
+        }
+        Ok(Self {
+            side: wanted.side,
+            axes: wanted.axes,
+            columns,
+            has_time: wanted.time.is_some(),
+            has_reference: !wanted.names(Quantity::Reference).is_empty(),
+        })
+    }
+}
+
+fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
+    if name == "time_s" {
+        return Some((None, Column::Time));
+    }
+    let (side, rest) = [Side::Motor, Side::Joint].into_iter().find_map(|side| {
+        name.strip_prefix(side.prefix())?.strip_prefix('_').map(|rest| (side, rest))
+    })?;
+    let (stem, number) = rest.rsplit_once('_')?;
+    let quantity = Quantity::ALL.into_iter().find(|q| q.stem() == stem)?;
+    let axis: usize = number.parse().ok()?;
+    let is_axis = (1..=didim_dynamics::MAX_JOINTS).contains(&axis);
+    is_axis.then_some((Some(side), Column::Signal(quantity, axis - 1)))
+}
+
+/// The name of didim's own column.
+pub(super) fn column_name(side: Side, quantity: Quantity, axis: usize) -> String {
+    format!("{}_{}_{}", side.prefix(), quantity.stem(), axis + 1)
+}

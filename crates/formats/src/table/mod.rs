@@ -1,0 +1,728 @@
+//! Tables of measured signals: one row per sample, read the same way whatever they are written in.
+//!
+//! didim's own have SI units in the names: `time_s` (optional when the sample rate is given), then
+//! `motor_position_rad_1..n`, `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or
+//! the same with `joint_`. Those of others are read by the names and units of their [`Columns`]. A
+//! file gives names and numbers, by its kind: text, which gzip may have compressed, or Parquet.
+
+mod error;
+mod grid;
+mod header;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod place;
+mod source;
+mod text;
+mod time;
+mod write;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use didim_dynamics::Signals;
+use flate2::bufread::MultiGzDecoder;
+
+use crate::capacity::Capacity;
+use crate::columns::{Columns, Quantity, TimeColumns};
+use crate::measurement::{Measurement, Side};
+use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
+use crate::record::Record;
+use crate::start::RecordingStart;
+use crate::uniform::{Rows, TimesError, resample};
+use grid::{Grid, grid};
+use header::{Column, Header};
+use source::{Source, Values};
+use text::Text;
+
+pub use error::TableError;
+pub use place::Place;
+pub use write::write_csv;
+
+/// Reads a whole experiment with didim's own columns, its times on a uniform grid.
+///
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, TableError> {
+    let table = read(open(path, None)?, path, sample_rate_hz.is_none(), None)?;
+    if let Some(IncompleteRows { missing_values, .. }) = table.missing {
+        return Err(TableError::MissingValues { file: path.to_path_buf(), missing_values });
+    }
+    let rate_hz = table.grid(sample_rate_hz, path)?.rate_hz;
+    Ok(table.measurement(rate_hz))
+}
+
+/// Reads a table of didim's own columns, or of others. Times that jitter are resampled to
+/// `nominal_hz`, and cut where samples are missing or lack a value.
+///
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_table(
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    nominal_hz: f64,
+    columns: Option<&Columns>,
+) -> Result<Record, TableError> {
+    let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
+    let missing = table.missing.take();
+    if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
+        // Without times a row is where it stands.
+        #[expect(clippy::cast_precision_loss, reason = "rows in memory are far fewer than 2^52")]
+        let time_s = |row: &usize| *row as f64 / rate_hz;
+        table.time = Some(missing_rows.complete.rows.iter().map(time_s).collect());
+    }
+    let start = table.start();
+    let mut record = record(table, path, sample_rate_hz, nominal_hz).map(|of| of.starting(start));
+    match (&mut record, missing) {
+        (_, None) => {}
+        (Ok(record), Some(IncompleteRows { missing_values, .. })) => {
+            record.missing_values = Some(missing_values)
+        }
+        (Err(error), Some(IncompleteRows { missing_values, spread: distant, .. })) => {
+            let source = match *error {
+                TableError::Times { source, .. } => source,
+                TableError::RateMismatch { found_hz, given_hz: stated_hz, .. } => {
+                    TimesError::Rate { found_hz, stated_hz }
+                }
+                _ => return record,
+            };
+            return Err(TableError::DisjointColumns {
+                file: path.to_path_buf(),
+                missing_values,
+                source,
+                distant,
+            });
+        }
+    }
+    record
+}
+
+/// The record of whole rows.
+fn record(
+    mut table: Table,
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    nominal_hz: f64,
+) -> Result<Record, TableError> {
+    let Table { side, axes, first_row, resolution_s, first_ns, .. } = table;
+    // Off the grid by more than the digits that they are written with, times jitter.
+    match table.grid(sample_rate_hz, path) {
+        Ok(Grid { rate_hz, off_s }) if off_s <= (2.0 * resolution_s).max(STILL / rate_hz) => {
+            Ok(table.measurement(rate_hz).into())
+        }
+        Ok(_) | Err(TableError::NotUniform { .. }) => {
+            let times_s = table.time.take().unwrap_or_default();
+            let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
+            let rate = sample_rate_hz.unwrap_or(nominal_hz);
+            let uniform = resample(Rows { times_s, columns }, rate)
+                .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
+            Ok(Record::resampled(uniform, |columns| {
+                let mut columns = columns.into_iter();
+                let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
+                let (time, missing) = (None, None);
+                Table { side, axes, first_row, time, resolution_s, first_ns, signals, missing }
+                    .measurement(rate)
+            }))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The first bytes of what gzip compressed (RFC 1952).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// The first bytes of a Parquet file.
+const PARQUET: [u8; 4] = *b"PAR1";
+
+/// Whether a file is one of Parquet, by its first bytes.
+pub fn is_parquet(path: &Path) -> bool {
+    let mut begin = [0; PARQUET.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok() && begin == PARQUET
+}
+
+/// Opens a table of either kind. Its first bytes identify the kind.
+fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, TableError> {
+    let wrong = |source| TableError::Io { file: path.to_path_buf(), source };
+    let mut file = BufReader::new(File::open(path).map_err(wrong)?);
+    let begin = file.fill_buf().map_err(wrong)?;
+    if begin.starts_with(&PARQUET) {
+        #[cfg(feature = "parquet")]
+        return Ok(Box::new(parquet::Parquet::open(file.into_inner(), path)?));
+        #[cfg(not(feature = "parquet"))]
+        return Err(TableError::NoParquet { file: path.to_path_buf() });
+    }
+    let input: Box<dyn BufRead> = if begin.starts_with(&GZIP) {
+        Box::new(BufReader::new(MultiGzDecoder::new(file)))
+    } else {
+        Box::new(file)
+    };
+    let wanted = columns.map(Columns::all_names).unwrap_or_default();
+    Ok(Box::new(Text::open(input, path, &wanted)?))
+}
+
+/// The header of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableNames {
+    /// Its columns.
+    pub columns: Vec<String>,
+    /// Seconds to a 1 of each whose type is one of times.
+    pub seconds: Vec<Option<f64>>,
+    /// The side of the transmission and whether there is a time, where all columns are didim's own.
+    pub own: Option<(Side, bool)>,
+}
+
+/// Reads the header of a table.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
+    let source = open(path, None)?;
+    let columns = source.names().to_vec();
+    let seconds = (0..columns.len()).map(|column| source.second(column)).collect();
+    let standard_side =
+        Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
+    Ok(TableNames { columns, seconds, own: standard_side })
+}
+
+/// Reads a table without asking for a rate: its rows as they come.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, TableError> {
+    read(open(path, columns)?, path, false, columns)
+}
+
+/// A table as it stands in the file, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    side: Side,
+    axes: usize,
+    first_row: Place,
+    /// The time of each row after the first, where there is one \[s\].
+    pub time: Option<Vec<f64>>,
+    /// What the last digit of the finest of them is worth \[s\].
+    resolution_s: f64,
+    /// Instant after which they are, where it is one \[ns after 1970\].
+    first_ns: Option<i128>,
+    /// Positions, torques and references by axis; no references where there are none.
+    pub signals: [Vec<Vec<f64>>; 3],
+    /// The rows that lack a value and were left out, if any.
+    missing: Option<IncompleteRows>,
+}
+
+/// Rows that lack a value.
+#[derive(Clone, Debug, PartialEq)]
+struct IncompleteRows {
+    /// The others.
+    complete: CompleteRows,
+    missing_values: MissingValues,
+    spread: Box<DisjointColumns>,
+}
+
+/// Times that are off the grid by less than this share of a period are taken as on it when
+/// positions are differentiated.
+const STILL: f64 = 0.01;
+
+impl Table {
+    fn grid(&self, declared: Option<f64>, path: &Path) -> Result<Grid, TableError> {
+        grid(self.time.as_deref(), self.first_row, declared, path)
+    }
+
+    /// When its first row was recorded.
+    fn start(&self) -> Option<RecordingStart> {
+        let after_s = *self.time.as_ref()?.first()?;
+        #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
+        let after_ns = (1e9 * after_s).round() as i128;
+        RecordingStart::of_unix_ns(self.first_ns?.saturating_add(after_ns))
+    }
+
+    fn measurement(self, sample_rate_hz: f64) -> Measurement {
+        let [position_rad, torque_nm, reference] = self.signals;
+        let reference_rad = (!reference.is_empty()).then_some(reference);
+        let signals = Signals { sample_rate_hz, position_rad, torque_nm, reference_rad };
+        Measurement { side: self.side, rate_unchecked: false, signals }
+    }
+}
+
+/// The columns that are asked for, in SI units.
+fn read(
+    source: Box<dyn Source>,
+    path: &Path,
+    needs_time: bool,
+    columns: Option<&Columns>,
+) -> Result<Table, TableError> {
+    let file = || path.to_path_buf();
+    let header = match columns {
+        None => Header::parse(source.names(), path)?,
+        Some(columns) => Header::of_columns(source.names(), columns, path)?,
+    };
+    if needs_time && !header.has_time {
+        return Err(TableError::NoTime { file: file() });
+    }
+    let second = match columns.and_then(|columns| columns.time.as_ref()) {
+        Some(TimeColumns::Numbers { second, .. }) => *second,
+        _ => 1.0,
+    };
+    check_time_unit(source.as_ref(), path, &header, second)?;
+    let (first_row, names) = (source.first_row(), source.names().to_vec());
+    let is_read = |column: &&Column| !matches!(column, Column::Other);
+    let capacity = Capacity::of_values(header.columns.iter().filter(is_read).count());
+    let Values { columns: mut numbers, mut resolution, mut first } =
+        source.read(&header.columns, capacity)?;
+    let incomplete = leave_out(&mut numbers, &names, first_row, path)?;
+    let (mut time, mut rows) = (None, 0);
+    let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
+    let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
+    if !header.has_reference {
+        signals[Quantity::Reference as usize].clear();
+    }
+    for (index, (column, mut numbers)) in header.columns.iter().zip(numbers).enumerate() {
+        rows = rows.max(numbers.len());
+        match *column {
+            Column::Seconds => parts[0] = Some((index, numbers)),
+            Column::Nanoseconds => parts[1] = Some((index, numbers)),
+            Column::Time | Column::Date => {
+                numbers.iter_mut().for_each(|time| *time *= second);
+                time = Some(numbers);
+            }
+            Column::Signal(quantity, axis) => {
+                let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
+                numbers.iter_mut().for_each(|value| *value *= scale);
+                signals[quantity as usize][axis] = numbers;
+            }
+            Column::Other => {}
+        }
+    }
+    if let [Some((sec, seconds)), Some((nanosec, nanoseconds))] = parts {
+        let (times_s, of) = time::of_parts(&seconds, &nanoseconds).map_err(
+            |(is_sec, (row, value, wanted)): (bool, time::NotFractional)| {
+                let column = names[if is_sec { sec } else { nanosec }].clone();
+                TableError::NotFractional {
+                    file: file(),
+                    place: first_row
+                        .after(incomplete.as_ref().map_or(row, |rows| rows.complete.rows[row])),
+                    column,
+                    value,
+                    wanted,
+                }
+            },
+        )?;
+        (time, first) = (Some(times_s), of);
+        resolution = 1e-9;
+    }
+    if rows < 2 {
+        return Err(TableError::TooShort { file: file() });
+    }
+    let resolution_s = second * resolution;
+    let Header { side, axes, .. } = header;
+    let first_ns = first.map(|first| first.nanoseconds(second));
+    Ok(Table { side, axes, first_row, time, resolution_s, first_ns, signals, missing: incomplete })
+}
+
+/// Refuses a time column whose type has another unit than the configured one.
+fn check_time_unit(
+    source: &dyn Source,
+    path: &Path,
+    header: &Header,
+    second: f64,
+) -> Result<(), TableError> {
+    if let Some(index) = header.columns.iter().position(Column::is_time)
+        && let Some(own) = source.second(index)
+        && let is_date = header.columns[index] == Column::Date
+        && (is_date || (own / second - 1.0).abs() > f64::EPSILON)
+    {
+        let column = source.names()[index].clone();
+        let configured_unit =
+            if is_date { "dates in text (iso8601)" } else { unit_of_time(second) };
+        let column_unit = unit_of_time(own);
+        return Err(TableError::TimeUnit {
+            file: path.to_path_buf(),
+            column,
+            found: column_unit,
+            configured: configured_unit,
+        });
+    }
+    Ok(())
+}
+
+/// Leaves out the rows that lack a value.
+fn leave_out(
+    columns: &mut [Vec<f64>],
+    names: &[String],
+    first_row: Place,
+    path: &Path,
+) -> Result<Option<IncompleteRows>, TableError> {
+    let file = path.to_path_buf();
+    let is_empty = |column: &Vec<f64>| !column.is_empty() && column.iter().all(|v| v.is_nan());
+    if let Some(index) = columns.iter().position(is_empty) {
+        return Err(TableError::NoValues { file, column: names[index].clone() });
+    }
+    let (Some(complete), Some(spread)) =
+        (CompleteRows::find(columns), DisjointColumns::find(columns, names))
+    else {
+        return Ok(None);
+    };
+    let (row, column) = complete.first;
+    let missing_values = MissingValues {
+        missing: complete.of - complete.rows.len(),
+        of: complete.of,
+        what: "rows",
+        first: format!("in {}, column `{}`", first_row.after(row), names[column]),
+    };
+    let without_row = Box::new(spread);
+    if complete.rows.len() < 2 {
+        let source = TimesError::TooShort;
+        return Err(TableError::DisjointColumns {
+            file,
+            missing_values,
+            source,
+            distant: without_row,
+        });
+    }
+    columns.iter_mut().for_each(|column| complete.keep(column));
+    Ok(Some(IncompleteRows { complete, missing_values, spread: without_row }))
+}
+
+/// A unit of time in words, by the seconds to a 1 of it.
+fn unit_of_time(second: f64) -> &'static str {
+    match second {
+        1.0.. => "seconds (s)",
+        1e-3.. => "milliseconds (ms)",
+        1e-6.. => "microseconds (us)",
+        _ => "nanoseconds (ns)",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::AxisColumns;
+
+    fn read_complete(
+        text: &[u8],
+        declared: Option<f64>,
+        columns: Option<&Columns>,
+    ) -> Result<Measurement, TableError> {
+        let path = Path::new("x.csv");
+        let input = Box::new(std::io::Cursor::new(text.to_vec()));
+        let wanted = columns.map(Columns::all_names).unwrap_or_default();
+        let source = Box::new(Text::open(input, path, &wanted)?);
+        let table = read(source, path, declared.is_none(), columns)?;
+        let rate_hz = table.grid(declared, path)?.rate_hz;
+        Ok(table.measurement(rate_hz))
+    }
+
+    fn of_text(text: &str, rate: Option<f64>) -> Result<Measurement, TableError> {
+        read_complete(text.as_bytes(), rate, None)
+    }
+
+    fn message(text: &str, rate: Option<f64>) -> String {
+        of_text(text, rate).expect_err("must be refused").to_string()
+    }
+
+    const HEADER: &str = "time_s,joint_position_rad_1,joint_torque_nm_1\n";
+
+    #[test]
+    fn what_was_written_is_read_back_bit_for_bit() {
+        let measurement = Measurement {
+            side: Side::Motor,
+            rate_unchecked: false,
+            signals: Signals {
+                sample_rate_hz: 5000.0,
+                position_rad: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],
+                torque_nm: vec![vec![1.5, -0.25, 1e300], vec![0.0, 1.0, 2.0]],
+                reference_rad: Some(vec![vec![0.1, 0.2, 0.3], vec![1.0, 2.0, 3.0]]),
+            },
+        };
+        let mut bytes = Vec::new();
+        write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
+        let read = read_complete(&bytes, Some(5000.0), None).unwrap();
+        assert_eq!(read, measurement);
+    }
+
+    #[test]
+    fn a_table_for_which_there_is_no_room_is_refused_with_how_much_there_is() {
+        let text = HEADER.to_owned() + "0,1,2\n0.1,2,3\n0.2,3,4\n";
+        let read = |samples| {
+            let input = Box::new(std::io::Cursor::new(text.clone().into_bytes()));
+            let source = Box::new(Text::open(input, Path::new("x.csv"), &[]).unwrap());
+            source.read(&[Column::Time; 3], Capacity { samples })
+        };
+        assert_eq!(read(3).unwrap().columns[0].len(), 3);
+        let refused = read(2).err().unwrap().to_string();
+        assert!(refused.starts_with("x.csv: more than 2 samples, for which memory"), "{refused}");
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order() {
+        let read =
+            of_text("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
+        assert_eq!(read.signals.torque_nm, [[1.0, 3.0]]);
+        assert_eq!(read.signals.position_rad, [[2.0, 4.0]]);
+        assert_eq!((read.side, read.signals.reference_rad), (Side::Joint, None));
+    }
+
+    #[test]
+    fn a_dropped_row_is_named_by_its_line() {
+        let rows: String = [0, 1, 2, 4, 5, 6].iter().map(|k| format!("0.{k},0,0\n")).collect();
+        let text = message(&format!("{HEADER}{rows}"), None);
+        assert!(text.contains("line 5") && text.contains("10.0"), "{text}");
+    }
+
+    #[test]
+    fn rounded_times_are_a_uniform_grid() {
+        let rows: String =
+            (0..1000).map(|k| format!("{:.4},0,0\n", f64::from(k) / 3000.0)).collect();
+        let read = of_text(&format!("{HEADER}{rows}"), None).unwrap();
+        assert!(
+            (read.signals.sample_rate_hz - 3000.0).abs() < 0.5,
+            "{}",
+            read.signals.sample_rate_hz
+        );
+    }
+
+    #[test]
+    fn a_rate_that_is_given_is_the_tables_own_within_what_rounding_leaves_open() {
+        let table = |rate: f64, decimals: usize| {
+            let row = |k| format!("{:.decimals$},0,0\n", f64::from(k) / rate);
+            format!("{HEADER}{}", (0..1000).map(row).collect::<String>())
+        };
+        for (rate, decimals, same) in
+            [(3000.0, 9, true), (3000.6, 9, true), (3001.5, 9, false), (3001.5, 4, true)]
+        {
+            let read = of_text(&table(rate, decimals), Some(3000.0));
+            assert_eq!(read.is_ok(), same, "{rate} {decimals}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn bad_tables_say_what_and_where() {
+        let cases = [
+            (format!("{HEADER}0,1,2\n0.1,inf,2\n"), "line 3, column `joint_position_rad_1`: `inf`"),
+            (format!("{HEADER}0,1,\n0.1,1,NaN\n"), "`joint_torque_nm_1` has no value in any row"),
+            (format!("{HEADER}0,1,2\n0.1,1\n"), "line 3"),
+            ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
+            ("0.000,0.1,-2.5\n0.004,0.1,-2.4\n".into(), "Put a header before it"),
+            ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
+            ("time_s,joint_position_rad_1\n".into(), "`joint_torque_nm_1` is missing"),
+            ("motor_position_rad_1,joint_torque_nm_1\n".into(), "mixes motor_ and joint_"),
+            (format!("{HEADER}0,1,2\n"), "fewer than two"),
+            (format!("{HEADER}0,1,2\n0,1,2\n"), "leaves the uniform grid"),
+        ];
+        for (text, expected) in cases {
+            let said = message(&text, None);
+            assert!(said.starts_with("x.csv: ") || said.contains(expected), "{said}");
+            assert!(said.contains(expected), "{said} should contain {expected}");
+        }
+        assert!(
+            message("joint_position_rad_1,joint_torque_nm_1\n1,2\n1,2\n", None)
+                .contains("--sample-rate")
+        );
+        assert!(message(&format!("{HEADER}0,1,2\n0.1,1,2\n"), Some(20.0)).contains("10.0"));
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    #[test]
+    fn a_parquet_file_is_recognised_by_its_first_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("motion.csv");
+        std::fs::write(&path, b"PAR1 and more").unwrap();
+        assert!(is_parquet(&path) && !is_parquet(folder.path()));
+        let said = read_table(&path, None, 100.0, None).unwrap_err().to_string();
+        assert!(said.contains("cargo build --release --features parquet"), "{said}");
+    }
+
+    /// 200 rows of 100 Hz, as (time, position, torque) by the number of the row.
+    fn record_of(header: &str, row: impl Fn(usize) -> String) -> Result<Record, TableError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let rows: String = (0..200).map(row).collect();
+        std::fs::write(&path, format!("{header}{rows}")).unwrap();
+        read_table(&path, Some(100.0), 100.0, None)
+    }
+
+    #[test]
+    #[expect(clippy::cast_precision_loss, reason = "rows")]
+    fn what_lacks_a_value_is_a_loss_and_no_number() {
+        let field = |lacks: bool, value: f64| if lacks { String::new() } else { value.to_string() };
+        let sine = |row: usize| (0.03 * row as f64).sin();
+        let parts = |record: &Record| -> Vec<(f64, usize)> {
+            let describe =
+                |piece: &crate::record::Piece| (piece.begins_s, piece.measurement.samples());
+            record.parts.iter().map(describe).collect()
+        };
+        // Several rows cut, one alone is interpolated; by the times, or by where rows stand.
+        for (header, with_time) in [(HEADER, true), (HEADER.split_once(',').unwrap().1, false)] {
+            let record = record_of(header, |row| {
+                let time =
+                    if with_time { format!("{},", row as f64 / 100.0) } else { String::new() };
+                let (q, tau) = (field(row == 20, sine(row)), field((100..105).contains(&row), 1.0));
+                format!("{time}{q},{tau}\n")
+            })
+            .unwrap();
+            assert_eq!(parts(&record), [(0.0, 100), (1.05, 95)]);
+            assert_eq!(record.resampled.alone, 1);
+            let error = record.parts[0].measurement.signals.position_rad[0][20] - sine(20);
+            assert!(error.abs() < 1e-6, "{error}");
+            let said = record.notes().join("; ");
+            assert!(
+                said.starts_with(
+                    "6 of 200 rows lack a value, the first in line 22, column \
+                `joint_position_rad_1`; they are no samples"
+                ),
+                "{said}"
+            );
+        }
+        // Before a drive was on: no loss within.
+        let late = record_of(HEADER, |row| {
+            format!("{},{},{}\n", row as f64 / 100.0, sine(row), field(row < 7, 1.0))
+        });
+        let late = late.unwrap();
+        assert_eq!(parts(&late), [(0.0, 193)]);
+        assert_eq!(late.notes().len(), 1, "{:?}", late.notes());
+    }
+
+    #[test]
+    #[expect(clippy::cast_precision_loss, reason = "rows")]
+    fn signals_in_rows_of_their_own_are_refused_with_what_to_do() {
+        let said = |row: &dyn Fn(usize) -> String| record_of(HEADER, row).unwrap_err().to_string();
+        // Positions and torques by turns, half a period apart.
+        let by_turns = said(&|row| {
+            let (q, tau) = if row % 2 == 0 { ("1", "") } else { ("", "2") };
+            format!("{},{q},{tau}\n", row as f64 / 200.0)
+        });
+        // A torque with every tenth position.
+        let slower = said(&|row| {
+            format!("{},1,{}\n", row as f64 / 100.0, if row % 10 == 0 { "2" } else { "NaN" })
+        });
+        for (said, parts) in [
+            (
+                by_turns,
+                [
+                    "200 of 200 rows lack a value, the first in line 2, column `joint_torque_nm_1`",
+                    "`joint_position_rad_1` has 100 values and `joint_torque_nm_1` 100, 0 of them \
+                    in the same rows",
+                ],
+            ),
+            (
+                slower,
+                [
+                    "180 of 200 rows lack a value, the first in line 3, column \
+                    `joint_torque_nm_1`; they are no samples. The others are no record: 10.00 \
+                    samples a second, and 100 are stated",
+                    "column `joint_torque_nm_1` has 20 values and `joint_position_rad_1` 200, 20 \
+                    of them in the same rows",
+                ],
+            ),
+        ] {
+            for part in parts.iter().chain(&["Put all on common times"]) {
+                assert!(said.contains(part), "{said}");
+            }
+        }
+    }
+
+    fn of_others(names: &[&str], scale: f64) -> AxisColumns {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        AxisColumns { names, scales: vec![scale, -scale] }
+    }
+
+    #[test]
+    fn a_table_says_when_it_was_recorded_where_its_times_have_a_date() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let start = |time: Option<TimeColumns>, names: &str, rows: &[&str]| {
+            let single = |name: &str| AxisColumns { names: vec![name.into()], scales: vec![1.0] };
+            let (side, axes, reference) = (Side::Joint, 1, None);
+            let (position, torque) = (single("q"), single("f"));
+            let columns = Columns { side, axes, time, position, torque, reference };
+            let rows: String = rows.iter().map(|row| format!("{row},1,2\n")).collect();
+            std::fs::write(&path, format!("{names},q,f\n{rows}")).unwrap();
+            let rate_hz = columns.time.is_none().then_some(100.0);
+            let record = read_table(&path, rate_hz, 100.0, Some(&columns)).unwrap();
+            RecordingStart::shown(record.start)
+        };
+        let numbers = |second| Some(TimeColumns::Numbers { column: "t".into(), second });
+        let dates = || Some(TimeColumns::Dates { column: "t".into() });
+        let parts = Some(TimeColumns::Parts { sec: "s".into(), nanosec: "ns".into() });
+        let expected_start = "2024-05-01 12:00:00.250 UTC";
+        for (time, names, rows, expected) in [
+            (
+                numbers(1.0),
+                "t",
+                ["1714564800.2501", "1714564800.2601", "1714564800.2701"],
+                expected_start,
+            ),
+            (
+                numbers(1e-9),
+                "t",
+                ["1714564800250400000", "1714564800260400000", "1714564800270400000"],
+                expected_start,
+            ),
+            (numbers(1.0), "t", ["0", "0.01", "0.02"], "not known"),
+            (numbers(1e-3), "t", ["86400000", "86400010", "86400020"], "not known"),
+            (
+                dates(),
+                "t",
+                [
+                    "2024-05-01T14:00:00.25+02:00",
+                    "2024-05-01T12:00:00.26Z",
+                    "2024-05-01T12:00:00.27Z",
+                ],
+                expected_start,
+            ),
+            // Of which clock, nobody says.
+            (
+                dates(),
+                "t",
+                ["2024-05-01T12:00:00.25", "2024-05-01T12:00:00.26", "2024-05-01T12:00:00.27"],
+                "not known",
+            ),
+            (
+                parts,
+                "s,ns",
+                ["1714564800,250400000", "1714564800,260400000", "1714564800,270400000"],
+                expected_start,
+            ),
+            (None, "t", ["1714564800", "1714564801", "1714564802"], "not known"),
+        ] {
+            assert_eq!(start(time, names, &rows), expected, "{rows:?}");
+        }
+    }
+
+    #[test]
+    fn columns_of_others_are_read_by_name_unit_and_sign() {
+        let columns = Columns {
+            side: Side::Joint,
+            axes: 2,
+            time: Some(TimeColumns::Numbers { column: "t".into(), second: 1e-3 }),
+            position: of_others(&["actual_q_{index}"], 0.5),
+            torque: of_others(&["tau_{axis}"], 1.0),
+            reference: Some(of_others(&["goal", "aim"], 1.0)),
+        };
+        let read = |text: &str| read_complete(text.as_bytes(), None, Some(&columns));
+        let header = "t;actual_q_1;actual_q_0;mode;tau_1;tau_2;aim;goal\n";
+        let table = format!("{header}0;1;2;auto;3;4;5;6\n10;1,5;2;auto;3;4;5;6\n");
+        for table in
+            [table.clone(), table.replace(';', "\t"), table.replace(',', ".").replace(';', ",")]
+        {
+            let signals = read(&table).unwrap().signals;
+            assert!((signals.sample_rate_hz - 100.0).abs() < 1e-9);
+            assert_eq!(signals.position_rad, [[1.0, 1.0], [-0.5, -0.75]]);
+            assert_eq!(signals.torque_nm, [[3.0, 3.0], [-4.0, -4.0]]);
+            assert_eq!(signals.reference_rad.unwrap(), [[6.0, 6.0], [-5.0, -5.0]]);
+        }
+        let said = |text: &str| read(text).unwrap_err().to_string();
+        let missing = said(&table.replace("tau_2", "tau_3"));
+        assert!(
+            missing.contains(
+                "column `tau_2` is missing or appears twice; the header has t actual_q_1"
+            ),
+            "{missing}"
+        );
+        assert!(said(&table.replace("mode", "tau_1")).contains("`tau_1`"));
+        assert!(said(&table.replace("1,5", "x")).contains("line 3, column `actual_q_1`: `x`"));
+    }
+}

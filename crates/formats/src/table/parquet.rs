@@ -1,0 +1,294 @@
+//! Parquet files: the names of their columns, and the numbers of those that are asked for, row
+//! group by row group.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+use super::source::{Source, Values};
+use super::time::{Exact, First, resolution};
+use crate::capacity::Capacity;
+use crate::guarded::guarded as guard;
+
+/// Values that are decoded at once.
+const BATCH: usize = 1 << 13;
+
+/// What a column holds, by its type.
+enum Holds {
+    /// Numbers, of which this is the leaf, and whether they are unsigned.
+    Numbers { leaf: usize, unsigned: bool },
+    /// Times, with the seconds to their 1, and whether they are of UTC.
+    Times { leaf: usize, second: f64, utc: bool },
+    /// Something else: what.
+    Other(&'static str),
+}
+
+/// A file behind its footer.
+pub(super) struct Parquet {
+    path: PathBuf,
+    reader: SerializedFileReader<File>,
+    names: Vec<String>,
+    holds: Vec<Holds>,
+}
+
+impl Parquet {
+    /// Reads the footer.
+    pub(super) fn open(file: File, path: &Path) -> Result<Self, TableError> {
+        guarded(path, || {
+            let damaged = |error: ParquetError| error_of(path, &error);
+            let reader = SerializedFileReader::new(file).map_err(damaged)?;
+            let schema = reader.metadata().file_metadata().schema_descr_ptr();
+            let fields = schema.root_schema().get_fields();
+            let mut holds: Vec<Holds> =
+                fields.iter().map(|_| Holds::Other("nested values")).collect();
+            for leaf in 0..schema.num_columns() {
+                let (field, column) = (schema.get_column_root_idx(leaf), schema.column(leaf));
+                if fields.get(field).is_some_and(|field| field.is_primitive()) {
+                    holds[field] = of_type(leaf, &column);
+                }
+            }
+            let names = fields.iter().map(|field| field.name().to_owned()).collect();
+            Ok(Self { path: path.to_path_buf(), reader, names, holds })
+        })
+    }
+
+    /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
+    fn column(&self, index: usize, is_time: bool, most: usize) -> Result<Numbers, TableError> {
+        let (leaf, unsigned) = match self.holds[index] {
+            Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
+            Holds::Times { leaf, .. } => (leaf, false),
+            Holds::Other(what) => {
+                let (file, column) = (self.path.clone(), self.names[index].clone());
+                return Err(TableError::NoNumbers { file, column, what });
+            }
+        };
+        let damaged = |error: ParquetError| error_of(&self.path, &error);
+        let mut numbers = Numbers {
+            values: Vec::new(),
+            most,
+            first: is_time.then(First::default),
+            finest: f64::INFINITY,
+        };
+        let mut rows = 0;
+        for group in 0..self.reader.num_row_groups() {
+            let group = self.reader.get_row_group(group).map_err(damaged)?;
+            // The library panics on these; it would say so on standard error.
+            let chunk = group.metadata().column(leaf);
+            let first = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+            if first < 0 || chunk.compressed_size() < 0 {
+                let problem = "a column begins or ends before the file".to_owned();
+                return Err(TableError::Parquet { file: self.path.clone(), what: problem });
+            }
+            rows += usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
+            #[expect(clippy::cast_precision_loss, reason = "numbers of tables are below 2^53")]
+            #[expect(clippy::cast_sign_loss, reason = "what an unsigned type means by these bits")]
+            let read = match group.get_column_reader(leaf).map_err(damaged)? {
+                ColumnReader::DoubleColumnReader(from) => numbers.read(from, |value| (value, None)),
+                ColumnReader::FloatColumnReader(from) => {
+                    numbers.read(from, |value| (value.into(), None))
+                }
+                ColumnReader::Int32ColumnReader(from) if unsigned => {
+                    numbers.read(from, |value| (f64::from(value as u32), None))
+                }
+                ColumnReader::Int32ColumnReader(from) => {
+                    numbers.read(from, |value| (value.into(), None))
+                }
+                ColumnReader::Int64ColumnReader(from) if unsigned => {
+                    numbers.read(from, |value| (value as u64 as f64, None))
+                }
+                ColumnReader::Int64ColumnReader(from) => {
+                    numbers.read(from, |value| (value as f64, Some(value)))
+                }
+                _ => Err(Stop::Damaged("a column has another type than the header says".into())),
+            };
+            read.map_err(|stop| match stop {
+                Stop::NotANumber(text) => TableError::NotANumber {
+                    file: self.path.clone(),
+                    place: self.first_row().after(numbers.values.len()),
+                    column: self.names[index].clone(),
+                    text,
+                },
+                Stop::Damaged(what) => TableError::Parquet { file: self.path.clone(), what },
+            })?;
+            if numbers.values.len() != rows {
+                let problem = format!("{} of {rows} rows are there", numbers.values.len());
+                return Err(TableError::Parquet { file: self.path.clone(), what: problem });
+            }
+        }
+        Ok(numbers)
+    }
+}
+
+impl Source for Parquet {
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn second(&self, column: usize) -> Option<f64> {
+        match self.holds.get(column) {
+            Some(Holds::Times { second, .. }) => Some(*second),
+            _ => None,
+        }
+    }
+
+    fn first_row(&self) -> Place {
+        Place::Row(1)
+    }
+
+    fn read(self: Box<Self>, columns: &[Column], capacity: Capacity) -> Result<Values, TableError> {
+        let groups = self.reader.metadata().row_groups().iter();
+        let rows = groups.map(|group| usize::try_from(group.num_rows()).unwrap_or(usize::MAX));
+        let rows = rows.fold(0, usize::saturating_add);
+        if rows > capacity.samples {
+            return Err(TableError::TooLong { file: self.path.clone(), samples: capacity.samples });
+        }
+        let mut values =
+            Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0, first: None };
+        for (index, column) in columns.iter().enumerate() {
+            if *column == Column::Other {
+                continue;
+            }
+            let is_time = *column == Column::Time;
+            let numbers = guarded(&self.path, || self.column(index, is_time, rows))?;
+            values.columns[index] = numbers.values;
+            if is_time {
+                values.resolution = numbers.finest;
+                let is_local = matches!(self.holds[index], Holds::Times { utc: false, .. });
+                values.first = numbers.first.and_then(|first| first.0).filter(|_| !is_local);
+            }
+        }
+        Ok(values)
+    }
+}
+
+fn of_type(leaf: usize, column: &ColumnDescriptor) -> Holds {
+    use parquet::basic::Type;
+    if column.max_rep_level() > 0 {
+        return Holds::Other("lists");
+    }
+    let second = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e-3,
+        TimeUnit::MICROS => 1e-6,
+        TimeUnit::NANOS => 1e-9,
+    };
+    match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
+        (Type::INT64, Some(LogicalType::Timestamp(of)), _) => {
+            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
+        }
+        (Type::INT32 | Type::INT64, Some(LogicalType::Time(of)), _) => {
+            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
+        }
+        // As files of before format 2.4 say it.
+        (_, None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => {
+            Holds::Times { leaf, second: 1e-3, utc: true }
+        }
+        (_, None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => {
+            Holds::Times { leaf, second: 1e-6, utc: true }
+        }
+        (_, Some(LogicalType::Date), _) | (_, _, ConvertedType::DATE) => Holds::Other("dates"),
+        (_, Some(LogicalType::Decimal(_)), _) | (_, _, ConvertedType::DECIMAL) => {
+            Holds::Other("decimals of a fixed scale")
+        }
+        (Type::DOUBLE | Type::FLOAT, ..) => Holds::Numbers { leaf, unsigned: false },
+        (Type::INT32 | Type::INT64, _, converted) => {
+            use ConvertedType::{UINT_8, UINT_16, UINT_32, UINT_64};
+            let unsigned = matches!(converted, UINT_8 | UINT_16 | UINT_32 | UINT_64);
+            Holds::Numbers { leaf, unsigned }
+        }
+        (Type::BOOLEAN, ..) => Holds::Other("what is true or false"),
+        (Type::INT96, ..) => Holds::Other("times of the outdated type INT96"),
+        (_, Some(LogicalType::Float16), _) => Holds::Other("numbers of half precision"),
+        (Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY, ..) => Holds::Other("text or bytes"),
+    }
+}
+
+/// Why the numbers of a column end.
+enum Stop {
+    /// At what stands there.
+    NotANumber(String),
+    Damaged(String),
+}
+
+impl From<ParquetError> for Stop {
+    fn from(error: ParquetError) -> Self {
+        Self::Damaged(error.to_string())
+    }
+}
+
+/// The numbers of a column so far.
+struct Numbers {
+    values: Vec<f64>,
+    /// As many as the footer says.
+    most: usize,
+    /// First time, from which times are counted.
+    first: Option<First>,
+    finest: f64,
+}
+
+impl Numbers {
+    /// Reads a column. `number` gives the value, and the exact integer if a double may not hold it.
+    fn read<T: DataType>(
+        &mut self,
+        mut from: ColumnReaderImpl<T>,
+        number: impl Fn(T::T) -> (f64, Option<i64>),
+    ) -> Result<(), Stop> {
+        let (mut read, mut levels): (Vec<T::T>, Vec<i16>) = (Vec::new(), Vec::new());
+        loop {
+            read.clear();
+            levels.clear();
+            // Levels mark nulls; they are filled if a column may have nulls.
+            let (rows, ..) = from.read_records(BATCH, Some(&mut levels), None, &mut read)?;
+            if rows == 0 {
+                return Ok(());
+            }
+            let lacks = read.len() < rows;
+            let mut values = read.drain(..);
+            for row in 0..rows {
+                if lacks && levels.get(row) == Some(&0) {
+                    self.values.push(f64::NAN);
+                    continue;
+                }
+                let Some(value) = values.next() else {
+                    return Err(Stop::Damaged("fewer values than rows".to_owned()));
+                };
+                let text = self.first.is_some().then(|| value.to_string());
+                let (mut value, complete) = number(value);
+                if value.is_nan() {
+                    self.values.push(value);
+                    continue;
+                }
+                if value.is_infinite() {
+                    return Err(Stop::NotANumber(value.to_string()));
+                }
+                if let (Some(first), Some(text)) = (&mut self.first, text) {
+                    self.finest = self.finest.min(resolution(&text));
+                    let integer =
+                        complete.map(|complete_rows| Exact { complete: complete_rows, part: 0.0 });
+                    value = first.after(integer.unwrap_or(value.into()));
+                }
+                self.values.push(value);
+            }
+            if self.values.len() > self.most {
+                return Err(Stop::Damaged("more rows than the footer says".to_owned()));
+            }
+        }
+    }
+}
+
+fn error_of(path: &Path, error: &ParquetError) -> TableError {
+    TableError::Parquet { file: path.to_path_buf(), what: error.to_string() }
+}
+
+/// Calls the library where it may panic.
+fn guarded<T>(path: &Path, call: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
+    guard(call, |what| TableError::Parquet { file: path.to_path_buf(), what })
+}

@@ -1,0 +1,36 @@
+//! Interface of a table of either kind: its header, and the numbers of some columns.
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+use super::time::Exact;
+use crate::capacity::Capacity;
+
+/// A table that is open behind its header.
+pub(super) trait Source {
+    /// Returns the names of the columns.
+    fn names(&self) -> &[String];
+
+    /// Returns the seconds in a unit of a column whose type is a time.
+    fn second(&self, column: usize) -> Option<f64>;
+
+    /// Returns the place of its first row.
+    fn first_row(&self) -> Place;
+
+    /// Reads the numbers of the wanted columns.
+    ///
+    /// # Errors
+    /// See [`TableError`]; [`TableError::NotANumber`] at the first field that is none.
+    fn read(self: Box<Self>, columns: &[Column], capacity: Capacity) -> Result<Values, TableError>;
+}
+
+/// Numbers of a table, unscaled.
+pub(super) struct Values {
+    /// One entry per column of the file, empty if it is not wanted. Times count from the first, and
+    /// empty fields and nulls are NaN.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// Value of the last digit of the finest time.
+    pub(super) resolution: f64,
+    /// The first time, after which they are; nothing where its clock is not named.
+    pub(super) first: Option<Exact>,
+}

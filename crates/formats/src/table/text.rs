@@ -1,0 +1,143 @@
+//! Tables as text: a header, one row per line, fields separated by commas, semicolons or tabs;
+//! where not by commas, a number may have a decimal comma.
+
+use std::io::{BufRead, Chain, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+use super::source::{Source, Values};
+use super::time::{Exact, First, names_its_clock, resolution};
+use crate::capacity::Capacity;
+
+/// A header beyond that is none \[bytes\].
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// The part read to find the separator, and the rest.
+type Input = Chain<Cursor<Vec<u8>>, Box<dyn BufRead>>;
+
+/// A table behind its header.
+pub(super) struct Text {
+    path: PathBuf,
+    reader: csv::Reader<Input>,
+    names: Vec<String>,
+    delimiter: u8,
+}
+
+impl Text {
+    /// Reads the header. `wanted` are the columns looked for; they identify the separator.
+    pub(super) fn open(
+        mut input: Box<dyn BufRead>,
+        path: &Path,
+        wanted: &[String],
+    ) -> Result<Self, TableError> {
+        let path = path.to_path_buf();
+        let mut begin = Vec::new();
+        let read = (&mut input).take(LONGEST_HEADER).read_until(b'\n', &mut begin);
+        read.map_err(|source| TableError::Io { file: path.clone(), source })?;
+        let delimiter = separator(&begin, wanted);
+        let input = Cursor::new(begin).chain(input);
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
+        let header = reader.headers();
+        let header = header.map_err(|error| TableError::Table { file: path.clone(), error })?;
+        let names = header.iter().map(str::to_owned).collect();
+        Ok(Self { path, reader, names, delimiter })
+    }
+}
+
+impl Source for Text {
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn second(&self, _: usize) -> Option<f64> {
+        None
+    }
+
+    fn first_row(&self) -> Place {
+        Place::Line(2)
+    }
+
+    fn read(
+        mut self: Box<Self>,
+        columns: &[Column],
+        capacity: Capacity,
+    ) -> Result<Values, TableError> {
+        let file = || self.path.clone();
+        let mut values = vec![Vec::new(); columns.len()];
+        let (mut first, mut finest) = (First::default(), f64::INFINITY);
+        let mut of_no_clock = false;
+        let mut record = csv::StringRecord::new();
+        let mut rows = 0;
+        while self
+            .reader
+            .read_record(&mut record)
+            .map_err(|error| TableError::Table { file: file(), error })?
+        {
+            if rows == capacity.samples {
+                return Err(TableError::TooLong { file: file(), samples: rows });
+            }
+            rows += 1;
+            for (index, (column, text)) in columns.iter().zip(record.iter()).enumerate() {
+                if *column == Column::Other {
+                    continue;
+                }
+                let point =
+                    (self.delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
+                let number = point.as_deref().unwrap_or(text);
+                if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
+                    values[index].push(f64::NAN);
+                    continue;
+                }
+                let value = match column {
+                    Column::Time => Exact::of_number(number).map(|time| first.after(time)),
+                    Column::Date => Exact::of_date(number).map(|time| first.after(time)),
+                    _ => number.parse().ok(),
+                };
+                let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
+                    let line = record.position().map_or(0, csv::Position::line);
+                    let (file, place) = (file(), Place::Line(line));
+                    let (column_name, text) = (self.names[index].clone(), text.to_owned());
+                    refused(*column, file, place, column_name, text)
+                })?;
+                values[index].push(value);
+                if column.is_time() {
+                    finest = finest.min(resolution(number));
+                    of_no_clock |= *column == Column::Date && !names_its_clock(number);
+                }
+            }
+        }
+        let first = first.0.filter(|_| !of_no_clock);
+        Ok(Values { columns: values, resolution: finest, first })
+    }
+}
+
+/// Describes the fault of a field.
+fn refused(of: Column, file: PathBuf, place: Place, column: String, text: String) -> TableError {
+    match of {
+        Column::Date => TableError::NotADate { file, place, column, text },
+        Column::Time if Exact::of_date(&text).is_some() => {
+            TableError::Date { file, place, column, text }
+        }
+        _ => TableError::NotANumber { file, place, column, text },
+    }
+}
+
+/// Returns the separator of a header line: the one that finds most of the wanted columns, or most
+/// fields.
+fn separator(line: &[u8], wanted: &[String]) -> u8 {
+    let fields = |separator: u8| -> (usize, usize) {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .trim(csv::Trim::All)
+            .delimiter(separator)
+            .from_reader(line);
+        let Some(Ok(record)) = reader.records().next() else { return (0, 0) };
+        let matching = record.iter().filter(|field| wanted.iter().any(|name| name == field));
+        (matching.count(), record.len())
+    };
+    // The last of several equal ones is a comma.
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
+}

@@ -1,0 +1,383 @@
+//! From rows with jittering times to a uniform grid.
+
+use core::fmt;
+use core::ops::Range;
+
+/// Distance in periods from which rows are missing between two rows.
+const GAP: f64 = 2.5;
+/// Largest deviation of the rate, where times give it: resampled data have these times.
+const RATE: f64 = 0.05;
+/// Distance in periods from which one row is missing.
+const MISSING: f64 = 1.5;
+/// Rows arrive in bursts if more than one in this number of distances is stretched.
+const BURSTS: usize = 20;
+/// Rows nearer than this number of periods are one: a cubic through both would follow their noise.
+const NEAR: f64 = 0.3;
+/// Times this near are on the grid \[s\].
+const ON_GRID_S: f64 = 1e-6;
+/// A cubic takes four points.
+const LEAST: usize = 4;
+
+/// Why rows form no record of a rate.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TimesError {
+    /// All times are the same. Take another source of the time, or the rows as they come.
+    #[error(
+        "all times are the same; take another time, or none (in [data.bag]: `time` = \"log\" or \
+        \"rows\")"
+    )]
+    None,
+    /// Time goes back.
+    #[error(
+        "time goes back at {time_s:.3} s after the first (row {row}): two publishers of the same \
+        joints, or a clock that was set; record one of them"
+    )]
+    Backwards {
+        /// When, after the first \[s\].
+        time_s: f64,
+        /// Number of the row, from 1.
+        row: usize,
+    },
+    /// Another rate than stated.
+    #[error(
+        "{found_hz:.2} samples a second, and {stated_hz} are stated; state the rate that was \
+        recorded (rate_hz)"
+    )]
+    Rate {
+        /// Rate by the mean distance \[Hz\].
+        found_hz: f64,
+        /// As stated \[Hz\].
+        stated_hz: f64,
+    },
+    /// Too few rows.
+    #[error("fewer than {LEAST} samples in one piece")]
+    TooShort,
+}
+
+/// Returns the rate of times \[Hz\], by the mean of the distances that no loss has stretched;
+/// `None` if they do not advance. If many are stretched, and most of the time lies between these
+/// rows, they come in bursts, and the mean of all counts.
+pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let median = *steps.get(steps.len() / 2)?;
+    // They are sorted, so that these are the last ones. Each counts with the usual length: a pause
+    // does not count.
+    let plain = steps.partition_point(|step| *step < MISSING * median);
+    let (near, distant) = steps.split_at(plain);
+    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
+    if let Some(usual) =
+        distant.get(distant.len() / 2).filter(|_| BURSTS * distant.len() > steps.len())
+    {
+        let [near_s, distant_s] = [near.iter().sum::<f64>(), distant.len() as f64 * usual];
+        if distant_s > near_s {
+            return Some(steps.len() as f64 / (near_s + distant_s));
+        }
+    }
+    steps.retain(|step| *step > 0.0 && *step < MISSING * median);
+    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
+    let count = steps.len() as f64;
+    (count > 0.0).then(|| count / steps.iter().sum::<f64>())
+}
+
+/// Changes of rows for a uniform grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Resampled {
+    /// Deviation of the times from the grid: root mean square \[s\].
+    pub rms_s: f64,
+    /// At most \[s\].
+    pub largest_s: f64,
+    /// Rows that repeated the previous one, or came right behind it.
+    pub repeated: usize,
+    /// Rows that are missing alone, and are interpolated.
+    pub alone: usize,
+}
+
+impl Resampled {
+    /// True if all rows were on the grid.
+    pub fn is_nothing(&self) -> bool {
+        self.largest_s < ON_GRID_S && self.repeated == 0 && self.alone == 0
+    }
+}
+
+impl fmt::Display for Resampled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (rms, largest) = (1e3 * self.rms_s, 1e3 * self.largest_s);
+        write!(
+            f,
+            "the times are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms \
+            at most; the signals are resampled"
+        )?;
+        if self.repeated > 0 {
+            write!(
+                f,
+                "; {} rows repeat the one before or come right behind it, and are left out",
+                self.repeated
+            )?;
+        }
+        if self.alone > 0 {
+            write!(f, "; {} rows that are missing alone are interpolated", self.alone)?;
+        }
+        Ok(())
+    }
+}
+
+/// Columns of one length, with the times of their rows.
+pub(crate) struct Rows {
+    /// After any instant \[s\].
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// A whole piece on the grid.
+pub(crate) struct Uniform {
+    /// After the first row of all \[s\].
+    pub(crate) begins_s: f64,
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// Resamples complete parts to grids of the configured rate, by cubics through the four nearest
+/// rows.
+///
+/// # Errors
+/// [`TimesError`].
+pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resampled), TimesError> {
+    let period_s = 1.0 / rate_hz;
+    let first_s = rows.times_s.first().copied().unwrap_or_default();
+    if rows.times_s.len() > 1 && rows.times_s.iter().all(|time| *time <= first_s) {
+        return Err(TimesError::None);
+    }
+    if let Some(row) = (1..rows.times_s.len()).find(|row: &usize| {
+        let step = rows.times_s[*row] - rows.times_s[*row - 1];
+        step < 0.0 || (step <= 0.0 && rows.changed(*row) > 0)
+    }) {
+        return Err(TimesError::Backwards { time_s: rows.times_s[row] - first_s, row: row + 1 });
+    }
+    let (Rows { times_s, columns }, repeated) = without_repeats(rows, period_s);
+    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return Err(TimesError::TooShort);
+    }
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    let mut begin = 0;
+    for end in 1..=times_s.len() {
+        if steps.get(end - 1).is_none_or(|step| *step > GAP * period_s) {
+            parts.push(begin..end);
+            begin = end;
+        }
+    }
+    let alone = steps.iter().filter(|step| (MISSING * period_s..=GAP * period_s).contains(*step));
+    let alone = alone.count();
+    let found_hz = mean_rate_hz(&times_s).ok_or(TimesError::TooShort)?;
+    if (found_hz / rate_hz - 1.0).abs() > RATE {
+        return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
+    }
+    parts.retain(|piece| piece.len() >= LEAST);
+    if parts.is_empty() {
+        return Err(TimesError::TooShort);
+    }
+    let mut off = Off::default();
+    let part_list = parts
+        .into_iter()
+        .map(|piece: Range<usize>| {
+            let times = &times_s[piece.clone()];
+            let columns: Vec<&[f64]> =
+                columns.iter().map(|column| &column[piece.clone()]).collect();
+            let columns = interpolated(times, &columns, period_s, &mut off);
+            Uniform { begins_s: times[0] - first_s, columns }
+        })
+        .collect();
+    let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
+    Ok((part_list, Resampled { rms_s, largest_s, repeated, alone }))
+}
+
+impl Rows {
+    /// Returns the number of columns in which a row differs from the previous one.
+    #[expect(clippy::float_cmp, reason = "what was sent again is the same to the bit")]
+    fn changed(&self, row: usize) -> usize {
+        self.columns.iter().filter(|column| column[row] != column[row - 1]).count()
+    }
+}
+
+/// Removes rows that came twice or right behind another, and states that were sent again: a single
+/// row that equals the one before in all columns, where most columns change from one row to the
+/// next. Returns their number as well.
+fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
+    let (count, times_s) = (rows.times_s.len(), &rows.times_s);
+    let moves = |row: usize| 2 * rows.changed(row) > rows.columns.len();
+    let repeats = |row: usize| -> bool {
+        if row == 0 || rows.changed(row) > 0 {
+            return false;
+        }
+        let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
+        alone && times_s[row + 1] - times_s[row - 1] <= GAP * period_s
+    };
+    let mut rows_kept: Vec<usize> = Vec::with_capacity(count);
+    for row in 0..count {
+        let near =
+            rows_kept.last().is_some_and(|last| times_s[row] - times_s[*last] < NEAR * period_s);
+        if !near && !repeats(row) {
+            rows_kept.push(row);
+        }
+    }
+    let repeated = count - rows_kept.len();
+    if repeated == 0 {
+        return (rows, 0);
+    }
+    let values_of =
+        |column: &Vec<f64>| -> Vec<f64> { rows_kept.iter().map(|row| column[*row]).collect() };
+    (
+        Rows { times_s: values_of(times_s), columns: rows.columns.iter().map(values_of).collect() },
+        repeated,
+    )
+}
+
+/// Deviation of times from the grid.
+#[derive(Default)]
+struct Off {
+    squares: f64,
+    count: f64,
+    largest_s: f64,
+}
+
+impl Off {
+    fn add(&mut self, off_s: f64) {
+        self.squares += off_s * off_s;
+        self.count += 1.0;
+        self.largest_s = self.largest_s.max(off_s);
+    }
+
+    fn rms_s(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+}
+
+fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off) -> Vec<Vec<f64>> {
+    let (start, end) = (times[0], times[times.len() - 1]);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "samples in memory are far fewer than 2^52"
+    )]
+    let count = ((end - start) / period_s + 1e-6).floor() as usize + 1;
+    let mut on_grid = vec![Vec::with_capacity(count); columns.len()];
+    let mut next = 0;
+    for k in 0..count {
+        #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
+        let time = start + k as f64 * period_s;
+        while next + 2 < times.len() && times[next + 1] <= time {
+            next += 1;
+        }
+        off.add((times[next] - time).abs().min((times[next + 1] - time).abs()));
+        let first = next.saturating_sub(1).min(times.len() - LEAST);
+        let weights = cubic(&times[first..first + LEAST], time);
+        for (on_grid, column) in on_grid.iter_mut().zip(columns) {
+            let near = column[first..first + LEAST].iter().zip(weights);
+            on_grid.push(near.map(|(value, weight)| weight * value).sum());
+        }
+    }
+    on_grid
+}
+
+/// Returns the weights of four points in the cubic through them (Lagrange).
+fn cubic(times: &[f64], time: f64) -> [f64; LEAST] {
+    core::array::from_fn(|k| {
+        let others = times.iter().enumerate().filter(|(other, _)| *other != k);
+        others.map(|(_, other)| (time - other) / (times[k] - other)).product()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sine at 100 Hz whose times are off by up to a fifth of a period.
+    fn rows(of: impl Iterator<Item = u32>) -> Rows {
+        let times_s: Vec<f64> =
+            of.map(|k| 0.01 * (f64::from(k) + 0.2 * (f64::from(k) * 1.7).sin())).collect();
+        let columns = vec![times_s.iter().map(|t| (3.0 * t).sin()).collect(), times_s.clone()];
+        Rows { times_s, columns }
+    }
+
+    #[test]
+    fn what_is_missing_cuts_and_what_jitters_is_resampled() {
+        let (parts, resampled) =
+            resample(rows((0..400).filter(|k| !(100..103).contains(k))), 100.0).unwrap();
+        let starts: Vec<f64> = parts.iter().map(|piece| (piece.begins_s * 100.0).round()).collect();
+        assert_eq!(starts, [0.0, 103.0]);
+        assert!((1e-3..2e-3).contains(&resampled.rms_s), "{resampled}");
+        for piece in &parts {
+            assert!(piece.columns[0].len() > 98);
+            for (sine, time) in piece.columns[0].iter().zip(&piece.columns[1]) {
+                assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn the_rate_of_bursts_is_that_of_all_rows_and_losses_change_none() {
+        let close = |times: Vec<f64>, rate_hz: f64| {
+            let rate = mean_rate_hz(&times).unwrap();
+            assert!((rate / rate_hz - 1.0).abs() < 0.01, "{rate}");
+        };
+        // Five rows every 20 ms.
+        close(
+            (0..2500).map(|k| 0.02 * f64::from(k / 5) + 2e-4 * f64::from(k % 5)).collect(),
+            250.0,
+        );
+        // A tenth of the rows is lost, and a minute.
+        let lost_times = (0..2500).filter(|k| k % 10 != 3);
+        close(
+            lost_times.map(|k| 0.004 * f64::from(k) + if k > 2000 { 60.0 } else { 0.0 }).collect(),
+            250.0,
+        );
+        assert_eq!(mean_rate_hz(&[1.0, 1.0, 1.0]), None);
+    }
+
+    #[test]
+    fn a_state_that_is_sent_again_in_motion_is_left_out_and_rest_is_not() {
+        let mut moving = rows(0..50);
+        for column in &mut moving.columns {
+            column[20] = column[19];
+        }
+        let (parts, resampled) = resample(moving, 100.0).unwrap();
+        assert_eq!(resampled.repeated, 1);
+        assert!((parts[0].columns[0][20] - (3.0 * parts[0].columns[1][20]).sin()).abs() < 1e-6);
+        let mut resting = rows(0..50);
+        resting.columns.iter_mut().for_each(|column| column.fill(1.0));
+        assert_eq!(resample(resting, 100.0).unwrap().1.repeated, 0);
+    }
+
+    #[test]
+    fn one_missing_row_is_counted_and_one_right_behind_another_is_left_out() {
+        let (parts, resampled) = resample(rows((0..100).filter(|k| *k != 40)), 100.0).unwrap();
+        assert_eq!((parts.len(), resampled.alone), (1, 1));
+        assert!(resampled.to_string().contains("1 rows that are missing alone are interpolated"));
+        // A microsecond behind, and off by noise: a cubic through both would leave the limits.
+        let mut behind = rows(0..100);
+        let (time, off) = (behind.times_s[50] + 1e-6, [0.01, 0.0]);
+        behind.times_s.insert(51, time);
+        for (column, off) in behind.columns.iter_mut().zip(off) {
+            column.insert(51, column[50] + off);
+        }
+        let (parts, resampled) = resample(behind, 100.0).unwrap();
+        assert_eq!(resampled.repeated, 1);
+        for (sine, time) in parts[0].columns[0].iter().zip(&parts[0].columns[1]) {
+            assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn times_of_no_record_are_refused() {
+        let refused = |rows: Rows, rate_hz| resample(rows, rate_hz).err().unwrap();
+        let mut back = rows(0..50);
+        back.times_s.swap(30, 31);
+        assert!(matches!(refused(back, 100.0), TimesError::Backwards { row: 32, .. }));
+        let mut stopped = rows(0..50);
+        stopped.times_s.fill(7.0);
+        assert_eq!(refused(stopped, 100.0), TimesError::None);
+        assert!(matches!(refused(rows(0..50), 250.0), TimesError::Rate { .. }));
+        assert_eq!(refused(rows(0..3), 100.0), TimesError::TooShort);
+        assert_eq!(refused(rows(0..0), 100.0), TimesError::TooShort);
+    }
+}

@@ -1,0 +1,349 @@
+//! Chain of driven joints in a URDF's tree, with the bodies on each of them, at q = 0.
+
+use didim_dynamics::MAX_JOINTS;
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::error::UrdfError;
+use super::file::{Body, File, FileJoint, Inertial, Kind, Link, Rounded};
+use super::note::UrdfNote;
+
+/// Assumed range of a continuous joint either way \[rad\].
+const ENDLESS: f64 = 100.0 * core::f64::consts::TAU;
+
+/// A driven joint of the chain, in the frame of the base at q = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    pub(super) name: String,
+    pub(super) is_prismatic: bool,
+    /// A point on it.
+    pub(super) point: Vector3<f64>,
+    /// Of length 1.
+    pub(super) direction: Vector3<f64>,
+    /// \[rad or m\]
+    pub(super) position: [f64; 2],
+    /// Limit of the file, if any \[rad/s or m/s\].
+    pub(super) velocity: Option<f64>,
+    /// Limit of the file, if any \[N·m or N\].
+    pub(super) effort: Option<f64>,
+    /// Viscous and Coulomb friction, where the file has them.
+    pub(super) friction: Option<[f64; 2]>,
+    /// Frame of the link that it moves, at q = 0.
+    pub(super) pose: IsometryMatrix3<f64>,
+    /// Links up to the next axis, first the link that it moves.
+    pub(super) attached: Vec<Attached>,
+}
+
+/// A link that moves with an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Attached {
+    /// Its index in the file.
+    pub(super) link: usize,
+    /// Its body in the frame of the base at q = 0, where it has one.
+    pub(super) body: Option<Body>,
+    /// True if a joint outside the chain leads to it.
+    pub(super) is_held: bool,
+    /// Capsules about its collision shapes, likewise.
+    pub(super) capsules: Vec<Rounded>,
+}
+
+impl Axis {
+    /// The bodies that it carries up to the next one.
+    pub(super) fn link_bodies(&self) -> impl Iterator<Item = &Body> {
+        self.attached.iter().filter_map(|attached| attached.body.as_ref())
+    }
+}
+
+pub(super) struct Chain {
+    pub(super) base: String,
+    pub(super) tip: String,
+    pub(super) axes: Vec<Axis>,
+    /// The tip's frame in that of the base at q = 0.
+    pub(super) tip_pose: IsometryMatrix3<f64>,
+    /// Upward direction in the frame of the base: z of the root, all joints at 0.
+    pub(super) up: Vector3<f64>,
+    /// True if every body is known.
+    pub(super) has_bodies: bool,
+    /// Capsules about the collision shapes of fixed links below the first axis, in the frame of the
+    /// base.
+    pub(super) base_capsules: Vec<Rounded>,
+    /// Links with collision shapes that are meshes, or cannot be read.
+    pub(super) unread_shapes: Vec<String>,
+    pub(super) notes: Vec<UrdfNote>,
+}
+
+impl FileJoint {
+    fn moves(&self) -> bool {
+        self.kind != Kind::Fixed
+    }
+}
+
+impl File {
+    /// The chain from the base to the tip, each where it is asked for by name.
+    pub(super) fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, UrdfError> {
+        self.check_tree()?;
+        let base = match base {
+            Some(name) => self.link("base", name)?,
+            None => self.root()?,
+        };
+        let tip = match tip {
+            Some(name) => self.link("tip", name)?,
+            None => self.only_tip(base)?,
+        };
+        let name = |link: usize| self.links[link].name.clone();
+        let Some(path_between) = self.route(base, tip) else {
+            return Err(UrdfError::NotConnected { base: name(base), tip: name(tip) });
+        };
+        let moving: Vec<usize> =
+            path_between.iter().copied().filter(|k| self.joints[*k].moves()).collect();
+        if !(1..=MAX_JOINTS).contains(&moving.len()) {
+            let (found, largest) = (moving.len(), MAX_JOINTS);
+            return Err(UrdfError::Joints { found, base: name(base), tip: name(tip), largest });
+        }
+        let mut root = base;
+        while let Some(joint) = self.joints.iter().find(|joint| joint.child == root) {
+            root = joint.parent;
+        }
+        let standing = self.poses(root)[base].unwrap_or_else(IsometryMatrix3::identity);
+        let poses = self.poses(base);
+        let mut chain = Chain {
+            base: name(base),
+            tip: name(tip),
+            axes: Vec::new(),
+            tip_pose: poses[tip].unwrap_or_else(IsometryMatrix3::identity),
+            up: standing.rotation.inverse() * Vector3::z(),
+            has_bodies: true,
+            base_capsules: Vec::new(),
+            unread_shapes: Vec::new(),
+            notes: Vec::new(),
+        };
+        self.stand(base, &moving, &poses, &mut chain);
+        for &k in &moving {
+            let joint = &self.joints[k];
+            // In the joint's own frame, which is that of its child at q = 0.
+            let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
+            let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
+            self.carry((joint.child, false), &moving, &poses, &mut axis, &mut chain);
+            chain.axes.push(axis);
+        }
+        Ok(chain)
+    }
+
+    /// Collects the shapes of a fixed link and of all links on it.
+    fn stand(
+        &self,
+        link: usize,
+        moving: &[usize],
+        poses: &[Option<IsometryMatrix3<f64>>],
+        chain: &mut Chain,
+    ) {
+        let capsules = self.shapes(link, poses, chain);
+        chain.base_capsules.extend(capsules);
+        for (k, joint) in self.joints.iter().enumerate() {
+            if joint.parent == link && !moving.contains(&k) {
+                self.stand(joint.child, moving, poses, chain);
+            }
+        }
+    }
+
+    /// Returns the capsules of a link in the frame of the base; shapes that are not read are named.
+    fn shapes(
+        &self,
+        link: usize,
+        poses: &[Option<IsometryMatrix3<f64>>],
+        chain: &mut Chain,
+    ) -> Vec<Rounded> {
+        let Link { name, capsules, has_unread_shapes, .. } = &self.links[link];
+        if *has_unread_shapes {
+            chain.unread_shapes.push(name.clone());
+        }
+        let pose = poses[link].unwrap_or_else(IsometryMatrix3::identity);
+        capsules.iter().map(|capsule| capsule.seen_from(&pose)).collect()
+    }
+
+    /// The links that move with a link, up to the next joints of the chain.
+    fn carry(
+        &self,
+        (link, is_held): (usize, bool),
+        moving: &[usize],
+        poses: &[Option<IsometryMatrix3<f64>>],
+        axis: &mut Axis,
+        chain: &mut Chain,
+    ) {
+        let Link { name, body, .. } = &self.links[link];
+        let body = match (body, &poses[link]) {
+            (Inertial::Body(body), Some(pose)) => Some(body.seen_from(pose)),
+            (Inertial::Impossible(problem), _) => {
+                chain.has_bodies = false;
+                let (link, problem) = (name.clone(), problem.clone());
+                chain.notes.push(UrdfNote::ImpossibleBody { link, problem });
+                None
+            }
+            _ => None,
+        };
+        let capsules = self.shapes(link, poses, chain);
+        axis.attached.push(Attached { link, body, is_held, capsules });
+        for (k, joint) in self.joints.iter().enumerate() {
+            if joint.parent == link && !moving.contains(&k) {
+                if joint.moves() {
+                    chain.notes.push(UrdfNote::HeldStill { joint: joint.name.clone() });
+                }
+                let child = (joint.child, is_held || joint.moves());
+                self.carry(child, moving, poses, axis, chain);
+            }
+        }
+        // A frame without a body is no note; a driven link without any is.
+        if axis.link_bodies().next().is_none()
+            && moving.iter().any(|k| self.joints[*k].child == link)
+        {
+            let unknown = chain.notes.iter().any(|note| note.is_of_link(name));
+            if !unknown {
+                chain.has_bodies = false;
+                chain.notes.push(UrdfNote::NoBody { link: name.clone() });
+            }
+        }
+    }
+
+    /// Checks that at most one joint leads to a link, and none back.
+    fn check_tree(&self) -> Result<(), UrdfError> {
+        // Parent of each link.
+        let mut parents: Vec<Option<usize>> = vec![None; self.links.len()];
+        for joint in &self.joints {
+            let again = parents[joint.child].replace(joint.parent).is_some();
+            // The way up from a link ends at a root, or in a loop.
+            let mut above = Some(joint.parent);
+            while let Some(link) = above.filter(|link| *link != joint.child) {
+                above = parents[link];
+            }
+            if again || above.is_some() {
+                let (line, link) = (joint.line, self.links[joint.child].name.clone());
+                return Err(UrdfError::Loop { joint: joint.name.clone(), link, line });
+            }
+        }
+        Ok(())
+    }
+
+    fn link(&self, end: &'static str, name: &str) -> Result<usize, UrdfError> {
+        let found_link = self.links.iter().position(|link| link.name == name);
+        let (link, available) = (name.to_owned(), self.links_text());
+        found_link.ok_or(UrdfError::NoSuchEnd { end, link, available })
+    }
+
+    fn root(&self) -> Result<usize, UrdfError> {
+        let is_root = |link: &usize| self.joints.iter().all(|joint| joint.child != *link);
+        let roots: Vec<usize> = (0..self.links.len()).filter(is_root).collect();
+        match roots[..] {
+            [root] => Ok(root),
+            _ => Err(UrdfError::Bases { roots: self.names(&roots) }),
+        }
+    }
+
+    fn names(&self, links: &[usize]) -> String {
+        links.iter().map(|link| self.links[*link].name.as_str()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The joints from one link to another below it.
+    fn route(&self, base: usize, tip: usize) -> Option<Vec<usize>> {
+        let (mut path_between, mut at) = (Vec::new(), tip);
+        while at != base {
+            let up = self.joints.iter().position(|joint| joint.child == at)?;
+            path_between.push(up);
+            at = self.joints[up].parent;
+        }
+        path_between.reverse();
+        Some(path_between)
+    }
+
+    /// Finds the end of the arm, if all leaves hang on one chain of moving joints or on a part of
+    /// it.
+    fn only_tip(&self, base: usize) -> Result<usize, UrdfError> {
+        let is_leaf = |link: &usize| self.joints.iter().all(|joint| joint.parent != *link);
+        let moving = |path_between: Vec<usize>| -> Vec<usize> {
+            path_between.into_iter().filter(|k| self.joints[*k].moves()).collect()
+        };
+        let leaves: Vec<(usize, Vec<usize>)> = (0..self.links.len())
+            .filter(is_leaf)
+            .filter_map(|leaf| Some((leaf, moving(self.route(base, leaf)?))))
+            .collect();
+        let longest = leaves.iter().max_by_key(|(_, route)| route.len());
+        let Some((_, chain)) = longest else { return Ok(base) };
+        if leaves.iter().any(|(_, route)| !chain.starts_with(route)) {
+            let is_end = |route: &Vec<usize>| {
+                leaves.iter().all(|(_, other)| other == route || !other.starts_with(route))
+            };
+            let ends = leaves.iter().filter(|(_, route)| is_end(route)).map(|(leaf, _)| *leaf);
+            return Err(UrdfError::Tips { tips: self.names(&ends.collect::<Vec<_>>()) });
+        }
+        // Of several frames on the last link, the first in the file.
+        let mut on_the_last = leaves.iter().filter(|(_, route)| route == chain);
+        Ok(on_the_last.next().map_or(base, |(leaf, _)| *leaf))
+    }
+
+    /// Returns the frame of each link below the base in that of the base, all joints at 0.
+    fn poses(&self, base: usize) -> Vec<Option<IsometryMatrix3<f64>>> {
+        let mut poses = vec![None; self.links.len()];
+        poses[base] = Some(IsometryMatrix3::identity());
+        // Each round reaches one joint further at least.
+        for _ in &self.joints {
+            for joint in &self.joints {
+                if let (Some(parent), None) = (poses[joint.parent], poses[joint.child]) {
+                    poses[joint.child] = Some(parent * joint.origin);
+                }
+            }
+        }
+        poses
+    }
+}
+
+fn axis_of(
+    joint: &FileJoint,
+    pose: &IsometryMatrix3<f64>,
+    notes: &mut Vec<UrdfNote>,
+) -> Result<Axis, UrdfError> {
+    let (name, line) = (joint.name.clone(), joint.line);
+    if let Some(of) = &joint.mimics {
+        return Err(UrdfError::Mimic { joint: name, of: of.clone(), line });
+    }
+    let kind = match joint.kind {
+        Kind::Floating => Some("floating"),
+        Kind::Planar => Some("planar"),
+        _ => None,
+    };
+    if let Some(kind) = kind {
+        return Err(UrdfError::Kind { joint: name, kind, line });
+    }
+    let wrong = |problem: String| UrdfError::Limit { joint: joint.name.clone(), problem, line };
+    let limit = joint.limit.ok_or_else(|| wrong("no limits".to_owned()))?;
+    // URDFs have 0 for an unknown limit.
+    let mut limit_of = |value: f64, what: &'static str| match value {
+        0.0 => {
+            notes.push(UrdfNote::OpenLimit { joint: name.clone(), what });
+            Ok(None)
+        }
+        _ if value < 0.0 => Err(wrong(format!("{what} below 0"))),
+        _ => Ok(Some(value)),
+    };
+    let velocity = limit_of(limit.velocity, "velocity")?;
+    let effort = limit_of(limit.effort, "effort")?;
+    let position = match joint.kind {
+        Kind::Continuous => {
+            notes.push(UrdfNote::Continuous { joint: name.clone() });
+            [-ENDLESS, ENDLESS]
+        }
+        _ => [limit.lower, limit.upper],
+    };
+    if position[0] >= position[1] {
+        return Err(wrong(format!("a range from {} to {}", position[0], position[1])));
+    }
+    Ok(Axis {
+        name,
+        is_prismatic: joint.kind == Kind::Prismatic,
+        point: (pose * Point3::origin()).coords,
+        direction: pose.rotation * joint.axis,
+        position,
+        velocity,
+        effort,
+        friction: joint.friction,
+        pose: *pose,
+        attached: Vec::new(),
+    })
+}

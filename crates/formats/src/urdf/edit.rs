@@ -1,0 +1,215 @@
+//! A URDF with other bodies and friction, and everything else as it was.
+
+use core::ops::Range;
+
+use didim_identification::feasibility::Body as LinkBody;
+use nalgebra::Matrix3;
+
+use super::UrdfArm;
+use super::chain::Axis;
+use super::error::UrdfError;
+use super::file::{Body, DynamicsPlace, File, FileJoint, Place};
+use crate::xml::within_comment;
+
+/// First remark of a file for another tool. If such a file is the robot's, the next export replaces
+/// its remarks.
+pub const WRITTEN_BY: &str = "Written by didim export.";
+
+/// Values to write into a URDF, joint by joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfValues {
+    /// Body of each link, in the frames of [`UrdfArm::to_toml`].
+    pub link_bodies: Vec<LinkBody>,
+    /// Viscous friction \[N·m·s/rad or N·s/m\], where the model has it; 0 is written in the place
+    /// of any other.
+    pub damping: Vec<Option<f64>>,
+    /// Coulomb friction \[N·m or N\], likewise.
+    pub friction: Vec<Option<f64>>,
+}
+
+/// A part of the text and its replacement.
+struct Edit {
+    place: Range<usize>,
+    text: String,
+}
+
+impl UrdfArm {
+    /// Returns its file with other inertials, damping and friction, and with remarks in a comment
+    /// at the beginning. A link that a joint moves gets the body of all links fixed to it, whose
+    /// own inertials go. Links on joints outside the arm keep their inertials, which are
+    /// subtracted.
+    ///
+    /// # Errors
+    /// [`UrdfError`].
+    pub fn with_values(
+        &self,
+        values: &UrdfValues,
+        remarks: &[String],
+    ) -> Result<String, UrdfError> {
+        let text = &self.text;
+        let file = File::read(text)?;
+        let chain = file.chain(Some(&self.base), Some(&self.tip))?;
+        let comment = comment(remarks, indent(text, &file.place) + "  ");
+        let mut remarks = inside(text, &file.place, &comment);
+        remarks.place.end += former_comment(&text[remarks.place.end..]);
+        let mut edits = vec![remarks];
+        for (number, (axis, placed)) in chain.axes.iter().zip(&self.placed).enumerate() {
+            let name = || file.links[axis.attached[0].link].name.clone();
+            let impossible = || UrdfError::NothingLeft { link: name() };
+            let body = values
+                .link_bodies
+                .get(number)
+                .and_then(Body::about_centre)
+                .ok_or_else(impossible)?;
+            let own_body = without_held(axis, &body.seen_from(&placed.frame().pose()));
+            let own_body = own_body.ok_or_else(impossible)?.seen_from(&axis.pose.inverse());
+            for (index, attached) in axis.attached.iter().enumerate() {
+                let link = &file.links[attached.link];
+                let tab = indent(text, &link.place) + "  ";
+                match (&link.inertial, index, attached.is_held) {
+                    // It would stay, and the link that carries it have it once more.
+                    (Some(_), _, true) if attached.body.is_none() => {
+                        return Err(UrdfError::ImpossibleHeld { link: link.name.clone() });
+                    }
+                    (Some(place), 0, _) => {
+                        edits.push(Edit { place: place.clone(), text: own_body.element(&tab) });
+                    }
+                    (None, 0, _) => {
+                        let inserted = format!("\n{tab}{}", own_body.element(&tab));
+                        edits.push(inside(text, &link.place, &inserted));
+                    }
+                    (Some(place), _, false) => {
+                        edits.push(Edit { place: with_line(text, place), text: String::new() });
+                    }
+                    _ => {}
+                }
+            }
+            if let Some(joint) = file.joints.iter().find(|joint| joint.name == axis.name) {
+                let value_of = |values: &[Option<f64>]| values.get(number).copied().flatten();
+                let both = [value_of(&values.damping), value_of(&values.friction)];
+                edits.extend(friction(text, joint, both));
+            }
+        }
+        Ok(edited(text, edits))
+    }
+}
+
+/// Returns the body of an axis without links on joints outside the chain; `None` if the rest is not
+/// physically consistent.
+fn without_held(axis: &Axis, complete: &Body) -> Option<Body> {
+    let mut rest = about_origin(complete);
+    for fixed_link in axis.attached.iter().filter(|attached| attached.is_held) {
+        let Some(body) = &fixed_link.body else { continue };
+        let body = about_origin(body);
+        rest.mass_kg -= body.mass_kg;
+        rest.first_moment -= body.first_moment;
+        rest.inertia -= body.inertia;
+    }
+    rest.is_possible().then(|| Body::about_centre(&rest))?
+}
+
+fn about_origin(body: &Body) -> LinkBody {
+    let c = body.centre_m;
+    let shift = Matrix3::identity() * c.norm_squared() - c * c.transpose();
+    LinkBody {
+        mass_kg: body.mass_kg,
+        first_moment: c * body.mass_kg,
+        inertia: body.inertia_kg_m2 + shift * body.mass_kg,
+    }
+}
+
+/// Writes damping and friction of a joint, each if there is one.
+fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit> {
+    let attributes_of = ["damping", "friction"].into_iter().zip(values);
+    let attributes = |of: Vec<(&str, f64)>| -> String {
+        of.iter().map(|(name, value)| format!(" {name}=\"{value:?}\"")).collect()
+    };
+    let Some(DynamicsPlace { range: complete, damping, friction }) = &joint.dynamics else {
+        let new: Vec<_> = attributes_of.filter_map(|(name, value)| Some((name, value?))).collect();
+        if new.is_empty() {
+            return Vec::new();
+        }
+        let tab = indent(text, &joint.place) + "  ";
+        let element = format!("\n{tab}<dynamics{}/>", attributes(new));
+        return vec![inside(text, &joint.place, &element)];
+    };
+    let (mut edits, mut new) = (Vec::new(), Vec::new());
+    for ((name, value), place) in attributes_of.zip([damping, friction]) {
+        match (value, place) {
+            (Some(value), Some(place)) => {
+                edits.push(Edit { place: place.clone(), text: format!("{value:?}") });
+            }
+            (Some(value), None) => new.push((name, value)),
+            // Effects outside the model are in its other parameters.
+            (None, Some(place)) => {
+                edits.push(Edit { place: place.clone(), text: "0.0".to_owned() })
+            }
+            (None, None) => {}
+        }
+    }
+    let insert_at = complete.start + "<dynamics".len();
+    edits.push(Edit { place: insert_at..insert_at, text: attributes(new) });
+    edits
+}
+
+/// Writes a comment on its own lines.
+fn comment(lines: &[String], tab: String) -> String {
+    let lines = lines.iter().map(|line| format!("{tab}  {}\n", within_comment(line)));
+    format!("\n{tab}<!--\n{}{tab}-->", lines.collect::<String>())
+}
+
+/// Returns the length of the comment of an earlier export, if any.
+fn former_comment(text: &str) -> usize {
+    let inner = text.trim_start().strip_prefix("<!--");
+    let comment = inner.filter(|inner| inner.trim_start().starts_with(WRITTEN_BY));
+    comment.and_then(|_| text.find("-->")).map_or(0, |at| at + "-->".len())
+}
+
+/// The spaces before an element on its line.
+fn indent(text: &str, place: &Place) -> String {
+    let line = text[..place.range.start].rsplit('\n').next().unwrap_or_default();
+    line.chars().take_while(|of| of.is_whitespace()).collect()
+}
+
+/// New content at the begin of an element.
+fn inside(text: &str, place: &Place, content: &str) -> Edit {
+    let Range { start, end } = place.range.clone();
+    let element = &text[start..end];
+    if let Some(at) = place.content {
+        return Edit { place: at..at, text: content.to_owned() };
+    }
+    let tab = indent(text, place);
+    match element.strip_suffix("/>") {
+        Some(open) => {
+            let name: String =
+                open.chars().skip(1).take_while(|of| !of.is_whitespace() && *of != '/').collect();
+            Edit { place: end - 2..end, text: format!(">{content}\n{tab}</{name}>") }
+        }
+        None => {
+            let insert_at = start + element.rfind("</").unwrap_or(element.len());
+            Edit { place: insert_at..insert_at, text: format!("{content}\n{tab}") }
+        }
+    }
+}
+
+/// An element with the rest of its line, where that is blank.
+fn with_line(text: &str, place: &Range<usize>) -> Range<usize> {
+    let before = text[..place.start].trim_end_matches([' ', '\t']);
+    let is_alone = text[place.end..].trim_start_matches([' ', '\t', '\r']).starts_with('\n');
+    let above = before.strip_suffix('\n').map(|above| above.strip_suffix('\r').unwrap_or(above));
+    above.filter(|_| is_alone).map_or(place.clone(), |above| above.len()..place.end)
+}
+
+/// Applies the edits to the text, with its line endings.
+fn edited(text: &str, mut edits: Vec<Edit>) -> String {
+    let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
+    edits.sort_by_key(|edit| edit.place.start);
+    let (mut out, mut at) = (String::new(), 0);
+    for Edit { place, text: new } in edits {
+        out.push_str(&text[at..place.start]);
+        out.push_str(&new.replace('\n', line_end));
+        at = place.end;
+    }
+    out.push_str(&text[at..]);
+    out
+}

@@ -1,0 +1,208 @@
+//! Faults of a URDF.
+
+/// Why a URDF is no arm that can be identified. Lines are counted from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum UrdfError {
+    /// Not XML. Correct it.
+    #[error("it is no XML: {problem}")]
+    Xml {
+        /// Message of the parser, with the place.
+        problem: String,
+    },
+    /// More links than an arm has.
+    #[error("line {line}: it has more than 1000 links or joints; give the URDF of the arm alone")]
+    TooLarge {
+        /// Place of the first one too many.
+        line: usize,
+    },
+    /// A xacro file: macros that xacro has to expand.
+    #[error(
+        "line {line}: this is a xacro file: it contains `{what}`. Source the robot's packages, \
+        expand the file with `xacro FILE > arm.urdf` and your robot's arguments (name:=value), and \
+        give the result"
+    )]
+    Xacro {
+        /// The element or the attribute's value.
+        what: String,
+        /// Where that shows.
+        line: usize,
+    },
+    /// Not a URDF. Give one.
+    #[error("line {line}: the document is a <{found}>, not a <robot>; give a URDF")]
+    NotARobot {
+        /// Its element.
+        found: String,
+        /// Its line.
+        line: usize,
+    },
+    /// An element misses a required part.
+    #[error("line {line}: <{element}> has no {what}; add it")]
+    Missing {
+        /// The element.
+        element: String,
+        /// What it lacks.
+        what: &'static str,
+        /// Its line.
+        line: usize,
+    },
+    /// An element or a name that may be there once.
+    #[error("line {line}: {what} is there twice; keep one")]
+    Twice {
+        /// Which.
+        what: String,
+        /// Place of the second one.
+        line: usize,
+    },
+    /// A number that is none.
+    #[error("line {line}: `{text}` of `{attribute}` is not {expected}")]
+    Number {
+        /// What stands there.
+        text: String,
+        /// The attribute.
+        attribute: &'static str,
+        /// What should.
+        expected: &'static str,
+        /// Its line.
+        line: usize,
+    },
+    /// A joint of a type that URDF does not have.
+    #[error(
+        "line {line}: the type \"{found}\" of joint `{joint}` does not exist; use revolute, \
+        continuous, prismatic or fixed"
+    )]
+    UnknownType {
+        /// The joint.
+        joint: String,
+        /// Its type.
+        found: String,
+        /// Its line.
+        line: usize,
+    },
+    /// A joint names a link that is not there.
+    #[error(
+        "line {line}: joint `{joint}` names the link `{link}`, which is not there; its links are \
+        {available}"
+    )]
+    UnknownLink {
+        /// The joint.
+        joint: String,
+        /// The link.
+        link: String,
+        /// Those there are.
+        available: String,
+        /// Its line.
+        line: usize,
+    },
+    /// Two joints lead to one link, or a link to itself: no serial arm.
+    #[error(
+        "line {line}: joint `{joint}` closes a loop at the link `{link}`; an arm is a chain: open \
+         the loop, and give each joint the torque that acts on it"
+    )]
+    Loop {
+        /// The joint.
+        joint: String,
+        /// The link.
+        link: String,
+        /// Its line.
+        line: usize,
+    },
+    /// The requested base or tip is no link.
+    #[error("the {end} `{link}` is no link of the URDF; its links are {available}")]
+    NoSuchEnd {
+        /// `base` or `tip`.
+        end: &'static str,
+        /// The name.
+        link: String,
+        /// Those there are.
+        available: String,
+    },
+    /// Several links to which no joint leads.
+    #[error("no joint leads to any of the links {roots}; say which is the `base`")]
+    Bases {
+        /// Their names.
+        roots: String,
+    },
+    /// Several ends of moving chains.
+    #[error("the arm could end at any of the links {tips}; say which is the `tip`")]
+    Tips {
+        /// Their names.
+        tips: String,
+    },
+    /// No chain leads from the base to the tip.
+    #[error("no chain of joints leads from the base `{base}` to the tip `{tip}`; choose others")]
+    NotConnected {
+        /// The base.
+        base: String,
+        /// The tip.
+        tip: String,
+    },
+    /// No joint moves, or too many.
+    #[error("{found} joints move between `{base}` and `{tip}`; an arm has 1 to {largest}")]
+    Joints {
+        /// How many.
+        found: usize,
+        /// The base.
+        base: String,
+        /// The tip.
+        tip: String,
+        /// At most.
+        largest: usize,
+    },
+    /// A joint of the chain that no single drive moves.
+    #[error(
+        "line {line}: joint `{joint}` is {kind}, which a chain of driven joints cannot have; end \
+        the arm before it"
+    )]
+    Kind {
+        /// The joint.
+        joint: String,
+        /// Its type.
+        kind: &'static str,
+        /// Its line.
+        line: usize,
+    },
+    /// A joint of the chain that follows another.
+    #[error(
+        "line {line}: joint `{joint}` follows `{of}` (mimic) and has no own drive. Write the arm \
+        as a robot file (TOML) with one joint for both, or end the chain before it"
+    )]
+    Mimic {
+        /// The joint.
+        joint: String,
+        /// The one that it follows.
+        of: String,
+        /// Its line.
+        line: usize,
+    },
+    /// A joint of the chain without limits, or with limits that leave nothing.
+    #[error(
+        "line {line}: joint `{joint}` has {problem}; state in its <limit> what the drive can do"
+    )]
+    Limit {
+        /// The joint.
+        joint: String,
+        /// What is wrong.
+        problem: String,
+        /// Its line.
+        line: usize,
+    },
+    /// What hangs on a joint that is no part of the arm has an inertial that no body has.
+    #[error(
+        "the link `{link}` hangs on joints which are no part of the arm, and its inertial is \
+         incomplete or of no body; correct it, or remove it"
+    )]
+    ImpossibleHeld {
+        /// The link.
+        link: String,
+    },
+    /// What hangs on a joint that is no part of the arm has more of the identified body than there
+    /// is.
+    #[error(
+        "with the inertials that the file has behind joints which are no part of the arm, nothing \
+         possible is left for the link `{link}`; correct those inertials, or remove them"
+    )]
+    NothingLeft {
+        /// The link.
+        link: String,
+    },
+}

@@ -1,0 +1,490 @@
+//! Links and joints of a URDF file, strictly read.
+
+use core::ops::Range;
+
+use didim_identification::feasibility::Body as LinkBody;
+use nalgebra::{
+    IsometryMatrix3, Matrix3, Point3, Rotation3, SymmetricEigen, Translation3, Vector3,
+};
+use roxmltree::{Document, Node};
+
+use super::error::UrdfError;
+
+/// An angle this near to a quarter turn is one, to the digits that are printed \[rad\].
+const PRINTED_RAD: f64 = 1e-5;
+
+/// Largest excess of a principal moment over the sum of the two others, relative to the largest.
+const TRIANGLE: f64 = 1e-6;
+
+/// More links, and joints, than any machine has.
+pub(super) const MAX_LINKS: usize = 1000;
+
+pub(super) struct File {
+    pub(super) name: String,
+    pub(super) place: Place,
+    pub(super) links: Vec<Link>,
+    pub(super) joints: Vec<FileJoint>,
+}
+
+pub(super) struct Link {
+    pub(super) name: String,
+    pub(super) body: Inertial,
+    pub(super) place: Place,
+    /// Place of its `<inertial>`.
+    pub(super) inertial: Option<Range<usize>>,
+    /// Capsules about its collision shapes, in the link's frame.
+    pub(super) capsules: Vec<Rounded>,
+    /// True if there are others: meshes, and shapes that cannot be read.
+    pub(super) has_unread_shapes: bool,
+}
+
+/// A capsule about a shape: all within a radius of the way between two points \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rounded {
+    pub(super) ends: [Point3<f64>; 2],
+    pub(super) radius_m: f64,
+}
+
+impl Rounded {
+    /// Seen from the frame in which this one's has the pose.
+    pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
+        Self { ends: self.ends.map(|end| pose * end), ..*self }
+    }
+}
+
+/// Place of an element in the text \[bytes\].
+pub(super) struct Place {
+    pub(super) range: Range<usize>,
+    /// Beginning of its first content, if any.
+    pub(super) content: Option<usize>,
+}
+
+/// Places of `<dynamics>` and the values of its attributes.
+pub(super) struct DynamicsPlace {
+    pub(super) range: Range<usize>,
+    pub(super) damping: Option<Range<usize>>,
+    pub(super) friction: Option<Range<usize>>,
+}
+
+/// Body of a link in the file.
+pub(super) enum Inertial {
+    /// Nothing.
+    Missing,
+    /// An impossible body, and why.
+    Impossible(String),
+    /// In the link's frame.
+    Body(Body),
+}
+
+/// A rigid body: mass, centre of mass, and inertia about that.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Body {
+    pub(crate) mass_kg: f64,
+    pub(crate) centre_m: Vector3<f64>,
+    pub(crate) inertia_kg_m2: Matrix3<f64>,
+}
+
+pub(super) struct FileJoint {
+    pub(super) name: String,
+    pub(super) line: usize,
+    pub(super) kind: Kind,
+    /// Indices of the links.
+    pub(super) parent: usize,
+    pub(super) child: usize,
+    /// The joint's frame in that of its parent.
+    pub(super) origin: IsometryMatrix3<f64>,
+    /// In the joint's frame, of length 1.
+    pub(super) axis: Vector3<f64>,
+    pub(super) limit: Option<Limit>,
+    /// Viscous and Coulomb friction, where the file has them.
+    pub(super) friction: Option<[f64; 2]>,
+    /// The joint that it follows.
+    pub(super) mimics: Option<String>,
+    pub(super) place: Place,
+    pub(super) dynamics: Option<DynamicsPlace>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    Floating,
+    Planar,
+}
+
+/// As written: missing values are 0.
+#[derive(Clone, Copy)]
+pub(super) struct Limit {
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) velocity: f64,
+    pub(super) effort: f64,
+}
+
+impl Body {
+    /// Converts a body about the origin of a link's frame; `None` without mass.
+    pub(crate) fn about_centre(body: &LinkBody) -> Option<Self> {
+        Some(Self {
+            mass_kg: body.mass_kg,
+            centre_m: body.centre_of_mass_m()?,
+            inertia_kg_m2: body.inertia_about_centre()?,
+        })
+    }
+
+    /// Writes it as an `<inertial>` on a line that begins with `tab`.
+    pub(crate) fn element(&self, tab: &str) -> String {
+        let [x, y, z]: [f64; 3] = self.centre_m.into();
+        let j = |row, column| self.inertia_kg_m2[(row, column)];
+        format!(
+            "<inertial>\n{tab}  <origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"0 0 0\"/>\n{tab}  <mass \
+             value=\"{:?}\"/>\n\
+             {tab}  <inertia ixx=\"{:?}\" ixy=\"{:?}\" ixz=\"{:?}\" iyy=\"{:?}\" iyz=\"{:?}\" \
+             izz=\"{:?}\"/>\n{tab}</inertial>",
+            self.mass_kg,
+            j(0, 0),
+            j(0, 1),
+            j(0, 2),
+            j(1, 1),
+            j(1, 2),
+            j(2, 2),
+        )
+    }
+
+    /// Seen from the frame in which this one's has the pose.
+    pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
+        let rotation = pose.rotation;
+        Self {
+            mass_kg: self.mass_kg,
+            centre_m: (pose * Point3::from(self.centre_m)).coords,
+            inertia_kg_m2: rotation * self.inertia_kg_m2 * rotation.transpose(),
+        }
+    }
+
+    /// Returns why no mass distribution is possible, if so.
+    fn problem(&self) -> Option<String> {
+        let moments = SymmetricEigen::new(self.inertia_kg_m2).eigenvalues;
+        let (least, largest) = (moments.min(), moments.max());
+        match () {
+            () if self.mass_kg < 0.0 => Some(format!("a mass of {} kg", self.mass_kg)),
+            () if least < -TRIANGLE * largest.abs() => {
+                Some("an inertia that is not positive definite".to_owned())
+            }
+            () if 2.0 * largest > (1.0 + TRIANGLE) * moments.sum() => Some(
+                "a principal moment of inertia larger than the sum of the two others".to_owned(),
+            ),
+            () if self.mass_kg == 0.0 && largest > 0.0 => {
+                Some("an inertia without a mass".to_owned())
+            }
+            () => None,
+        }
+    }
+}
+
+impl File {
+    pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
+        let document = Document::parse(text).map_err(|error| match text.split_once("<xacro:") {
+            // Without its name space it is not valid XML.
+            Some((before, _)) => {
+                let line = 1 + before.matches('\n').count();
+                UrdfError::Xacro { what: "<xacro:…>".to_owned(), line }
+            }
+            None => UrdfError::Xml { problem: error.to_string() },
+        })?;
+        let root = document.root_element();
+        if root.tag_name().name() != "robot" {
+            let tag = root.tag_name().name().to_owned();
+            return Err(UrdfError::NotARobot { found: tag, line: line(root) });
+        }
+        // A file that xacro has expanded may keep the name space.
+        let is_macro = |node: &Node<'_, '_>| {
+            node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+        };
+        if let Some(macros) = root.descendants().find(is_macro) {
+            let problem = format!("<xacro:{}>", macros.tag_name().name());
+            return Err(UrdfError::Xacro { what: problem, line: line(macros) });
+        }
+        // Or xacro expressions remain, and the elements that define them do not.
+        let replaced = root.descendants().find_map(|node| {
+            let values = node.attributes().map(|attribute| attribute.value());
+            let mut expressions =
+                values.filter(|value| value.contains("${") || value.contains("$("));
+            expressions.next().map(|value| (node, value.to_owned()))
+        });
+        if let Some((node, what)) = replaced {
+            return Err(UrdfError::Xacro { what, line: line(node) });
+        }
+        let name = root.attribute("name").filter(|name| !name.trim().is_empty());
+        let xacro_name = "name";
+        let name = name.ok_or(UrdfError::Missing {
+            element: "robot".into(),
+            what: xacro_name,
+            line: line(root),
+        })?;
+        let mut links: Vec<Link> = Vec::new();
+        for node in children(root, "link") {
+            if links.len() == MAX_LINKS {
+                return Err(UrdfError::TooLarge { line: line(node) });
+            }
+            let name = named(node)?;
+            if links.iter().any(|link| link.name == name) {
+                return Err(UrdfError::Twice {
+                    what: format!("the link `{name}`"),
+                    line: line(node),
+                });
+            }
+            let (body, place) = (inertial(node)?, place(node));
+            let inertial = child(node, "inertial")?.map(|inertial| inertial.range());
+            let shapes: Vec<Option<Rounded>> = children(node, "collision").map(rounded).collect();
+            let has_unread_shapes = shapes.iter().any(Option::is_none);
+            let capsules = shapes.into_iter().flatten().collect();
+            links.push(Link { name, body, place, inertial, capsules, has_unread_shapes });
+        }
+        if links.is_empty() {
+            return Err(UrdfError::Missing {
+                element: "robot".into(),
+                what: "link",
+                line: line(root),
+            });
+        }
+        let mut joints: Vec<FileJoint> = Vec::new();
+        for node in children(root, "joint") {
+            if joints.len() == MAX_LINKS {
+                return Err(UrdfError::TooLarge { line: line(node) });
+            }
+            let joint = joint(node, &links)?;
+            if joints.iter().any(|other| other.name == joint.name) {
+                let problem = format!("the joint `{}`", joint.name);
+                return Err(UrdfError::Twice { what: problem, line: joint.line });
+            }
+            joints.push(joint);
+        }
+        Ok(Self { name: name.to_owned(), place: place(root), links, joints })
+    }
+
+    /// Returns the names of its links, for an error.
+    pub(super) fn links_text(&self) -> String {
+        self.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(" ")
+    }
+}
+
+fn line(node: Node<'_, '_>) -> usize {
+    node.document().text_pos_at(node.range().start).row as usize
+}
+
+fn place(node: Node<'_, '_>) -> Place {
+    Place { range: node.range(), content: node.first_child().map(|first| first.range().start) }
+}
+
+fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child: &Node<'a, 'i>| {
+        let tag = child.tag_name();
+        child.is_element() && tag.name() == name && tag.namespace().is_none()
+    })
+}
+
+/// Returns the single child of a name, if there is one.
+fn child<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> Result<Option<Node<'a, 'i>>, UrdfError> {
+    let mut elements = children(node, name);
+    let first = elements.next();
+    match elements.next() {
+        Some(second) => {
+            let problem = format!("<{name}> of <{}>", node.tag_name().name());
+            Err(UrdfError::Twice { what: problem, line: line(second) })
+        }
+        None => Ok(first),
+    }
+}
+
+fn needed<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, UrdfError> {
+    let element = node.tag_name().name().to_owned();
+    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
+    child(node, name)?.ok_or_else(missing)
+}
+
+fn attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
+    let element = node.tag_name().name().to_owned();
+    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
+    node.attribute(name).ok_or_else(missing)
+}
+
+fn named(node: Node<'_, '_>) -> Result<String, UrdfError> {
+    attribute(node, "name").map(str::to_owned)
+}
+
+fn number_of(
+    node: Node<'_, '_>,
+    attribute: &'static str,
+    text: &str,
+    expected: &'static str,
+) -> Result<f64, UrdfError> {
+    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let wrong =
+        || UrdfError::Number { text: text.to_owned(), attribute, expected, line: line(node) };
+    number.ok_or_else(wrong)
+}
+
+/// A number that is 0 where it is not stated.
+fn number(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
+    node.attribute(name).map_or(Ok(0.0), |text| number_of(node, name, text, "a number"))
+}
+
+/// Three numbers, where they are stated.
+fn three(node: Node<'_, '_>, name: &'static str) -> Result<Option<Vector3<f64>>, UrdfError> {
+    let Some(text) = node.attribute(name) else { return Ok(None) };
+    let expected = "three numbers";
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .map(|part| number_of(node, name, part, expected))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(Some(Vector3::new(x, y, z))),
+        _ => Err(UrdfError::Number {
+            text: text.to_owned(),
+            attribute: name,
+            expected,
+            line: line(node),
+        }),
+    }
+}
+
+/// Returns the exact quarter turn of a printed one: 1.5708 and 3.1416.
+fn quarter_turn(angle_rad: f64) -> f64 {
+    let quarter = core::f64::consts::FRAC_PI_2 * (angle_rad / core::f64::consts::FRAC_PI_2).round();
+    if (angle_rad - quarter).abs() < PRINTED_RAD { quarter } else { angle_rad }
+}
+
+/// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
+fn origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
+    let Some(origin) = child(node, "origin")? else { return Ok(IsometryMatrix3::identity()) };
+    let place = three(origin, "xyz")?.unwrap_or_default();
+    let angles = three(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
+    let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
+    Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
+}
+
+/// Returns the capsule about a `<collision>`; `None` for a mesh or no shape: no identification
+/// needs it.
+fn rounded(collision: Node<'_, '_>) -> Option<Rounded> {
+    let geometry = child(collision, "geometry").ok()??;
+    let shape = |name| child(geometry, name).ok().flatten();
+    let size = |node: Node<'_, '_>, name| number(node, name).ok().filter(|size| *size > 0.0);
+    let (half, radius_m) = if let Some(ball) = shape("sphere") {
+        (Vector3::zeros(), size(ball, "radius")?)
+    } else if let Some(rod) = shape("cylinder") {
+        (Vector3::z() * 0.5 * size(rod, "length")?, size(rod, "radius")?)
+    } else {
+        let sides = three(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
+        // About the longest side, through the middle of the others.
+        let (longest, length) = sides.argmax();
+        let mut half = Vector3::zeros();
+        half[longest] = 0.5 * length;
+        (half, 0.5 * (sides - 2.0 * half).norm())
+    };
+    let capsule = Rounded { ends: [Point3::from(-half), Point3::from(half)], radius_m };
+    Some(capsule.seen_from(&origin(collision).ok()?))
+}
+
+fn inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
+    let Some(node) = child(link, "inertial")? else { return Ok(Inertial::Missing) };
+    let Some(mass) = child(node, "mass")? else {
+        return Ok(Inertial::Impossible("no mass".to_owned()));
+    };
+    let mass_kg = number_of(mass, "value", attribute(mass, "value")?, "a number")?;
+    let Some(tensor) = child(node, "inertia")? else {
+        return Ok(Inertial::Impossible("no inertia".to_owned()));
+    };
+    let mut entries = [0.0; 6];
+    for (entry, name) in entries.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
+        // Some readers take a missing one for 0 and drop the whole inertia.
+        let Some(text) = tensor.attribute(name) else {
+            return Ok(Inertial::Impossible(format!("no {name}")));
+        };
+        *entry = number_of(tensor, name, text, "a number")?;
+    }
+    let [xx, xy, xz, yy, yz, zz] = entries;
+    let body = Body {
+        mass_kg,
+        centre_m: Vector3::zeros(),
+        inertia_kg_m2: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+    };
+    Ok(match body.problem() {
+        Some(problem) => Inertial::Impossible(problem),
+        None => Inertial::Body(body.seen_from(&origin(node)?)),
+    })
+}
+
+fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
+    let (name, line) = (named(node)?, line(node));
+    let kind = match attribute(node, "type")? {
+        "revolute" => Kind::Revolute,
+        "continuous" => Kind::Continuous,
+        "prismatic" => Kind::Prismatic,
+        "fixed" => Kind::Fixed,
+        "floating" => Kind::Floating,
+        "planar" => Kind::Planar,
+        other => {
+            return Err(UrdfError::UnknownType { joint: name, found: other.to_owned(), line });
+        }
+    };
+    let link = |end: &'static str| -> Result<usize, UrdfError> {
+        let wanted = attribute(needed(node, end)?, "link")?;
+        let unknown = || UrdfError::UnknownLink {
+            joint: name.clone(),
+            link: wanted.to_owned(),
+            available: links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(" "),
+            line,
+        };
+        links.iter().position(|link| link.name == wanted).ok_or_else(unknown)
+    };
+    let (parent, child_link) = (link("parent")?, link("child")?);
+    // Exporters write an axis of nothing for joints that do not move.
+    let moving = Some(node).filter(|_| kind != Kind::Fixed);
+    let part = |name: &'static str| moving.map_or(Ok(None), |node| child(node, name));
+    let axis = part("axis")?.map(|axis| Ok((three(axis, "xyz")?, axis.attribute("xyz"))));
+    let (configured, text) = axis.transpose()?.unwrap_or_default();
+    let axis = configured.unwrap_or_else(Vector3::x);
+    let largest = axis.amax();
+    if largest == 0.0 {
+        let (text, expected) = (text.unwrap_or_default().to_owned(), "a direction");
+        return Err(UrdfError::Number { text, attribute: "xyz", expected, line });
+    }
+    let axis = (axis / largest).normalize();
+    let limit = part("limit")?
+        .map(|limit| {
+            Ok(Limit {
+                lower: number(limit, "lower")?,
+                upper: number(limit, "upper")?,
+                velocity: number(limit, "velocity")?,
+                effort: number(limit, "effort")?,
+            })
+        })
+        .transpose()?;
+    let friction = part("dynamics")?
+        .map(|dynamics| Ok([number(dynamics, "damping")?, number(dynamics, "friction")?]))
+        .transpose()?;
+    let dynamics = part("dynamics")?.map(|dynamics| {
+        let value = |name| Some(dynamics.attribute_node(name)?.range_value());
+        let [damping, friction] = [value("damping"), value("friction")];
+        DynamicsPlace { range: dynamics.range(), damping, friction }
+    });
+    let mimics = part("mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
+    Ok(FileJoint {
+        origin: origin(node)?,
+        mimics: mimics.transpose()?,
+        name,
+        line,
+        kind,
+        parent,
+        child: child_link,
+        axis,
+        limit,
+        friction,
+        place: place(node),
+        dynamics,
+    })
+}

@@ -1,0 +1,258 @@
+//! URDF: an arm as ROS describes it, turned into a robot file.
+
+mod chain;
+mod edit;
+mod error;
+mod file;
+mod modified_dh;
+mod note;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+pub use edit::{UrdfValues, WRITTEN_BY};
+pub use error::UrdfError;
+pub(crate) use file::Body;
+pub use note::UrdfNote;
+
+use chain::{Axis, Chain};
+use file::{File, Rounded};
+use modified_dh::{Frame, Placed, place};
+
+/// Gravity, against z of the root of a URDF \[m/s²\].
+const GRAVITY_M_S2: f64 = 9.81;
+
+const LINK: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
+
+/// The serial arm in a URDF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfArm {
+    /// Its file.
+    text: String,
+    name: String,
+    base: String,
+    tip: String,
+    axes: Vec<Axis>,
+    placed: Vec<Placed>,
+    tip_position_m: Vector3<f64>,
+    up: Vector3<f64>,
+    has_bodies: bool,
+    base_capsules: Vec<Rounded>,
+    unread_shapes: Vec<String>,
+    notes: Vec<UrdfNote>,
+}
+
+/// Properties of an arm that a URDF does not have.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfDrives {
+    /// True if the inertias of the drives are parameters, for joints without their own key. Behind
+    /// a torque sensor they are not.
+    pub drive_inertia: bool,
+    /// Turns of each motor to one of its joint; 1 where signals are of the joints' side.
+    pub gear_ratios: Vec<f64>,
+    /// Lines of a robot file's `[friction]`.
+    pub friction: String,
+    /// Keys of single joints, by their names: keys of a joint in a robot file, with their values as
+    /// TOML.
+    pub joints: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+impl UrdfDrives {
+    /// Assumes drives for a look at an arm whose drives nobody has configured: signals of the
+    /// joints' side, drives with inertias, viscous and Coulomb friction and an offset.
+    pub fn assumed(joints: usize) -> Self {
+        let sign = "sign = { model = \"tanh\", width_rad_s = 0.02 }";
+        Self {
+            drive_inertia: true,
+            gear_ratios: vec![1.0; joints],
+            friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
+            joints: BTreeMap::new(),
+        }
+    }
+}
+
+impl UrdfArm {
+    /// The arm between two links; the only root is the base and the only end of moving joints the
+    /// tip where they are not asked for.
+    ///
+    /// # Errors
+    /// [`UrdfError`].
+    pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
+        let file = File::read(text)?;
+        let Chain {
+            base,
+            tip,
+            axes,
+            tip_pose,
+            up,
+            has_bodies,
+            base_capsules,
+            unread_shapes,
+            mut notes,
+        } = file.chain(base, tip)?;
+        let placed = place(&axes, &mut notes);
+        let tip_position_m = tip_pose.translation.vector;
+        let text = text.to_owned();
+        Ok(Self {
+            text,
+            name: file.name,
+            base,
+            tip,
+            axes,
+            placed,
+            tip_position_m,
+            up,
+            has_bodies,
+            base_capsules,
+            unread_shapes,
+            notes,
+        })
+    }
+
+    /// Number of driven joints.
+    pub fn joints(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Returns the names of the driven joints, from base to tip.
+    pub fn joint_names(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().map(|axis| axis.name.as_str())
+    }
+
+    /// Base and tip.
+    pub fn ends(&self) -> [&str; 2] {
+        [&self.base, &self.tip]
+    }
+
+    /// Returns the position of the tip at q = 0, in the frame of the base \[m\].
+    pub fn tip_position_m(&self) -> [f64; 3] {
+        self.tip_position_m.into()
+    }
+
+    /// Links with collision shapes that are unread_shapes, or cannot be read.
+    pub fn unread_shapes(&self) -> &[String] {
+        &self.unread_shapes
+    }
+
+    /// Returns its notes.
+    pub fn notes(&self) -> &[UrdfNote] {
+        &self.notes
+    }
+
+    /// The arm as a robot file. Its base's frame is the first joint's at q = 0, and gravity is
+    /// turned into that; positions are those of the URDF. Bodies and friction of the URDF are
+    /// nominal values where every link that moves has a body.
+    pub fn to_toml(&self, drives: &UrdfDrives) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write(drives, &mut text);
+        text
+    }
+
+    fn write(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
+        let [name, base, tip] = [&self.name, &self.base, &self.tip].map(|name| plain(name));
+        writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
+        writeln!(out, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))?;
+        let frame = self.placed[0].frame();
+        let gravity = (frame.seen(&self.up) * -GRAVITY_M_S2).map(clean);
+        writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
+        write_capsules(out, "base_capsules", &self.base_capsules, frame)?;
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+            let prismatic = axis.is_prismatic;
+            writeln!(out, "\n[[joint]] # {}: {}", number + 1, plain(&axis.name))?;
+            writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
+            writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
+            writeln!(out, "d_m = {:?}", placed.d_m)?;
+            writeln!(out, "theta_deg = {:?}", placed.theta_deg)?;
+            writeln!(out, "r_m = {:?}", placed.r_m)?;
+            let drive = drives.joints.get(&axis.name);
+            if drive.is_none_or(|own| !own.contains_key("drive_inertia")) {
+                writeln!(out, "drive_inertia = {}", drives.drive_inertia)?;
+            }
+            let ([low, high], position, velocity, effort) = match prismatic {
+                true => (axis.position, "m", "velocity_max_m_s", "force_max_n"),
+                false => (
+                    axis.position.map(f64::to_degrees),
+                    "deg",
+                    "velocity_max_rad_s",
+                    "torque_max_nm",
+                ),
+            };
+            writeln!(out, "position_min_{position} = {low:?}")?;
+            writeln!(out, "position_max_{position} = {high:?}")?;
+            for (key, limit) in [(velocity, axis.velocity), (effort, axis.effort)] {
+                match limit {
+                    Some(most) => writeln!(out, "{key} = {most:?}")?,
+                    None => writeln!(out, "{key} = \"unknown\"")?,
+                }
+            }
+            let capsules: Vec<Rounded> =
+                axis.attached.iter().flat_map(|of| &of.capsules).copied().collect();
+            write_capsules(out, "capsules", &capsules, placed.frame())?;
+            for (key, value) in drive.into_iter().flatten() {
+                writeln!(out, "{key} = {value}")?;
+            }
+        }
+        writeln!(out, "\n[transmission]\nrows = [")?;
+        for motor in 0..self.joints() {
+            let ratio =
+                |joint: usize| if joint == motor { drives.gear_ratios.get(motor) } else { None };
+            let row = (0..self.joints()).map(|joint| format!("{:?}", ratio(joint).unwrap_or(&0.0)));
+            writeln!(out, "  [{}],", row.collect::<Vec<_>>().join(", "))?;
+        }
+        writeln!(out, "]\n\n[friction]\n{}", drives.friction)?;
+        if !self.has_bodies {
+            return Ok(());
+        }
+        writeln!(out, "[nominal]")?;
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+            let number = number + 1;
+            for (name, value) in LINK.iter().zip(placed.parameters(axis.link_bodies())) {
+                writeln!(out, "{name}{number} = {value:?}")?;
+            }
+            for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {
+                let term = if *name == "fv" { "viscous" } else { "coulomb" };
+                let is_configured = |line: &str| line.replace(' ', "") == format!("{term}=true");
+                if drives.friction.lines().any(is_configured) {
+                    writeln!(out, "{name}{number} = {value:?}")?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes shapes of the base's frame, seen in another; nothing without any.
+fn write_capsules(
+    out: &mut String,
+    key: &str,
+    capsules: &[Rounded],
+    frame: &Frame,
+) -> std::fmt::Result {
+    if capsules.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "{key} = [")?;
+    let pose = frame.pose().inverse();
+    for capsule in capsules {
+        let [from, to] = capsule.seen_from(&pose).ends.map(|end| end.coords.map(clean));
+        writeln!(
+            out,
+            "  {{ from_m = [{:?}, {:?}, {:?}], to_m = [{:?}, {:?}, {:?}], radius_m = {:?} }},",
+            from.x, from.y, from.z, to.x, to.y, to.z, capsule.radius_m
+        )?;
+    }
+    writeln!(out, "]")
+}
+
+/// A name on one line.
+fn plain(name: &str) -> String {
+    name.chars().map(|of| if of.is_control() { ' ' } else { of }).collect()
+}
+
+/// Removes rounding errors.
+fn clean(value: f64) -> f64 {
+    if value.abs() < 1e-13 { 0.0 } else { value }
+}

@@ -1,0 +1,193 @@
+//! From axes anywhere in space to modified Denavit–Hartenberg parameters (Khalil and Dombre,
+//! *Modeling, Identification and Control of Robots*, ch. 3): x of each frame along the common
+//! normal to the next axis.
+
+use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
+
+use super::chain::Axis;
+use super::file::Body;
+use super::note::UrdfNote;
+
+/// Axes with a smaller sine between them count as parallel: their common normal would be hundreds
+/// of metres away, and the parameters with it. This is the accuracy of a twist.
+const PARALLEL: f64 = 1e-3;
+/// Least angle that is worth a note: printed numbers leave less.
+const NOTED: f64 = 1e-10;
+/// Lengths below this are those of axes that meet \[m\].
+const MEET: f64 = 1e-9;
+/// Rounding error of an angle or a length.
+const ROUNDING: f64 = 1e-14;
+
+/// A joint in modified Denavit–Hartenberg parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Placed {
+    pub(super) alpha_deg: f64,
+    pub(super) d_m: f64,
+    pub(super) theta_deg: f64,
+    pub(super) r_m: f64,
+    frame: Frame,
+}
+
+/// A frame at q = 0, in that of the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Frame {
+    pub(super) origin: Vector3<f64>,
+    pub(super) x: Vector3<f64>,
+    pub(super) z: Vector3<f64>,
+}
+
+impl Frame {
+    /// This frame in that of the base.
+    pub(super) fn pose(&self) -> IsometryMatrix3<f64> {
+        let rotation = Rotation3::from_matrix_unchecked(self.rows().transpose());
+        IsometryMatrix3::from_parts(Translation3::from(self.origin), rotation)
+    }
+
+    /// A vector of the base's frame in this one.
+    pub(super) fn seen(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        self.rows() * vector
+    }
+
+    fn rows(&self) -> Matrix3<f64> {
+        let y = self.z.cross(&self.x);
+        Matrix3::from_rows(&[self.x.transpose(), y.transpose(), self.z.transpose()])
+    }
+}
+
+impl Placed {
+    /// Its frame at q = 0.
+    pub(super) fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Returns the inertia about the frame's origin, first moments and mass of bodies together, as
+    /// xx xy xz yy yz zz mx my mz m.
+    pub(super) fn parameters<'a>(&self, link_bodies: impl Iterator<Item = &'a Body>) -> [f64; 10] {
+        let rows = self.frame.rows();
+        let (mut inertia, mut moment, mut mass) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+        for body in link_bodies {
+            let centre = rows * (body.centre_m - self.frame.origin);
+            let about = Matrix3::identity() * centre.norm_squared() - centre * centre.transpose();
+            inertia += rows * body.inertia_kg_m2 * rows.transpose() + about * body.mass_kg;
+            moment += centre * body.mass_kg;
+            mass += body.mass_kg;
+        }
+        let j = inertia;
+        let [mx, my, mz] = moment.into();
+        [j[(0, 0)], j[(0, 1)], j[(0, 2)], j[(1, 1)], j[(1, 2)], j[(2, 2)], mx, my, mz, mass]
+    }
+}
+
+/// Places the frames of all joints. The base's own frame is the first joint's at q = 0.
+pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
+    let axes = &parallel(axes.to_vec(), notes);
+    let mut placed: Vec<Placed> = Vec::new();
+    for (i, axis) in axes.iter().enumerate() {
+        let z = axis.direction;
+        // Where the previous x axis meets this one, and that x axis, which is normal to both.
+        let (foot, before) = match placed.last() {
+            None => (axis.point, normal_to(&z)),
+            Some(previous) => {
+                let origin_of = previous.frame();
+                (nearest(axis, &origin_of.origin, &origin_of.x, &origin_of.z), origin_of.x)
+            }
+        };
+        let (origin, x) = match axes.get(i + 1) {
+            None => (foot, before),
+            Some(next) => common_normal(axis, next, foot, before),
+        };
+        let frame = Frame { origin, x, z };
+        let first = Placed { alpha_deg: 0.0, d_m: 0.0, theta_deg: 0.0, r_m: 0.0, frame };
+        let Some(Placed { frame: from, .. }) = placed.last() else {
+            placed.push(first);
+            continue;
+        };
+        let alpha = from.z.cross(&z).dot(&from.x).atan2(from.z.dot(&z));
+        let theta = before.cross(&x).dot(&z).atan2(before.dot(&x));
+        let joint = Placed {
+            alpha_deg: degrees(alpha),
+            d_m: length((foot - from.origin).dot(&from.x)),
+            theta_deg: degrees(theta),
+            r_m: length((origin - foot).dot(&z)),
+            frame,
+        };
+        placed.push(joint);
+    }
+    placed
+}
+
+/// Makes each axis parallel to the previous one where it nearly is.
+fn parallel(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
+    for k in 1..axes.len() {
+        let before = axes[k - 1].direction;
+        let sine = before.cross(&axes[k].direction).norm();
+        if sine < PARALLEL {
+            if sine > NOTED {
+                let joint = axes[k].name.clone();
+                notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
+            }
+            axes[k].direction = before * before.dot(&axes[k].direction).signum();
+        }
+    }
+    axes
+}
+
+/// Returns the point of an axis where the common normal from another axis arrives, which leaves
+/// that at `origin` along `x`.
+fn nearest(axis: &Axis, origin: &Vector3<f64>, x: &Vector3<f64>, z: &Vector3<f64>) -> Vector3<f64> {
+    // Seen along x both axes cross there; parallel ones are level with the origin.
+    let offset = origin - axis.point;
+    let across = z.cross(x);
+    let sine = axis.direction.dot(&across);
+    let along = match sine.abs() < PARALLEL {
+        true => offset.dot(&axis.direction),
+        false => offset.dot(&across) / sine,
+    };
+    axis.point + axis.direction * along
+}
+
+/// Returns the origin and the direction of x of this axis' frame.
+fn common_normal(
+    axis: &Axis,
+    next: &Axis,
+    foot: Vector3<f64>,
+    before: Vector3<f64>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let z = axis.direction;
+    let cross = z.cross(&next.direction);
+    let sine = cross.norm();
+    let offset = next.point - foot;
+    if sine < PARALLEL {
+        let across = offset - z * offset.dot(&z);
+        let x = if across.norm() > MEET { across.normalize() } else { before };
+        return (foot, (x - z * x.dot(&z)).normalize());
+    }
+    let x = cross / sine;
+    // next.point + b next.direction = foot + a z + d x
+    let along = offset.cross(&next.direction).dot(&cross) / (sine * sine);
+    let origin = foot + z * along;
+    let d = offset.dot(&x);
+    // Away from this axis; where both meet, the way that turns least.
+    let backwards = if d.abs() > MEET { d < 0.0 } else { x.dot(&before) < -ROUNDING };
+    (origin, if backwards { -x } else { x })
+}
+
+/// A direction normal to another: that of the base's x, or of its y where the other is along x.
+fn normal_to(z: &Vector3<f64>) -> Vector3<f64> {
+    let projected = |axis: Vector3<f64>| axis - z * axis.dot(z);
+    let x = projected(Vector3::x());
+    if x.norm() > 0.1 { x.normalize() } else { projected(Vector3::y()).normalize() }
+}
+
+/// Quarter turns and lengths of nothing are exact but for rounding.
+fn degrees(angle_rad: f64) -> f64 {
+    let quarters = (angle_rad / core::f64::consts::FRAC_PI_2).round();
+    if (angle_rad - quarters * core::f64::consts::FRAC_PI_2).abs() < ROUNDING {
+        return 90.0 * quarters + 0.0;
+    }
+    angle_rad.to_degrees()
+}
+
+fn length(length_m: f64) -> f64 {
+    if length_m.abs() < ROUNDING { 0.0 } else { length_m }
+}

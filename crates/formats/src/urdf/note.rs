@@ -1,0 +1,93 @@
+//! Notes on an arm that a URDF describes.
+
+use core::fmt;
+
+/// Not wrong, and worth knowing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum UrdfNote {
+    /// A moving link has no body: there are no nominal values.
+    NoBody {
+        /// The link.
+        link: String,
+    },
+    /// An impossible body: there are no nominal values.
+    ImpossibleBody {
+        /// Its link.
+        link: String,
+        /// Why it cannot.
+        problem: String,
+    },
+    /// A joint outside the chain, taken as fixed at 0.
+    HeldStill {
+        /// The joint.
+        joint: String,
+    },
+    /// A limit that is 0 or left out: it stays open.
+    OpenLimit {
+        /// The joint.
+        joint: String,
+        /// The attribute.
+        what: &'static str,
+    },
+    /// A joint without an end.
+    Continuous {
+        /// The joint.
+        joint: String,
+    },
+    /// Two axes that are nearly parallel.
+    NearlyParallel {
+        /// The joint after the other.
+        joint: String,
+        /// The angle between them.
+        angle_rad: f64,
+    },
+}
+
+impl UrdfNote {
+    /// True if the note says that there are no nominal values.
+    pub fn is_of_bodies(&self) -> bool {
+        matches!(self, Self::NoBody { .. } | Self::ImpossibleBody { .. })
+    }
+
+    pub(super) fn is_of_link(&self, name: &str) -> bool {
+        match self {
+            Self::NoBody { link } | Self::ImpossibleBody { link, .. } => link == name,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for UrdfNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoBody { link } => {
+                write!(f, "the link `{link}` has no inertial: there are no nominal parameters")
+            }
+            Self::ImpossibleBody { link, problem } => {
+                write!(f, "the link `{link}` has {problem}: there are no nominal parameters")
+            }
+            Self::HeldStill { joint } => {
+                write!(f, "the joint `{joint}` is not part of the chain and is fixed at 0")
+            }
+            Self::OpenLimit { joint, what } => {
+                write!(
+                    f,
+                    "the joint `{joint}` has no {what} in its <limit>: it is unknown, and what \
+                    needs it says so"
+                )
+            }
+            Self::Continuous { joint } => {
+                write!(
+                    f,
+                    "the joint `{joint}` turns without end; 100 turns either way are taken for its \
+                    range"
+                )
+            }
+            Self::NearlyParallel { joint, angle_rad } => write!(
+                f,
+                "the axis of `{joint}` is {angle_rad:.1e} rad from parallel to the one before, and \
+                taken for parallel"
+            ),
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! URDF: the same torques as Pinocchio, and a clear error for each that is no arm.
+
+use std::collections::BTreeMap;
+
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::Robot;
+use didim_formats::{UrdfArm, UrdfDrives, UrdfError};
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+struct Golden {
+    arm: Vec<GoldenArm>,
+}
+
+#[derive(Deserialize)]
+struct GoldenArm {
+    joints: usize,
+    urdf: String,
+    tip_m: [f64; 3],
+    /// q, q̇, q̈ and τ.
+    states: Vec<[Vec<f64>; 4]>,
+}
+
+/// Without what a URDF's torques do not have either.
+fn links_alone(joints: usize) -> UrdfDrives {
+    let friction = "viscous = false\ncoulomb = false\noffset = false\n".to_owned();
+    UrdfDrives {
+        drive_inertia: false,
+        gear_ratios: vec![1.0; joints],
+        friction,
+        joints: BTreeMap::new(),
+    }
+}
+
+const XACRO: &str = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\"";
+
+#[test]
+fn torques_are_those_of_pinocchio() {
+    let golden: Golden = toml::from_str(include_str!("golden/urdf.toml")).unwrap();
+    let mut worst: f64 = 0.0;
+    for arm in &golden.arm {
+        let read = UrdfArm::read(&arm.urdf, Some("base"), Some("tip")).unwrap();
+        assert_eq!(read.joints(), arm.joints);
+        for (own, expected) in read.tip_position_m().iter().zip(arm.tip_m) {
+            assert!((own - expected).abs() < 1e-12, "{own} {expected}");
+        }
+        let text = read.to_toml(&links_alone(arm.joints));
+        let robot = Robot::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let (model, mut ws) = (Model::new(&robot), Workspace::default());
+        let nominal = robot.nominal().unwrap().standard();
+        for [q, dq, ddq, expected] in &arm.states {
+            let mut torque = vec![0.0; arm.joints];
+            model.inverse_dynamics(&mut ws, nominal, q, dq, ddq, &mut torque);
+            let size = expected.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
+            for (own, expected) in torque.iter().zip(expected) {
+                worst = worst.max((own - expected).abs() / size);
+            }
+        }
+    }
+    println!("{worst:.1e} relative");
+    assert_eq!(golden.arm.len(), 22);
+    assert!(worst < 1e-12, "{worst}");
+}
+
+/// Two driven links; `more` goes into the robot, `inside` into its second joint.
+fn two_links(more: &str, inside: &str) -> String {
+    let body = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" \
+        iyz=\"0\" izz=\"1\"/></inertial>";
+    let limit = "<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>";
+    format!(
+        "<robot name=\"two\">\n<link name=\"base\"/>\n<link name=\"upper\">{body}</link>\n<link \
+         name=\"lower\">{body}</link>\n\
+         <joint name=\"shoulder\" type=\"revolute\"><parent link=\"base\"/><child \
+         link=\"upper\"/><axis xyz=\"0 0 1\"/>{limit}</joint>\n\
+         <joint name=\"elbow\" type=\"revolute\"><parent link=\"upper\"/><child \
+         link=\"lower\"/><origin xyz=\"0.5 0 0\"/><axis xyz=\"0 1 \
+         0\"/>{limit}{inside}</joint>\n{more}</robot>"
+    )
+}
+
+fn refused(text: &str) -> String {
+    UrdfArm::read(text, None, None).unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_no_arm_is_refused_with_what_to_do() {
+    assert!(UrdfArm::read(&two_links("", ""), None, None).is_ok());
+    let link = |name: &str| format!("<link name=\"{name}\"/>");
+    let joint = |name: &str, kind: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child \
+            link=\"{child}\"/></joint>"
+        )
+    };
+    let moving = |name: &str, parent: &str, child: &str| {
+        joint(name, "revolute", parent, child).replace(
+            "</joint>",
+            "<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"5\"/></joint>",
+        )
+    };
+    let arm_text = two_links("", "");
+    let cases = [
+        ("<robot".to_owned(), "it is no XML"),
+        ("<sdf/>".to_owned(), "give a URDF"),
+        (
+            two_links(&(0..1000).map(|k| link(&format!("x{k}"))).collect::<String>(), ""),
+            "it has more than 1000 links or joints",
+        ),
+        ("<robot/>".to_owned(), "no name"),
+        ("<robot name=\"a\"/>".to_owned(), "<robot> has no link"),
+        (
+            format!("<robot name=\"a\" {XACRO}>\n<xacro:macro name=\"m\" params=\"x\"/></robot>"),
+            "line 2: this is a xacro file: it contains `<xacro:macro>`. Source the robot's \
+             packages, expand the file with `xacro FILE > arm.urdf`",
+        ),
+        (
+            format!("<robot name=\"a\" {XACRO}><xacro:property name=\"m\" value=\"2\"/></robot>"),
+            "it contains `<xacro:property>`. Source",
+        ),
+        (
+            format!(
+                "<robot name=\"a\" {XACRO}><xacro:include filename=\"$(find \
+                arm)/a.xacro\"/></robot>"
+            ),
+            "it contains `<xacro:include>`. Source",
+        ),
+        (
+            "<robot name=\"a\">\n\n<xacro:include filename=\"a.xacro\"/></robot>".to_owned(),
+            "line 3: this is a xacro file",
+        ),
+        (
+            arm_text.replace("effort=\"50\"", "effort=\"${effort}\""),
+            "this is a xacro file: it contains `${effort}`",
+        ),
+        (two_links(&link("upper"), ""), "the link `upper` is there twice"),
+        (two_links(&moving("elbow", "upper", "lower"), ""), "the joint `elbow` is there twice"),
+        (two_links("<link/>", ""), "<link> has no name"),
+        (
+            two_links(&joint("x", "ball", "lower", "upper"), ""),
+            "the type \"ball\" of joint `x` does not exist",
+        ),
+        (
+            two_links(&joint("x", "fixed", "lower", "hand"), ""),
+            "names the link `hand`, which is not there",
+        ),
+        (
+            two_links(&joint("x", "fixed", "lower", "upper"), ""),
+            "closes a loop at the link `upper`",
+        ),
+        (two_links(&joint("x", "fixed", "lower", "base"), ""), "closes a loop"),
+        (two_links(&link("other"), ""), "no joint leads to any of the links base other"),
+        (
+            two_links(&format!("{}{}", link("finger"), moving("f", "upper", "finger")), ""),
+            "could end at any of the links lower finger; say which is the `tip`",
+        ),
+        (
+            two_links(&format!("{}{}", link("cart"), joint("x", "floating", "lower", "cart")), ""),
+            "joint `x` is floating",
+        ),
+        (two_links("", "<mimic joint=\"shoulder\"/>"), "joint `elbow` follows `shoulder`"),
+        (
+            arm_text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>"),
+            "`0 0 0` of `xyz` is not a direction",
+        ),
+        (arm_text.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
+        (arm_text.replace("0.5 0 0", "0.5 0 inf"), "not three numbers"),
+        (arm_text.replace("effort=\"50\"", "effort=\"-50\""), "effort below 0"),
+        (arm_text.replace("upper=\"1\"", "upper=\"-1\""), "a range from -1 to -1"),
+        (
+            arm_text.replace("<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>", ""),
+            "no limits",
+        ),
+        (arm_text.replace("type=\"revolute\"", "type=\"fixed\""), "0 joints move between"),
+    ];
+    for (text, expected) in cases {
+        let said = refused(&text);
+        assert!(said.contains(expected), "{said}\nis not: {expected}");
+    }
+    let missing = UrdfArm::read(&arm_text, None, Some("hand")).unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .contains("the tip `hand` is no link of the URDF; its links are base upper lower")
+    );
+    let error = UrdfArm::read(&arm_text, Some("lower"), Some("upper")).unwrap_err();
+    assert!(matches!(error, UrdfError::NotConnected { .. }), "{error}");
+}
+
+#[test]
+fn bodies_that_cannot_be_are_noted_and_there_are_no_nominal_values() {
+    let arm_text = two_links("", "");
+    fn notes_of(text: &str) -> (bool, Vec<String>) {
+        let arm = UrdfArm::read(text, None, None).unwrap();
+        let notes: Vec<String> = arm.notes().iter().map(ToString::to_string).collect();
+        (arm.to_toml(&links_alone(2)).contains("[nominal]"), notes)
+    }
+    assert_eq!(notes_of(&arm_text), (true, Vec::new()));
+    let upper = |from: &str, to: &str| notes_of(&arm_text.replacen(from, to, 1));
+    for (from, to, problem) in [
+        ("mass value=\"1\"", "mass value=\"-1\"", "a mass of -1 kg"),
+        ("ixx=\"1\"", "ixx=\"3\"", "larger than the sum of the two others"),
+        ("ixx=\"1\"", "ixx=\"-1\"", "not positive definite"),
+        ("ixy=\"0\" ", "", "no ixy"),
+        ("<mass value=\"1\"/>", "", "no mass"),
+    ] {
+        let (nominal, notes) = upper(from, to);
+        assert!(!nominal && notes.len() == 1 && notes[0].contains(problem), "{notes:?}");
+        assert!(notes[0].contains("the link `upper`"), "{notes:?}");
+    }
+    let (start, end) =
+        (arm_text.find("<inertial>").unwrap(), arm_text.find("</inertial>").unwrap());
+    let (nominal, notes) = notes_of(&format!("{}{}", &arm_text[..start], &arm_text[end + 11..]));
+    assert!(!nominal && notes[0].contains("has no inertial"), "{notes:?}");
+    // A joint without an end, one outside the chain, axes that are nearly parallel.
+    let turning = arm_text.replacen("type=\"revolute\"", "type=\"continuous\"", 1);
+    assert!(notes_of(&turning).1[0].contains("turns without end"));
+    let nearly = arm_text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-9 1\"/>");
+    assert!(notes_of(&nearly).1[0].contains("3.0e-9 rad from parallel"));
+}
+
+/// 3.1416 is half a turn. Taken at its word, axes that should be parallel would meet kilometres
+/// away.
+#[test]
+fn printed_quarter_turns_are_quarter_turns() {
+    fn arm(angle: &str) -> UrdfArm {
+        let text = two_links("", "").replace(
+            "<origin xyz=\"0.5 0 0\"/>",
+            &format!("<origin xyz=\"0.5 0 0.1\" rpy=\"{angle} 0 0\"/>"),
+        );
+        let text = text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 1\"/>");
+        UrdfArm::read(&text, None, None).unwrap()
+    }
+    let toml = |angle: &str| arm(angle).to_toml(&links_alone(2));
+    assert_eq!(toml("3.1416"), toml("3.141592653589793"));
+    assert_eq!(toml("-1.5708"), toml("-1.5707963267948966"));
+    assert!(toml("3.1416").contains("alpha_deg = 180.0\nd_m = 0.5\n"), "{}", toml("3.1416"));
+    // What an arm was calibrated to is not that, but for axes that are all but parallel.
+    assert!(toml("1.5718").contains("alpha_deg = 90.0575"), "{}", toml("1.5718"));
+    let calibrated = arm("0.0005");
+    assert!(calibrated.notes()[0].to_string().contains("5.0e-4 rad from parallel"));
+    assert!(calibrated.to_toml(&links_alone(2)).contains("alpha_deg = 0.0\nd_m = 0.5\n"));
+}
+
+/// Gravity is that of the root, wherever the arm begins.
+#[test]
+fn an_arm_that_begins_later_hangs_as_it_hangs() {
+    let mount = "<link name=\"wall\"/><joint name=\"mount\" type=\"fixed\"><parent \
+        link=\"wall\"/><child link=\"base\"/><origin xyz=\"0 0 1\" rpy=\"1.5708 0 0\"/><axis \
+        xyz=\"0 0 0\"/></joint>";
+    let text = two_links(mount, "");
+    for base in [None, Some("base"), Some("wall")] {
+        let toml = UrdfArm::read(&text, base, None).unwrap().to_toml(&links_alone(2));
+        assert!(toml.contains("gravity_m_s2 = [0.0, -9.81, 0.0]"), "{base:?} {toml}");
+    }
+}
+
+/// Files have 0, or nothing, for a limit that nobody knows.
+#[test]
+fn a_limit_of_0_is_open() {
+    for nothing in [" effort=\"0\"", ""] {
+        let text = two_links("", "").replace(" effort=\"50\"", nothing);
+        let arm = UrdfArm::read(&text, None, None).unwrap();
+        let notes: Vec<String> = arm.notes().iter().map(ToString::to_string).collect();
+        assert_eq!(notes.iter().filter(|note| note.contains("has no effort in its")).count(), 2);
+        let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+        let limits: Vec<_> = robot.limits().map(|of| (of.velocity_max, of.torque_max)).collect();
+        assert_eq!(limits, [(Some(2.0), None); 2]);
+    }
+}
+
+/// Names are text, and nothing of them gets into the robot file but that.
+#[test]
+fn names_stay_names() {
+    let text = two_links("", "").replace("\"two\"", "\"a &quot;b&quot; \\ &#10;gravity_m_s2 = 1\"");
+    let text = text.replace("\"elbow\"", "\"x&#10;d_m = 7.0\"");
+    let robot =
+        Robot::from_toml(&UrdfArm::read(&text, None, None).unwrap().to_toml(&links_alone(2)));
+    assert_eq!(robot.unwrap().name(), "a \"b\" \\  gravity_m_s2 = 1");
+}
+
+/// What the file says of friction is nominal, where the model has the term.
+#[test]
+fn friction_of_a_urdf_is_nominal() {
+    let text = two_links("", "<dynamics damping=\"0.7\" friction=\"1.5\"/>");
+    let arm = UrdfArm::read(&text, None, None).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(2))).unwrap();
+    let nominal = robot.nominal().unwrap();
+    assert_eq!((nominal.value("fv2"), nominal.value("fc2")), (Some(0.7), Some(1.5)));
+    assert_eq!(nominal.value("fv1"), None);
+    let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+    assert_eq!(robot.nominal().unwrap().value("fv2"), None);
+}

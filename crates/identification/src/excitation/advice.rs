@@ -1,0 +1,140 @@
+//! Missing information of a result, as motions that can be described in words.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::candidates::{Candidate, PIECE_S, candidates};
+use super::design::{CHECK_HZ, Design};
+use super::error::ExcitationError;
+use super::joint_excitation::JointExcitations;
+use super::objective::{Objective, covariance};
+use super::prediction;
+use super::task::Task;
+use didim_dynamics::robot::Robot;
+
+/// Largest number of advised pieces. Beyond them a designed motion is shorter.
+const MOST_PIECES: usize = 4;
+/// Lengths of a piece, in multiples of a candidate, the shortest first.
+const LENGTHS: [usize; 3] = [1, 2, 4];
+/// Share of the sufficient deviation below which a decrease has no value.
+const NEED: f64 = 1.0 / 3.0;
+/// Smallest factor by which a piece has to reduce the wanted deviations to be worth its time.
+const LEAST_GAIN: f64 = 1.1;
+
+/// Motion that adds missing information to a result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advised {
+    /// Motion, described in words.
+    pub excitations: JointExcitations,
+    /// Same motion as a designed one, with the used share of each limit.
+    pub design: Design,
+    /// Standard deviation of each parameter from this motion, those before it, and the prior
+    /// information.
+    pub deviations: Vec<f64>,
+}
+
+/// Missing information of a result, and the motions that add it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Present standard deviation of each parameter.
+    pub deviations: Vec<f64>,
+    /// Parameters, by index, whose deviation is more than enough and that some motion can identify.
+    pub missing: Vec<usize>,
+    /// Parameters that no motion identifies well enough, even if all others were known. Their
+    /// torque is too small.
+    pub small: Vec<usize>,
+    /// Advised motions in sequence.
+    pub motions: Vec<Advised>,
+    /// Uncertainty of the torques due to the parameters, relative to the torques, over all tried
+    /// motions and weighted by noise: now, and with all pieces.
+    pub torque: [f64; 2],
+}
+
+/// Advises motions that identify what a result lacks. For each parameter a deviation of `enough`
+/// relative to its value is sufficient. Every advised motion was tried. It is within the limits,
+/// and its deviations are predicted like those of a designed one.
+///
+/// The task's `before` has to be the information of the result. Its duration and aim have no
+/// effect.
+///
+/// # Errors
+/// [`ExcitationError::NotIdentifiable`] where the result leaves a parameter undetermined,
+/// [`ExcitationError::NoExcitation`].
+pub fn advise(
+    robot: &Robot,
+    task: &Task,
+    values: &[f64],
+    enough: f64,
+) -> Result<Advice, ExcitationError> {
+    let unidentifiable = ExcitationError::NotIdentifiable { duration_s: PIECE_S };
+    let mut tried = candidates(robot, task)?;
+    let deviations = standard_deviations(&task.before).ok_or(unidentifiable)?;
+    let count = deviations.len();
+    let enough: Vec<f64> = values.iter().map(|value| enough * value.abs()).collect();
+    let longest = LENGTHS[LENGTHS.len() - 1] as f64;
+    let most = |k: usize| {
+        let of_motion = tried.iter().map(|of| of.information[(k, k)]).fold(0.0, f64::max);
+        task.before[(k, k)] + MOST_PIECES as f64 * longest * of_motion
+    };
+    let (small, missing_names): (Vec<usize>, Vec<usize>) = (0..count)
+        .filter(|&k| deviations[k] > enough[k])
+        .partition(|&k| most(k) * enough[k].powi(2) < 1.0);
+    let sum = tried.iter().fold(DMatrix::zeros(count, count), |sum, of| sum + &of.information);
+    let mut information = task.before.clone();
+    let mut part_list: Vec<Advised> = Vec::new();
+    let mut now = deviations.clone();
+    while part_list.len() < MOST_PIECES {
+        let wanted: Vec<(usize, f64)> = (missing_names.iter())
+            .filter(|&&k| now[k] > enough[k])
+            .map(|&k| (k, NEED * enough[k]))
+            .collect();
+        if wanted.is_empty() {
+            break;
+        }
+        let objective = Objective::Deviations(wanted.clone());
+        let with_added = |of: &Candidate, times: f64| &information + times * &of.information;
+        let value =
+            |of: &Candidate| objective.evaluate(&with_added(of, longest)).map(|(value, _)| value);
+        let best = tried.iter().enumerate().filter_map(|(at, of)| Some((at, value(of)?)));
+        let Some((at, value)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        let gain = objective.evaluate(&information).map_or(f64::INFINITY, |(now, _)| now - value);
+        if gain < LEAST_GAIN.ln() {
+            break;
+        }
+        let best = tried.swap_remove(at);
+        // The shortest length that achieves as much as the longest.
+        let brought = |times: usize| {
+            let then = standard_deviations(&with_added(&best, times as f64));
+            then.map(|then| wanted.iter().filter(|&&(k, _)| then[k] <= enough[k]).count())
+        };
+        let reachable = brought(LENGTHS[LENGTHS.len() - 1]);
+        let shortest =
+            LENGTHS.iter().find(|times| reachable > Some(0) && brought(**times) == reachable);
+        let excitations =
+            best.excitations.repeated(*shortest.unwrap_or(&LENGTHS[LENGTHS.len() - 1]));
+        let series = excitations.series();
+        let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
+        if share > 1.0 {
+            continue;
+        }
+        let duration_s = series.duration_s;
+        let piece = Task { duration_s, before: information, ..task.clone() };
+        information = prediction::information(&piece, &series);
+        now = standard_deviations(&information)
+            .ok_or(ExcitationError::NotIdentifiable { duration_s })?;
+        let design = Design { series, value, used, nearest };
+        part_list.push(Advised { excitations, design, deviations: now.clone() });
+    }
+    let theta = DVector::from_column_slice(values);
+    let torque = |information: &DMatrix<f64>| {
+        let errors = covariance(information).map_or(f64::NAN, |of| of.dot(&sum));
+        (errors / theta.dot(&(&sum * &theta))).sqrt()
+    };
+    let torque = [torque(&task.before), torque(&information)];
+    Ok(Advice { deviations, missing: missing_names, small, motions: part_list, torque })
+}
+
+/// Returns the standard deviations for an information matrix.
+fn standard_deviations(information: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let covariance = covariance(information)?;
+    Some(covariance.diagonal().iter().map(|square| square.sqrt()).collect())
+}

@@ -1,0 +1,194 @@
+//! Coordinates of series that begin and end at rest without acceleration.
+
+use core::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+
+use super::series::{FourierSeries, JointSeries};
+
+/// Highest frequency of a motion \[Hz\], which position loops of arms can follow and gears can
+/// withstand.
+const HIGHEST_HZ: f64 = 2.0;
+const FEWEST_HARMONICS: usize = 4;
+const MOST_HARMONICS: usize = 60;
+/// Number of samples per period of the highest frequency. A peak between two of them is at most 3.4
+/// % higher.
+const SAMPLES_PER_PERIOD: usize = 12;
+
+/// Position and its first three derivatives along the samples, n × N each, a column per sample.
+pub(super) type Motion = [DMatrix<f64>; 4];
+
+/// Units of a joint's coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unit {
+    /// Mean position at coordinate 0 \[rad or m\].
+    pub(super) middle: f64,
+    /// Unit of the mean \[rad or m\].
+    pub(super) half: f64,
+    /// Unit of the other coordinates \[rad/s or m/s\].
+    pub(super) speed: f64,
+}
+
+/// Functions of time in which motions are linear.
+///
+/// With a_k = α_k/(kω) and b_k = β_k/(kω), q̇ = 0 at both ends is Σ α_k = 0 and q̈ = 0 is Σ k β_k =
+/// 0. So α and β have coordinates in orthonormal bases of the vectors orthogonal to (1, 1, …) and
+/// to (1, 2, …).
+pub(super) struct Basis {
+    duration_s: f64,
+    /// H × (H − 1) each.
+    sine: DMatrix<f64>,
+    cosine: DMatrix<f64>,
+    /// Functions and their derivatives at the samples, m × N each.
+    at_samples: [DMatrix<f64>; 4],
+    units: Vec<Unit>,
+}
+
+impl Basis {
+    /// Creates the basis of a motion of this length, with the units of each joint.
+    pub(super) fn new(duration_s: f64, units: Vec<Unit>) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let harmonics = (HIGHEST_HZ * duration_s)
+            .clamp(FEWEST_HARMONICS as f64, MOST_HARMONICS as f64) as usize;
+        let sine = orthogonal_to(harmonics, |_| 1.0);
+        let cosine = orthogonal_to(harmonics, |k| k);
+        let samples = SAMPLES_PER_PERIOD * harmonics;
+        let omega = TAU / duration_s;
+        let at_samples = core::array::from_fn(|order| {
+            let function = |shift: f64, coordinates: &DMatrix<f64>| {
+                let of_harmonic = DMatrix::from_fn(harmonics, samples, |k, i| {
+                    let number = 1.0 + k as f64;
+                    let phase = number * TAU * i as f64 / samples as f64;
+                    let shifted_phase = phase + 0.25 * TAU * (shift + order as f64);
+                    (number * omega).powf(order as f64 - 1.0) * shifted_phase.sin()
+                });
+                coordinates.transpose() * of_harmonic
+            };
+            let mean = DMatrix::from_element(1, samples, if order == 0 { 1.0 } else { 0.0 });
+            let (sines, cosines) = (function(0.0, &sine), function(1.0, &cosine));
+            let mut coefficients = mean.resize_vertically(1 + 2 * (harmonics - 1), 0.0);
+            coefficients.rows_mut(1, harmonics - 1).copy_from(&sines);
+            coefficients.rows_mut(harmonics, harmonics - 1).copy_from(&cosines);
+            coefficients
+        });
+        Self { duration_s, sine, cosine, at_samples, units }
+    }
+
+    /// Returns the number of coordinates of each joint, m: its mean, its sines, its cosines.
+    fn width(&self) -> usize {
+        self.at_samples[0].nrows()
+    }
+
+    /// Returns n. The first coordinates are the means of the joints.
+    pub(super) fn joints(&self) -> usize {
+        self.units.len()
+    }
+
+    /// Returns the number of coordinates of all joints, n m.
+    pub(super) fn coordinates(&self) -> usize {
+        self.units.len() * self.width()
+    }
+
+    /// N.
+    pub(super) fn samples(&self) -> usize {
+        self.at_samples[0].ncols()
+    }
+
+    /// Converts coordinates to SI units, without adding the middles (n × m each).
+    fn in_units(&self, mut coordinates: DMatrix<f64>) -> DMatrix<f64> {
+        for (mut row, unit) in coordinates.row_iter_mut().zip(&self.units) {
+            row.iter_mut().skip(1).for_each(|x| *x *= unit.speed);
+            row[0] *= unit.half;
+        }
+        coordinates
+    }
+
+    fn matrix(&self, x: &[f64]) -> DMatrix<f64> {
+        let coordinates = DMatrix::from_column_slice(self.units.len(), self.width(), x);
+        let mut matrix = self.in_units(coordinates);
+        for (mean, unit) in matrix.column_mut(0).iter_mut().zip(&self.units) {
+            *mean += unit.middle;
+        }
+        matrix
+    }
+
+    /// Returns the motion with these coordinates (n × m, column-major).
+    pub(super) fn motion(&self, x: &[f64]) -> Motion {
+        let x = self.matrix(x);
+        core::array::from_fn(|order| &x * &self.at_samples[order])
+    }
+
+    /// Converts the gradient by the motion to that by the coordinates.
+    pub(super) fn gradient(&self, by_motion: &Motion, out: &mut [f64]) {
+        let mut sum = DMatrix::zeros(self.units.len(), self.width());
+        for (by, functions) in by_motion.iter().zip(&self.at_samples) {
+            sum += by * functions.transpose();
+        }
+        out.copy_from_slice(self.in_units(sum).as_slice());
+    }
+
+    /// Returns the series with these coordinates.
+    pub(super) fn series(&self, x: &[f64]) -> FourierSeries {
+        let (x, inner) = (self.matrix(x), self.sine.ncols());
+        let omega = TAU / self.duration_s;
+        let joints = x.row_iter().map(|row| {
+            let coefficients = |basis: &DMatrix<f64>, from: usize| {
+                let speeds = basis * row.columns(from, inner).transpose();
+                speeds.iter().enumerate().map(|(k, v)| v / ((1.0 + k as f64) * omega)).collect()
+            };
+            JointSeries {
+                mean: row[0],
+                sine: coefficients(&self.sine, 1),
+                cosine: coefficients(&self.cosine, 1 + inner),
+            }
+        });
+        FourierSeries { duration_s: self.duration_s, joints: joints.collect() }
+    }
+}
+
+/// Returns column `i`: one sample.
+pub(super) fn column(matrix: &DMatrix<f64>, i: usize) -> &[f64] {
+    let n = matrix.nrows();
+    &matrix.as_slice()[i * n..(i + 1) * n]
+}
+
+/// Returns an orthonormal basis (H × (H − 1)) of the vectors orthogonal to (w(1), w(2), …), by one
+/// Householder reflection.
+fn orthogonal_to(harmonics: usize, weight: impl Fn(f64) -> f64) -> DMatrix<f64> {
+    let mut v: Vec<f64> = (1..=harmonics).map(|k| weight(k as f64)).collect();
+    let norm = v.iter().map(|w| w * w).sum::<f64>().sqrt();
+    v[0] += norm;
+    let square: f64 = v.iter().map(|w| w * w).sum();
+    DMatrix::from_fn(harmonics, harmonics - 1, |i, j| {
+        let unit = if i == j + 1 { 1.0 } else { 0.0 };
+        unit - 2.0 * v[i] * v[j + 1] / square
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_series_is_its_motion_and_rests_at_both_ends() {
+        let unit = |middle, half, speed| Unit { middle, half, speed };
+        let basis = Basis::new(6.0, vec![unit(0.0, 1.0, 2.0), unit(-2.0, 0.5, 3.0)]);
+        let x: Vec<f64> = (0..2 * basis.width()).map(|k| (k as f64 * 1.7).sin()).collect();
+        let (motion, series) = (basis.motion(&x), basis.series(&x));
+        for i in (1..basis.samples()).step_by(7) {
+            let state = series.state(6.0 * i as f64 / basis.samples() as f64);
+            let values = [state.position, state.velocity, state.acceleration, state.jerk];
+            for (order, (found, motion)) in values.iter().zip(&motion).enumerate() {
+                for joint in 0..2 {
+                    let scale = 10_f64.powf(order as f64);
+                    assert!((found[joint] - motion[(joint, i)]).abs() < 1e-11 * scale, "{order}");
+                }
+            }
+        }
+        for near in [1e-7, 6.0 - 1e-7] {
+            let state = series.state(near);
+            assert!(state.velocity.iter().all(|v| v.abs() < 1e-9), "{state:?}");
+            assert!(state.acceleration.iter().all(|a| a.abs() < 1e-3), "{state:?}");
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! Limits of a motion.
+
+use super::error::ExcitationError;
+use super::limit_kind::LimitKind;
+use super::series::{Course, State};
+use super::shapes::{Nearest, Shapes, gap_share};
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::{JointKind, Limits, Robot};
+
+/// Margins of a motion to a robot's limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Share of the position range that is left free at each end. 0.05.
+    pub position: f64,
+    /// Used share of the limits of speed, acceleration and jerk. 0.5.
+    pub speed: f64,
+    /// Used share of the torque limits. 0.8: the model has errors.
+    pub torque: f64,
+}
+
+impl Default for Margins {
+    fn default() -> Self {
+        Self { position: 0.05, speed: 0.5, torque: 0.8 }
+    }
+}
+
+/// One limit: of a joint, or of a motor that is geared to several joints, as seen at its joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bound {
+    pub(super) kind: LimitKind,
+    /// Counted from 0.
+    pub(super) joint: usize,
+    /// Factors of the joints' values. Their sum is limited.
+    pub(super) direction: [f64; MAX_JOINTS],
+    pub(super) middle: f64,
+    pub(super) half: f64,
+}
+
+impl Bound {
+    /// Returns the share of the limit, from −1 to 1 within it.
+    pub(super) fn share(&self, values: &[f64]) -> f64 {
+        let value: f64 = self.direction.iter().zip(values).map(|(d, v)| d * v).sum();
+        (value - self.middle) / self.half
+    }
+}
+
+/// Limits of a motion of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    pub(super) all: Vec<Bound>,
+    /// Standard parameters for computing the torques.
+    pub(super) parameters: Option<Vec<f64>>,
+    /// Shapes that are kept apart, if configured.
+    pub(super) shapes: Option<Shapes>,
+}
+
+/// Share of a limit that a motion uses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Used {
+    /// Which limit.
+    pub kind: LimitKind,
+    /// Joint, or the motor of this number if it is geared to several joints, counted from 1.
+    pub joint: usize,
+    /// True if the limit is that of the motor.
+    pub of_motor: bool,
+    /// Lower limit \[SI\].
+    pub lowest: f64,
+    /// Upper limit.
+    pub highest: f64,
+    /// Largest distance from the middle of both limits along the motion, relative to half the
+    /// distance between them: at most 1.
+    pub share: f64,
+}
+
+impl Bounds {
+    /// Creates the bounds of a robot, less the margins. `accelerations` replace those of the robot
+    /// file \[rad/s² or m/s²\], without a margin. Torques are limited if `parameters` (standard
+    /// ones) are given. A motor that is geared to several joints has the limits of its own joint,
+    /// as seen there.
+    ///
+    /// # Errors
+    /// [`ExcitationError::NoAcceleration`], [`ExcitationError::OpenLimit`],
+    /// [`ExcitationError::BadValue`], [`ExcitationError::Length`].
+    pub fn new(
+        robot: &Robot,
+        margins: Margins,
+        accelerations: Option<&[f64]>,
+        parameters: Option<Vec<f64>>,
+    ) -> Result<Self, ExcitationError> {
+        let joints = robot.joints();
+        check_arguments(margins, accelerations, joints)?;
+        let mut bounds = Vec::new();
+        for (joint, limits) in robot.limits().enumerate() {
+            let configured = limits.acceleration_max.map(|a| margins.speed * a);
+            let acceleration = accelerations.map(|of| of[joint]).or(configured);
+            if acceleration.is_none() && parameters.is_none() {
+                return Err(ExcitationError::NoAcceleration { joint: joint + 1 });
+            }
+            let selector = core::array::from_fn(|j| if j == joint { 1.0 } else { 0.0 });
+            let Limits { position_min, position_max, .. } = *limits;
+            bounds.push(Bound {
+                kind: LimitKind::Position,
+                joint,
+                direction: selector,
+                middle: 0.5 * (position_min + position_max),
+                half: (0.5 - margins.position) * (position_max - position_min),
+            });
+            let open_limit = |what, key| ExcitationError::OpenLimit { joint: joint + 1, what, key };
+            let prismatic = robot.chain()[joint].kind == JointKind::Prismatic;
+            let [speed_key, torque_key] = match prismatic {
+                true => ["velocity_max_m_s", "force_max_n"],
+                false => ["velocity_max_rad_s", "torque_max_nm"],
+            };
+            let speed = limits.velocity_max.ok_or_else(|| open_limit("speed", speed_key))?;
+            let torque = match parameters {
+                Some(_) => {
+                    let most = limits.torque_max.ok_or_else(|| open_limit("torque", torque_key))?;
+                    Some(margins.torque * most)
+                }
+                None => None,
+            };
+            let symmetric = [
+                (LimitKind::Speed, Some(margins.speed * speed)),
+                (LimitKind::Acceleration, acceleration),
+                (LimitKind::Jerk, limits.jerk_max.map(|jerk| margins.speed * jerk)),
+            ];
+            let transmission = robot.transmission();
+            let motor = transmission.is_coupled(joint).then(|| transmission.direction(joint));
+            for direction in [Some(selector), motor].into_iter().flatten() {
+                for (kind, half) in symmetric {
+                    let bound = |half| Bound { kind, joint, direction, middle: 0.0, half };
+                    bounds.extend(half.map(bound));
+                }
+            }
+            if let Some(half) = torque {
+                let bound = |direction| Bound {
+                    kind: LimitKind::Torque,
+                    joint,
+                    direction,
+                    middle: 0.0,
+                    half,
+                };
+                bounds.push(bound(selector));
+                let motor = motor_torque(robot, joint);
+                if motor.iter().zip(selector).any(|(motor, own)| (motor - own).abs() > 1e-9) {
+                    bounds.push(bound(motor));
+                }
+            }
+        }
+        Ok(Self { all: bounds, parameters, shapes: None })
+    }
+
+    /// Returns the same bounds with shapes that are kept apart.
+    #[must_use]
+    pub fn with_shapes(self, shapes: Option<Shapes>) -> Self {
+        Self { shapes, ..self }
+    }
+
+    /// Returns the shapes that are kept apart; `None` if no shapes are configured.
+    pub fn shapes(&self) -> Option<&Shapes> {
+        self.shapes.as_ref()
+    }
+
+    /// Returns the narrowest gap along a motion, at this number of samples per second \[Hz\], if
+    /// shapes are configured.
+    pub fn nearest(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Option<Nearest> {
+        self.shapes.as_ref()?.nearest_along(model, motion, rate_hz)
+    }
+
+    /// Returns the largest share of any limit or gap, with the share of each that a motion uses.
+    pub(super) fn share(
+        &self,
+        model: &Model,
+        motion: &dyn Course,
+        rate_hz: f64,
+    ) -> (f64, Vec<Used>, Option<Nearest>) {
+        let used = self.used(model, motion, rate_hz);
+        let nearest = self.nearest(model, motion, rate_hz);
+        let of_gaps = nearest.map_or(0.0, |of| gap_share(of.gap_m));
+        (used.iter().map(|used| used.share).fold(of_gaps, f64::max), used, nearest)
+    }
+
+    /// Returns the share of each limit that a motion uses, at this number of samples per second
+    /// \[Hz\].
+    pub fn used(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<Used> {
+        let mut used: Vec<Used> = self.all.iter().map(Used::from_bound).collect();
+        let mut torques = Torques::new(model, self);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a motion has far fewer samples than 2^52"
+        )]
+        let samples = (motion.duration_s() * rate_hz).ceil().max(1.0) as usize;
+        for i in 0..=samples {
+            let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
+            let torque = torques.values_of(&state);
+            for (used, bound) in used.iter_mut().zip(&self.all) {
+                let share = bound.share(bound.kind.values_of(&state, torque)).abs();
+                used.share = used.share.max(share);
+            }
+        }
+        used
+    }
+
+    /// Returns the limit of the joint itself.
+    pub(super) fn joint_bound(&self, kind: LimitKind, joint: usize) -> Option<&Bound> {
+        self.all.iter().find(|of| of.kind == kind && of.joint == joint)
+    }
+
+    /// Returns the permitted positions of a joint.
+    pub(super) fn range(&self, joint: usize) -> [f64; 2] {
+        let bound = self.joint_bound(LimitKind::Position, joint);
+        bound.map_or([0.0; 2], |of| [of.middle - of.half, of.middle + of.half])
+    }
+
+    /// True if torques are limited.
+    pub fn limits_torques(&self) -> bool {
+        self.parameters.is_some()
+    }
+}
+
+/// Refuses margins and accelerations that are out of range.
+fn check_arguments(
+    margins: Margins,
+    accelerations: Option<&[f64]>,
+    joints: usize,
+) -> Result<(), ExcitationError> {
+    for (what, value, most) in [
+        ("the position margin", margins.position, 0.45),
+        ("the share of the speed", margins.speed, 1.0),
+        ("the share of the torque", margins.torque, 1.0),
+    ] {
+        if !(value > 0.0 && value <= most) {
+            return Err(ExcitationError::BadValue {
+                what,
+                value,
+                expected: "above 0 and at most 1 (a position margin at most 0.45)",
+            });
+        }
+    }
+    if let Some(accelerations_given) = accelerations {
+        if accelerations_given.len() != joints {
+            let quantity = "accelerations";
+            return Err(ExcitationError::Length {
+                what: quantity,
+                expected: joints,
+                found: accelerations_given.len(),
+            });
+        }
+        if let Some(&value) = accelerations_given.iter().find(|a| !(a.is_finite() && **a > 0.0)) {
+            let (what, expected) = ("an acceleration", "finite and positive");
+            return Err(ExcitationError::BadValue { what, value, expected });
+        }
+    }
+    Ok(())
+}
+
+impl LimitKind {
+    fn values_of<'a>(self, state: &'a State, torque: &'a [f64]) -> &'a [f64] {
+        match self {
+            Self::Position => &state.position,
+            Self::Speed => &state.velocity,
+            Self::Acceleration => &state.acceleration,
+            Self::Jerk => &state.jerk,
+            Self::Torque => torque,
+        }
+    }
+}
+
+impl Used {
+    fn from_bound(bound: &Bound) -> Self {
+        let Bound { kind, joint, direction, middle, half } = *bound;
+        Self {
+            kind,
+            joint: joint + 1,
+            of_motor: direction.iter().filter(|d| **d != 0.0).count() > 1,
+            lowest: middle - half,
+            highest: middle + half,
+            share: 0.0,
+        }
+    }
+}
+
+/// Torques along a motion; `None` if torques are not limited.
+struct Torques<'a> {
+    model: &'a Model,
+    parameters: Option<&'a [f64]>,
+    workspace: Workspace<f64>,
+    torque: [f64; MAX_JOINTS],
+}
+
+impl<'a> Torques<'a> {
+    fn new(model: &'a Model, bounds: &'a Bounds) -> Self {
+        let parameters = bounds.parameters.as_deref();
+        Self { model, parameters, workspace: Workspace::new(), torque: [0.0; MAX_JOINTS] }
+    }
+
+    fn values_of(&mut self, state: &State) -> &[f64] {
+        let n = self.model.joints();
+        if let Some(parameters) = self.parameters {
+            let [q, dq, ddq] = [&state.position, &state.velocity, &state.acceleration];
+            self.model.inverse_dynamics(
+                &mut self.workspace,
+                parameters,
+                &q[..n],
+                &dq[..n],
+                &ddq[..n],
+                &mut self.torque[..n],
+            );
+        }
+        &self.torque[..n]
+    }
+}
+
+/// Returns the torque of a motor as seen at its own joint, r_jj (R⁻ᵀ τ)_j.
+fn motor_torque(robot: &Robot, motor: usize) -> [f64; MAX_JOINTS] {
+    let (n, transmission) = (robot.joints(), robot.transmission());
+    let ratio = transmission.row(motor)[motor];
+    let mut direction = [0.0; MAX_JOINTS];
+    for joint in 0..n {
+        let (mut unit, mut of_motors) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        unit[joint] = 1.0;
+        transmission.motor_torque(&unit[..n], &mut of_motors[..n]);
+        direction[joint] = ratio * of_motors[motor];
+    }
+    direction
+}

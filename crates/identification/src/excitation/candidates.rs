@@ -1,0 +1,138 @@
+//! Excitations of one joint or two from a few postures, each as large as the limits allow.
+
+use core::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::bounds::Bounds;
+use super::error::ExcitationError;
+use super::joint_excitation::{JointExcitation, JointExcitations, SPEED};
+use super::limit_kind::LimitKind;
+use super::prediction::predicted_at;
+use super::random::uniform;
+use super::task::Task;
+use didim_dynamics::robot::{JointKind, Robot};
+
+/// Length of a candidate \[s\].
+pub(super) const PIECE_S: f64 = 5.0;
+/// Number of start postures: the middle of the ranges, and random ones.
+const POSTURES: usize = 4;
+/// Share of the range about its middle that contains the random postures.
+const NEAR: f64 = 0.6;
+/// Number of repetitions in [`PIECE_S`], slow and fast: of one joint, and of two, which never
+/// repeat together.
+const ALONE: [usize; 4] = [1, 3, 6, 10];
+const TOGETHER: [[usize; 2]; 6] = [[2, 3], [3, 2], [5, 6], [6, 5], [1, 7], [7, 1]];
+/// Numbers of samples per second at which candidates are evaluated, and checked against the limits
+/// \[Hz\].
+const WEIGHED_HZ: f64 = 50.0;
+const HELD_HZ: f64 = 100.0;
+/// Usable share of the limits. The remainder is for values between those samples.
+const MOST_SHARE: f64 = 0.985;
+/// Number of attempts with a smaller amplitude.
+const TRIALS: usize = 12;
+
+/// Motion that may be advised.
+pub(super) struct Candidate {
+    pub(super) excitations: JointExcitations,
+    /// Information from this motion alone.
+    pub(super) information: DMatrix<f64>,
+}
+
+/// Returns all candidates within the limits.
+///
+/// # Errors
+/// [`ExcitationError::NoExcitation`] where there are none.
+pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, ExcitationError> {
+    let joints = robot.joints();
+    let grid: Vec<f64> = robot.chain().iter().map(|joint| step(joint.kind)).collect();
+    let alone = (0..joints).flat_map(|j| ALONE.map(|times| vec![(j, times)]));
+    let pairs = (0..joints).flat_map(|j| (j + 1..joints).map(move |k| (j, k)));
+    let together = pairs.flat_map(|(j, k)| TOGETHER.map(|[own, other]| vec![(j, own), (k, other)]));
+    let patterns: Vec<Vec<(usize, usize)>> = alone.chain(together).collect();
+    let count = task.columns.len();
+    let before = DMatrix::zeros(count, count);
+    let weighed = Task { duration_s: PIECE_S, before, ..task.clone() };
+    let mut candidates = Vec::new();
+    for posture in postures(&task.bounds, &grid) {
+        for pattern in &patterns {
+            let Some(excitations) = within(task, &grid, &posture, pattern) else { continue };
+            let information = predicted_at(&weighed, &excitations.series(), WEIGHED_HZ);
+            candidates.push(Candidate { excitations, information });
+        }
+    }
+    if candidates.is_empty() { Err(ExcitationError::NoExcitation) } else { Ok(candidates) }
+}
+
+/// Returns the resolution of reported positions: whole degrees or millimetres, so that the reported
+/// motion equals the tried one.
+fn step(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 1.0_f64.to_radians(),
+        JointKind::Prismatic => 1e-3,
+    }
+}
+
+fn postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut sample_posture = |joint: usize, share: f64| {
+        let [low, high] = bounds.range(joint);
+        let place = 0.5 * (low + high) + 0.5 * share * (high - low) * uniform(&mut random);
+        (place / grid[joint]).round() * grid[joint]
+    };
+    let share = |k: usize| if k == 0 { 0.0 } else { NEAR };
+    (0..POSTURES)
+        .map(|k| (0..grid.len()).map(|joint| sample_posture(joint, share(k))).collect())
+        .collect()
+}
+
+/// Returns excitations about a posture, as large as position, speed and acceleration allow. They
+/// are smaller if other limits are exceeded. Returns `None` if the arm cannot even rest.
+fn within(
+    task: &Task,
+    grid: &[f64],
+    posture: &[f64],
+    pattern: &[(usize, usize)],
+) -> Option<JointExcitations> {
+    let bounds = &task.bounds;
+    let amplitudes: Vec<f64> = (pattern.iter())
+        .map(|&(joint, times)| {
+            let omega = TAU * times as f64 / PIECE_S;
+            let [low, high] = bounds.range(joint);
+            let most = |kind, per_way: f64| {
+                bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| of.half / per_way)
+            };
+            let speed = most(LimitKind::Speed, 0.5 * SPEED * omega);
+            let acceleration = most(LimitKind::Acceleration, omega * omega);
+            MOST_SHARE * (high - low).min(speed).min(acceleration)
+        })
+        .collect();
+    let mut factor = 1.0;
+    for _ in 0..TRIALS {
+        let mut begin = posture.to_vec();
+        let mut excitation_list = Vec::new();
+        for (&(joint, times), amplitude) in pattern.iter().zip(&amplitudes) {
+            let [low, high] = bounds.range(joint);
+            let on_grid = |of: f64| of * grid[joint];
+            let [first, last] = [(low / grid[joint]).ceil(), (high / grid[joint]).floor()];
+            let steps = (factor * amplitude / grid[joint]).floor().min(last - first);
+            if steps < 1.0 {
+                return None;
+            }
+            let middle = (posture[joint] / grid[joint]).round();
+            let first_node = (middle - (0.5 * steps).floor()).clamp(first, last - steps);
+            begin[joint] = on_grid(first_node);
+            excitation_list.push(JointExcitation { joint, to: on_grid(first_node + steps), times });
+        }
+        let excitation_list =
+            JointExcitations { duration_s: PIECE_S, posture: begin, excitations: excitation_list };
+        let (share, ..) = bounds.share(&task.model, &excitation_list.series(), HELD_HZ);
+        if share <= MOST_SHARE {
+            return Some(excitation_list);
+        }
+        factor *= (0.95 / share).clamp(0.3, 0.95);
+    }
+    None
+}

@@ -1,0 +1,107 @@
+//! Errors of a motion design.
+
+use super::limit_kind::LimitKind;
+
+/// Reason why no motion can be designed. Joints are numbered from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExcitationError {
+    /// Nothing limits the accelerations. Configure the limit of the joint.
+    #[error(
+        "joint {joint}: neither an acceleration limit nor parameters are known, so nothing says \
+         how hard it may accelerate; state acceleration_max_rad_s2 in the robot file, or give \
+         --acceleration"
+    )]
+    NoAcceleration {
+        /// The joint.
+        joint: usize,
+    },
+    /// The robot file does not specify a limit that a motion has to keep. Add it.
+    #[error(
+        "joint {joint}: its {what} limit is unknown, and no motion is designed without; state \
+        {key} in the robot file"
+    )]
+    OpenLimit {
+        /// The joint.
+        joint: usize,
+        /// What is limited.
+        what: &'static str,
+        /// Key in the robot file.
+        key: &'static str,
+    },
+    /// A value is invalid.
+    #[error("{what} = {value} must be {expected}")]
+    BadValue {
+        /// What it is.
+        what: &'static str,
+        /// What it holds.
+        value: f64,
+        /// Valid values.
+        expected: &'static str,
+    },
+    /// A list does not have one value per joint.
+    #[error("{what}: {found} values for {expected} joints")]
+    Length {
+        /// What it is.
+        what: &'static str,
+        /// Number of joints of the arm.
+        expected: usize,
+        /// Values given.
+        found: usize,
+    },
+    /// The arm cannot even rest in the middle of its ranges. Correct the limits or the parameters.
+    #[error(
+        "at rest in the middle of its ranges the {kind} of joint {joint} is {share:.2} times its \
+         limit; check the limits of the robot file and its parameters"
+    )]
+    Middle {
+        /// The joint.
+        joint: usize,
+        /// Which limit.
+        kind: LimitKind,
+        /// Share of the limit.
+        share: f64,
+    },
+    /// Shapes are too near each other, or too near the box, in all postures that were tried.
+    /// Correct them.
+    #[error(
+        "in every tried posture the arm's shapes are less than 20 mm from each other or from a \
+         side of the box. Check `capsules` in the robot file, the URDF's collision shapes, and the \
+         box"
+    )]
+    Touching,
+    /// No joint can move far enough within the limits. Correct them.
+    #[error(
+        "no joint can swing within these limits, as far as one degree, from any posture that was \
+         tried; check the limits of the robot file and its parameters"
+    )]
+    NoExcitation,
+    /// A joint has too little range or time for three speeds. Give more time, or sweep fewer
+    /// joints.
+    #[error(
+        "joint {joint}: within these limits and {seconds:.3} s it cannot hold three speeds; make \
+        the sweep longer, or sweep fewer joints"
+    )]
+    NoSweep {
+        /// The joint.
+        joint: usize,
+        /// Available time \[s\].
+        seconds: f64,
+    },
+    /// A wanted parameter is not among the identified ones.
+    #[error("no parameter `{name}` is identified; there are {}", available.join(" "))]
+    UnknownParameter {
+        /// The name.
+        name: String,
+        /// Identified parameters.
+        available: Vec<String>,
+    },
+    /// No motion within the limits identifies all parameters. Allow more time, or more joints.
+    #[error(
+        "{duration_s} s within these limits tell nothing of some parameters at all; make the \
+         motion longer, let more joints move, or identify fewer parameters"
+    )]
+    NotIdentifiable {
+        /// Length of the motion \[s\].
+        duration_s: f64,
+    },
+}

@@ -1,0 +1,107 @@
+//! Motion that can be described in words: joints that move from a posture and back.
+
+use core::f64::consts::TAU;
+
+use super::series::{FourierSeries, JointSeries};
+
+/// Highest speed, relative to half the distance times ω: that of sin φ − ½ sin 2φ.
+pub(super) const SPEED: f64 = 1.299_038_105_676_658;
+
+/// Single-joint excitation: a joint moves from its start to another position and back, a number of
+/// times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointExcitation {
+    /// Counted from 0.
+    pub joint: usize,
+    /// Reversal position \[rad or m\].
+    pub to: f64,
+    /// How many times.
+    pub times: usize,
+}
+
+/// Excitation of joints from a posture and back, all others at rest. The motion begins and ends at
+/// rest without acceleration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointExcitations {
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// Start position of each joint \[rad or m\].
+    pub posture: Vec<f64>,
+    /// Those that move.
+    pub excitations: Vec<JointExcitation>,
+}
+
+impl JointExcitations {
+    /// Converts the motion to a series: a distance d is ½ d ((1 − cos φ) − ¼ (1 − cos 2φ)), with φ
+    /// = ω t.
+    pub fn series(&self) -> FourierSeries {
+        let harmonics = self.excitations.iter().map(|of| 2 * of.times).max().unwrap_or(0);
+        let mut joints: Vec<JointSeries> = self
+            .posture
+            .iter()
+            .map(|position: &f64| JointSeries {
+                mean: *position,
+                sine: vec![0.0; harmonics],
+                cosine: vec![0.0; harmonics],
+            })
+            .collect();
+        for JointExcitation { joint, to, times } in &self.excitations {
+            let joint_series = &mut joints[*joint];
+            let half = 0.5 * (to - joint_series.mean);
+            joint_series.mean += 0.75 * half;
+            joint_series.cosine[times - 1] = -half;
+            joint_series.cosine[2 * times - 1] = 0.25 * half;
+        }
+        FourierSeries { duration_s: self.duration_s, joints }
+    }
+
+    /// Returns the highest speed \[rad/s or m/s\] and acceleration \[rad/s² or m/s²\] of one of its
+    /// excitations.
+    pub fn peaks(&self, excitation: &JointExcitation) -> [f64; 2] {
+        let travel = (excitation.to - self.posture[excitation.joint]).abs();
+        let omega = TAU * excitation.times as f64 / self.duration_s;
+        [0.5 * SPEED * travel * omega, travel * omega * omega]
+    }
+
+    /// Returns the same motion, repeated for this multiple of its length.
+    #[must_use]
+    pub(super) fn repeated(&self, times: usize) -> Self {
+        let excitation_list =
+            self.excitations.iter().map(|of| JointExcitation { times: times * of.times, ..*of });
+        let duration_s = times as f64 * self.duration_s;
+        Self { duration_s, posture: self.posture.clone(), excitations: excitation_list.collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_joint_excitation_is_what_is_said_of_it() {
+        let excitation = JointExcitation { joint: 1, to: -0.5, times: 3 };
+        let excitations = JointExcitations {
+            duration_s: 6.0,
+            posture: vec![0.2, 0.7],
+            excitations: vec![excitation],
+        };
+        let series = excitations.series();
+        let states: Vec<_> = (0..=6000).map(|k| series.state(f64::from(k) / 1000.0)).collect();
+        let largest = |of: &dyn Fn(usize) -> f64| (0..=6000).map(of).fold(f64::MIN, f64::max);
+        assert!(states.iter().all(|s| (s.position[0] - 0.2).hypot(s.velocity[0]) < 1e-15));
+        assert!((largest(&|k| states[k].position[1]) - 0.7).abs() < 1e-12);
+        assert!((largest(&|k| -states[k].position[1]) - 0.5).abs() < 1e-12);
+        let [speed, acceleration] = excitations.peaks(&excitation);
+        assert!((largest(&|k| states[k].velocity[1].abs()) / speed - 1.0).abs() < 1e-5);
+        assert!((largest(&|k| states[k].acceleration[1].abs()) / acceleration - 1.0).abs() < 1e-5);
+        // The joint starts at rest without acceleration, and reaches the reversal position three
+        // times.
+        let near = series.state(1e-6);
+        assert!(near.velocity[1].abs() < 1e-9 && near.acceleration[1].abs() < 1e-4, "{near:?}");
+        let turns = states.iter().filter(|s| s.position[1] < -0.5 + 1e-9).count();
+        assert_eq!(turns, 3);
+        let twice = excitations.repeated(2);
+        let [own, of_twice] = [excitations.peaks(&excitation), twice.peaks(&twice.excitations[0])];
+        assert!(own.iter().zip(of_twice).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}

@@ -1,0 +1,101 @@
+//! Criteria for comparing information matrices.
+
+use nalgebra::DMatrix;
+
+/// Quantity to be minimised.
+pub(super) enum Objective {
+    /// Mean of ½ ln(σ² + need²) of the parameters at these indices: the logarithm of the geometric
+    /// mean of their standard deviations. Below `need` a decrease has little value.
+    Deviations(Vec<(usize, f64)>),
+    /// Logarithm of the condition number of a matrix whose rows have this information.
+    ConditionNumber,
+}
+
+/// Power of the eigenvalues. Sums of these powers represent the largest and the smallest
+/// eigenvalue, which have no gradient where two are equal.
+const POWER: i32 = 4;
+
+impl Objective {
+    /// Returns the value, and G with df = tr(G dM); `None` if M is not positive definite.
+    pub(super) fn evaluate(&self, information: &DMatrix<f64>) -> Option<(f64, DMatrix<f64>)> {
+        match self {
+            Self::Deviations(wanted) => {
+                let covariance = covariance(information)?;
+                let share = 1.0 / wanted.len() as f64;
+                let mut value = 0.0;
+                let mut weighted = DMatrix::zeros(wanted.len(), covariance.ncols());
+                for (mut row, &(place, need)) in weighted.row_iter_mut().zip(wanted) {
+                    let square = covariance[(place, place)] + need * need;
+                    value += 0.5 * share * square.ln();
+                    row.copy_from(&(covariance.row(place) * (0.5 * share / square).sqrt()));
+                }
+                let slope = -(weighted.transpose() * weighted);
+                value.is_finite().then_some((value, slope))
+            }
+            Self::ConditionNumber => {
+                let eigen = information.clone().symmetric_eigen();
+                let values = &eigen.eigenvalues;
+                let (largest, smallest) = (values.max(), values.min());
+                if smallest.is_nan() || smallest <= 0.0 {
+                    return None;
+                }
+                let highs = values.map(|of| (of / largest).powi(POWER));
+                let lows = values.map(|of| (smallest / of).powi(POWER));
+                let (high, low) = (highs.sum(), lows.sum());
+                let power = f64::from(POWER);
+                let value = 0.5 * ((largest / smallest).ln() + (high * low).ln() / power);
+                let by_value = DMatrix::from_diagonal(
+                    &(highs / high - lows / low).zip_map(values, |slope, of| 0.5 * slope / of),
+                );
+                let slope = &eigen.eigenvectors * by_value * eigen.eigenvectors.transpose();
+                value.is_finite().then_some((value, slope))
+            }
+        }
+    }
+}
+
+/// Returns M⁻¹. The diagonal of M is scaled to 1 first, because parameters have units.
+pub(super) fn covariance(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = information.diagonal().map(|of| 1.0 / of.sqrt());
+    let scaled = |matrix: &DMatrix<f64>| {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            scale[i] * matrix[(i, j)] * scale[j]
+        })
+    };
+    let inverse = scaled(&scaled(information).cholesky()?.inverse());
+    // A Cholesky factor seems to distinguish dependent columns, by the noise of its last digits.
+    let is_undetermined = |k: usize| inverse[(k, k)] * information[(k, k)] < LEAST_IDENTIFIABLE;
+    (0..inverse.nrows()).all(is_undetermined).then_some(inverse)
+}
+
+/// Largest 1/(1 − R²) of a column against all others. Beyond it they are the same.
+const LEAST_IDENTIFIABLE: f64 = 1e12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_those_of_the_values() {
+        let root = DMatrix::from_fn(9, 4, |i, j| ((3 * i + 5 * j * j + i * i * j) as f64).sin());
+        let matrix = root.transpose() * root;
+        let change = DMatrix::from_fn(4, 4, |i, j| ((i + j) as f64 * 0.7).cos());
+        for objective in
+            [Objective::Deviations(vec![(0, 0.0), (2, 0.3)]), Objective::ConditionNumber]
+        {
+            let (_, slope) = objective.evaluate(&matrix).unwrap();
+            let h = 1e-6;
+            let [up, down] =
+                [h, -h].map(|h| objective.evaluate(&(&matrix + h * &change)).unwrap().0);
+            let expected = (up - down) / (2.0 * h);
+            let change_of_value = (slope * &change).trace();
+            assert!((change_of_value - expected).abs() < 1e-7 * (1.0 + expected.abs()));
+        }
+    }
+
+    #[test]
+    fn what_is_not_reported_has_no_value() {
+        let dependent = DMatrix::from_element(3, 3, 1.0);
+        assert!(Objective::Deviations(vec![(0, 0.0)]).evaluate(&dependent).is_none());
+    }
+}

@@ -1,0 +1,239 @@
+//! Value of a motion as a function of its coordinates, and the start of a search.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::barrier::Barrier;
+use super::basis::{Basis, Motion, Unit};
+use super::bounds::{Bound, Bounds};
+use super::error::ExcitationError;
+use super::information::Information;
+use super::limit_kind::LimitKind;
+use super::objective::Objective;
+use super::random::uniform;
+use super::task::Task;
+use didim_dynamics::robot::SignModel;
+
+/// Share of the smallest speed limit over which the friction sign changes. A narrow law jumps
+/// between two samples, and has no gradient.
+const SIGN_WIDTH: f64 = 0.1;
+/// Number of postures tried if the arm cannot rest in the middle of its ranges, and their largest
+/// distance from there.
+const POSTURES: usize = 200;
+const NEAR: f64 = 0.8;
+/// Largest share of a limit that the first motion uses.
+const FIRST_SHARE: f64 = 0.7;
+
+/// Value of the motions of a task.
+pub(super) struct Search<'a> {
+    pub(super) basis: Basis,
+    moving: &'a [bool],
+    bounds: &'a Bounds,
+    barrier: Barrier<'a>,
+    information: Information,
+    objective: Objective,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(task: &'a Task) -> Self {
+        let Task { model, bounds, duration_s, .. } = task;
+        let units = units(bounds, model.joints());
+        let slowest = units.iter().map(|unit| unit.speed).fold(f64::INFINITY, f64::min);
+        let basis = Basis::new(*duration_s, units);
+        let width_rad_s = SIGN_WIDTH * slowest;
+        let smooth = model.clone().with_sign_model(SignModel::Tanh { width_rad_s });
+        let rate_hz = basis.samples() as f64 / duration_s;
+        let (information, objective) = task.information(smooth, rate_hz);
+        let (barrier, moving) = (Barrier::new(model, bounds), task.moving.as_slice());
+        Self { basis, moving, bounds, barrier, information, objective }
+    }
+
+    /// Returns the value of the motion with these coordinates, plus the barrier to its limits times
+    /// `weight`. Fills the gradient. Returns `None` outside a limit, or if the motion does not
+    /// identify a parameter at all.
+    pub(super) fn evaluate(&mut self, weight: f64, x: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let motion = self.basis.motion(x);
+        let mut by_motion: Motion = motion.each_ref().map(|of| of * 0.0);
+        let walls = self.barrier.add(weight, &motion, &mut by_motion)?;
+        let (value, slope) = self.objective.evaluate(&self.information.along(&motion))?;
+        self.information.add_gradient(&slope, &motion, &mut by_motion);
+        self.basis.gradient(&by_motion, gradient);
+        self.hold(gradient);
+        Some(value + walls)
+    }
+
+    /// Sets the coordinates of joints at rest to 0, except their mean positions. These coordinates
+    /// never change.
+    fn hold(&self, x: &mut [f64]) {
+        let joints = self.moving.len();
+        for (k, x) in x.iter_mut().enumerate().skip(joints) {
+            if !self.moving[k % joints] {
+                *x = 0.0;
+            }
+        }
+    }
+
+    /// Returns the limit with the largest share along a motion, and this share. The limit is `None`
+    /// for a gap.
+    pub(super) fn largest(&mut self, x: &[f64]) -> (Option<usize>, f64) {
+        let motion = self.basis.motion(x);
+        let torques = self.barrier.torques(&motion);
+        self.barrier.largest(&motion, torques.as_ref())
+    }
+
+    /// Returns the coordinates of a random motion well inside the limits.
+    pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let (posture, share) = self.posture(seed)?;
+        let enough = FIRST_SHARE.max(0.5 * (1.0 + share));
+        let mut x = posture.clone();
+        for x in &mut x {
+            *x += uniform(&mut random);
+        }
+        self.hold(&mut x);
+        while self.largest(&x).1 > enough {
+            x.iter_mut().zip(&posture).for_each(|(x, rest)| *x = rest + 0.9 * (*x - rest));
+        }
+        Ok(x)
+    }
+
+    /// Returns a posture where the arm can rest \[rad or m\].
+    pub(super) fn rest(&mut self) -> Result<Vec<f64>, ExcitationError> {
+        let (x, _) = self.posture(1)?;
+        Ok(self.basis.series(&x).joints.iter().map(|of| of.mean).collect())
+    }
+
+    /// Returns the coordinates of a posture where the arm can rest, with the largest share of a
+    /// limit there. The posture is the middle of the ranges, or else the first suitable one of some
+    /// random postures.
+    fn posture(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
+        let mut x = vec![0.0; self.basis.coordinates()];
+        let (place, share) = self.largest(&x);
+        if share < 1.0 {
+            return Ok((x, share));
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for _ in 0..POSTURES {
+            for mean in x.iter_mut().take(self.basis.joints()) {
+                *mean = NEAR * uniform(&mut random);
+            }
+            let share = self.largest(&x).1;
+            if share < FIRST_SHARE {
+                return Ok((x, share));
+            }
+        }
+        Err(place.map_or(ExcitationError::Touching, |place| {
+            let Bound { joint, kind, .. } = self.bounds.all[place];
+            ExcitationError::Middle { joint: joint + 1, kind, share }
+        }))
+    }
+}
+
+/// Returns the units: half the range for positions about its middle, and the largest speed for
+/// speeds.
+fn units(bounds: &Bounds, joints: usize) -> Vec<Unit> {
+    (0..joints)
+        .map(|joint: usize| {
+            let bound_of = |kind| bounds.joint_bound(kind, joint);
+            let (position, speed) = (bound_of(LimitKind::Position), bound_of(LimitKind::Speed));
+            Unit {
+                middle: position.map_or(0.0, |of| of.middle),
+                half: position.map_or(1.0, |of| of.half),
+                speed: speed.map_or(1.0, |of| of.half),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::excitation::bounds::Margins;
+    use crate::excitation::descent::descend;
+    use crate::excitation::shapes::Shapes;
+    use crate::excitation::task::{Aim, Noise};
+    use didim_dynamics::dynamics::{BaseParameters, Model};
+    use didim_dynamics::robot::Robot;
+
+    /// Returns the task of an arm with a coupled wrist, nominal parameters and a spring.
+    fn task(aim: Aim) -> Task {
+        let file = include_str!("../../../../config/robots/tx40.toml").replacen(
+            "torque_max_nm = 131.84",
+            "torque_max_nm = 131.84\nknown_torque = { position_deg = [-200, 10, 200], torque_nm = \
+            [-20, 3, 28] }",
+            1,
+        );
+        // Adds links that come near each other, and a box around them.
+        let file = file.replace(
+            "drive_inertia = true",
+            "drive_inertia = true\ncapsules = [{ radius_m = 0.06 }]",
+        );
+        let robot = Robot::from_toml(&file).unwrap();
+        let shapes = Shapes::new(&robot, Some([[-0.6, -0.6, -0.1], [0.6, 0.6, 1.0]]));
+        let nominal = robot.nominal().unwrap().standard().to_vec();
+        let model = Model::new(&robot).with_load(nominal.clone());
+        let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
+        let bounds = Bounds::new(&robot, Margins::default(), None, Some(nominal)).unwrap();
+        let bounds = bounds.with_shapes(shapes);
+        let before = DMatrix::identity(columns.len(), columns.len());
+        let levels = robot.limits().map(|limits| 0.01 * limits.torque_max.unwrap()).collect();
+        let noise = Noise { levels, rows_per_s: 40.0 };
+        let moving = vec![true; 6];
+        Task { model, bounds, duration_s: 3.0, moving, columns, before, noise, aim }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let deviations = Aim::Deviations((0..60).map(|k| (k, 0.01)).collect());
+        let load = Aim::Deviations((60..62).map(|k| (k, 0.0)).collect());
+        for (aim, twice) in [(deviations, false), (Aim::ConditionNumber, false), (load, true)] {
+            let mut task = task(aim);
+            if twice {
+                // Adds parameters with prior information and without, and joints at rest.
+                task.columns.extend([task.columns[0], task.columns[20]]);
+                task.before = task.before.resize(62, 62, 0.0);
+                task.moving = vec![true, false, true, true, false, true];
+            }
+            let mut search = Search::new(&task);
+            let x = search.start(3).unwrap();
+            let (mut gradient, mut unused) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            search.evaluate(0.1, &x, &mut gradient).unwrap();
+            for turn in 0..6 {
+                let number = |k: usize| ((k * (turn + 1)) as f64 * 0.77 + turn as f64).sin();
+                let mut along: Vec<f64> = (0..x.len()).map(number).collect();
+                search.hold(&mut along);
+                let h = 1e-6;
+                let mut value_at = |h: f64| {
+                    let near: Vec<f64> = x.iter().zip(&along).map(|(x, of)| x + h * of).collect();
+                    search.evaluate(0.1, &near, &mut unused).unwrap()
+                };
+                let expected = (value_at(h) - value_at(-h)) / (2.0 * h);
+                let slope: f64 = gradient.iter().zip(&along).map(|(g, of)| g * of).sum();
+                assert!(
+                    (slope - expected).abs() < 1e-5 * (1.0 + expected.abs()),
+                    "{slope} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_iterate_is_within_the_limits_and_better() {
+        let task = task(Aim::Deviations((0..60).map(|k| (k, 0.0)).collect()));
+        let (mut search, mut probe) = (Search::new(&task), Search::new(&task));
+        let mut x = search.start(1).unwrap();
+        let mut unused = vec![0.0; x.len()];
+        let mut value = |x: &[f64]| {
+            assert!(probe.largest(x).1 < 1.0);
+            probe.evaluate(0.01, x, &mut unused).unwrap()
+        };
+        let first = value(&x);
+        let mut values = vec![first];
+        let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(0.01, x, gradient);
+        assert!(descend(&mut x, 20, evaluate, |x| values.push(value(x))));
+        assert!(values.len() > 15 && values.is_sorted_by(|a, b| a >= b), "{values:?}");
+        assert!(values[values.len() - 1] < first - 0.5, "{values:?}");
+    }
+}

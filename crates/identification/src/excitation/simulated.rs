@@ -1,0 +1,50 @@
+//! Simulated recording of a motion.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::series::Course;
+use super::task::Task;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::Workspace;
+
+/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint at this number of samples
+/// per second \[Hz\]. `rest` samples of rest precede and follow the motion. Torques are those of
+/// these standard parameters, with white noise. The noise in the rows is that of the task. The
+/// result is the same every time.
+pub fn simulated(
+    task: &Task,
+    parameters: &[f64],
+    motion: &dyn Course,
+    rate_hz: f64,
+    rest: usize,
+) -> [Vec<Vec<f64>>; 2] {
+    let n = task.model.joints();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut workspace = Workspace::new();
+    let mut torque = [0.0; MAX_JOINTS];
+    let mut history = task.model.history();
+    let [mut positions, mut torques] = [vec![Vec::new(); n], vec![Vec::new(); n]];
+    // A row is the mean of this number of independent samples.
+    let samples_per_row = rate_hz / task.noise.rows_per_s;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a motion has far fewer samples than 2^52"
+    )]
+    let samples = (motion.duration_s() * rate_hz) as usize;
+    for k in 0..samples + 2 * rest {
+        let state = motion.state((k as f64 - rest as f64) / rate_hz);
+        let [q, dq, ddq] = [&state.position[..n], &state.velocity[..n], &state.acceleration[..n]];
+        workspace.set_hysteresis(history.as_mut().map(|own| own.follow(q)));
+        task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
+        for joint in 0..n {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            let level = task.noise.levels[joint] * samples_per_row.sqrt();
+            positions[joint].push(q[joint]);
+            torques[joint].push(torque[joint] + level * noise);
+        }
+    }
+    [positions, torques]
+}

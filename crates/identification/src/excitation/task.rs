@@ -1,0 +1,88 @@
+//! Task of a motion design.
+
+use nalgebra::DMatrix;
+
+use super::bounds::Bounds;
+use super::information::Information;
+use super::objective::Objective;
+use didim_dynamics::dynamics::Model;
+use didim_dynamics::robot::ParameterKind;
+
+/// Aim of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Aim {
+    /// Small standard deviations of parameters: the mean of ½ ln(σ² + need²) over them. Each
+    /// parameter has its index among those of the task, and the standard deviation below which
+    /// nothing is gained; 0 if there is none.
+    Deviations(Vec<(usize, f64)>),
+    /// A small condition number of the base columns of inertia, unweighted and without friction.
+    ConditionNumber,
+}
+
+/// Noise of the measured torques.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of a row of each joint \[N·m or N\].
+    pub levels: Vec<f64>,
+    /// Number of independent rows of each joint per second.
+    pub rows_per_s: f64,
+}
+
+/// Task of a motion design.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The arm. If friction grows with the load, it includes the load of its parameters.
+    pub model: Model,
+    /// Limits of the motion.
+    pub bounds: Bounds,
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// True for each joint that moves. The others stand still at the best position. A joint at rest
+    /// yields no rows, because friction at rest holds any torque below its own.
+    pub moving: Vec<bool>,
+    /// Regressor columns of the identified parameters, b.
+    pub columns: Vec<usize>,
+    /// Prior information: the inverse of these parameters' covariance (b × b), 0 where nothing is
+    /// known.
+    pub before: DMatrix<f64>,
+    /// What is measured.
+    pub noise: Noise,
+    /// What is wanted.
+    pub aim: Aim,
+}
+
+impl Task {
+    /// Returns the information of a motion at `rate_hz` samples per second, and the objective for
+    /// it.
+    pub(super) fn information(&self, model: Model, rate_hz: f64) -> (Information, Objective) {
+        match &self.aim {
+            Aim::Deviations(wanted) => {
+                let root = (self.noise.rows_per_s / rate_hz).sqrt();
+                let weights = self.weights(self.noise.levels.iter().map(|level| root / level));
+                let (columns, before) = (self.columns.clone(), self.before.clone());
+                let information = Information::new(model, columns, before, weights);
+                (information, Objective::Deviations(wanted.clone()))
+            }
+            Aim::ConditionNumber => {
+                let columns: Vec<usize> = self
+                    .columns
+                    .iter()
+                    .filter(|column: &&usize| {
+                        let kind = model.parameters().parameters()[**column].kind;
+                        ParameterKind::LINK.contains(&kind) || kind == ParameterKind::Ia
+                    })
+                    .copied()
+                    .collect();
+                let before = DMatrix::zeros(columns.len(), columns.len());
+                let weights = self.weights(core::iter::repeat(1.0));
+                let information = Information::new(model, columns, before, weights);
+                (information, Objective::ConditionNumber)
+            }
+        }
+    }
+
+    fn weights(&self, of_each: impl Iterator<Item = f64>) -> Vec<f64> {
+        let moving = self.moving.iter().zip(of_each);
+        moving.map(|(moves, weight)| if *moves { weight } else { 0.0 }).collect()
+    }
+}

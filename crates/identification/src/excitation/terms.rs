@@ -1,0 +1,186 @@
+//! Friction terms that a constant-speed sweep distinguishes.
+
+use nalgebra::DMatrix;
+
+use super::objective::covariance;
+use super::prediction::{PREDICTION_HZ, rows};
+use super::series::Course;
+use super::sweep::{Pass, Sweep};
+use super::task::Task;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::Workspace;
+use didim_dynamics::robot::{FrictionLaw, FrictionTerms, ParameterKind, Robot};
+
+/// Limit of singular values of the non-friction columns, relative to the largest; smaller ones are
+/// rounding errors.
+const ROUNDING: f64 = 1e-9;
+/// Number of usual terms: fc, fv and off.
+const USUAL: usize = 3;
+
+/// Accuracy with which a sweep identifies a friction term of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    /// Which.
+    pub kind: ParameterKind,
+    /// Standard deviation of the term's largest torque along the sweep, if the joint has it in
+    /// addition to the usual terms \[N·m or N\]. None if it cannot be distinguished from those
+    /// together.
+    pub alone: Option<f64>,
+    /// The same if the joint has all terms at once. None if it cannot be distinguished from the
+    /// terms before it together.
+    pub together: Option<f64>,
+}
+
+/// Friction terms of a joint, as a sweep identifies them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweptJoint {
+    /// Counted from 0.
+    pub joint: usize,
+    /// Speed of the Stribeck term: the third slowest of the joint's speeds \[rad/s or m/s\].
+    pub stribeck: f64,
+    /// The usual terms and all laws.
+    pub terms: Vec<Term>,
+}
+
+/// Predicts how well a sweep identifies the friction of each joint that it moves. It uses the
+/// torques of that joint while it moves. Gravity and inertia count as unknown.
+pub fn terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
+    let mut joints: Vec<usize> = sweep.passes.iter().map(|pass| pass.joint).collect();
+    joints.dedup();
+    let columns: Vec<usize> = task
+        .columns
+        .iter()
+        .filter(|column: &&usize| {
+            let kind = robot.parameters().parameters()[**column].kind;
+            ParameterKind::LINK.contains(&kind) || kind == ParameterKind::Ia
+        })
+        .copied()
+        .collect();
+    let count = columns.len();
+    let before = DMatrix::zeros(count, count);
+    let moving = vec![true; robot.joints()];
+    let duration_s = sweep.duration_s();
+    let other_task = Task { columns, before, duration_s, moving, ..task.clone() };
+    let other_rows = rows(&other_task, sweep);
+    joints.into_iter().map(|joint| prediction(task, robot, sweep, joint, &other_rows)).collect()
+}
+
+fn prediction(
+    task: &Task,
+    robot: &Robot,
+    sweep: &Sweep,
+    joint: usize,
+    auxiliary: &DMatrix<f64>,
+) -> SweptJoint {
+    let n = robot.joints();
+    let samples = auxiliary.nrows() / n;
+    let speed = |pass: &Pass| (pass.joint == joint).then_some(pass.speed);
+    let stribeck = sweep.passes.iter().filter_map(speed).nth(2).unwrap_or(0.0);
+    let sign = robot.own_friction()[joint].sign;
+    let usual = robot.friction();
+    let (kinds, laws) = laws_to_predict(task, stribeck, usual);
+    // Row index and friction terms of each sample in which this joint moves.
+    let mut workspace = Workspace::new();
+    let samples_moving: Vec<(usize, Vec<f64>)> = (0..samples)
+        .filter_map(|i: usize| {
+            let time_s = sweep.duration_s() * i as f64 / samples as f64;
+            let state = sweep.state(time_s);
+            let v = state.velocity[joint];
+            (v != 0.0).then(|| {
+                let still = [0.0; MAX_JOINTS];
+                let mut torque = [0.0; MAX_JOINTS];
+                if let Some(parameters) = &task.bounds.parameters {
+                    let (q, still) = (&state.position[..n], &still[..n]);
+                    task.model.inverse_dynamics(
+                        &mut workspace,
+                        parameters,
+                        q,
+                        still,
+                        still,
+                        &mut torque[..n],
+                    );
+                }
+                let of_law = |law: &FrictionLaw| match law {
+                    FrictionLaw::Load => law.value(v, sign) * torque[joint].abs(),
+                    _ => law.value(v, sign),
+                };
+                let mut terms = vec![sign.value(v), v, 1.0];
+                terms.extend(laws.iter().map(of_law));
+                (i * n + joint, terms)
+            })
+        })
+        .collect();
+    let weight = (task.noise.rows_per_s / PREDICTION_HZ).sqrt() / task.noise.levels[joint];
+    let mut friction = DMatrix::from_fn(samples_moving.len(), kinds.len(), |row, k| {
+        weight * samples_moving[row].1[k]
+    });
+    let largest: Vec<f64> = friction.column_iter().map(|of| of.amax() / weight).collect();
+    let others = auxiliary.select_rows(samples_moving.iter().map(|(row, _)| row));
+    remove_others(&mut friction, &others);
+    let information = friction.transpose() * &friction;
+    let covariance_of =
+        |own: &[usize]| covariance(&information.select_rows(own).select_columns(own));
+    // Terms are added one by one. A term that acts like those before it together is unidentifiable.
+    let identifiable = |wanted: &[usize]| {
+        wanted.iter().fold(Vec::new(), |own, &k| {
+            let extended: Vec<usize> = own.iter().copied().chain([k]).collect();
+            if largest[k] > 0.0 && covariance_of(&extended).is_some() { extended } else { own }
+        })
+    };
+    let deviation = |wanted: &[usize], k: usize| {
+        let chosen = identifiable(wanted);
+        let place = chosen.iter().position(|of| *of == k)?;
+        Some(covariance_of(&chosen)?[(place, place)].sqrt() * largest[k])
+    };
+    let indices: Vec<usize> = (0..kinds.len()).collect();
+    let term = |k: usize| {
+        let others: Vec<usize> = (0..USUAL).filter(|usual| *usual != k).chain([k]).collect();
+        Term { kind: kinds[k], alone: deviation(&others, k), together: deviation(&indices, k) }
+    };
+    SweptJoint { joint, stribeck, terms: indices.iter().map(|k| term(*k)).collect() }
+}
+
+/// Returns the kinds of the friction terms, the usual ones first, and the further laws.
+fn laws_to_predict(
+    task: &Task,
+    stribeck: f64,
+    usual: FrictionTerms,
+) -> (Vec<ParameterKind>, Vec<FrictionLaw>) {
+    let laws = [
+        FrictionLaw::Stribeck { speed_rad_s: stribeck },
+        FrictionLaw::Load,
+        FrictionLaw::Quadratic,
+        FrictionLaw::Asymmetric,
+        FrictionLaw::Cubic,
+    ];
+    let mut kinds =
+        Vec::from([ParameterKind::Fc, ParameterKind::Fv, ParameterKind::Off] as [_; USUAL]);
+    let has = |law: &FrictionLaw| match law {
+        FrictionLaw::Stribeck { .. } => usual.coulomb,
+        FrictionLaw::Load => usual.coulomb && task.bounds.parameters.is_some(),
+        _ => true,
+    };
+    let laws: Vec<FrictionLaw> = laws.into_iter().filter(has).collect();
+    kinds.extend(laws.iter().map(|law| law.kind()));
+    (kinds, laws)
+}
+
+/// Removes the part of the friction columns that the other columns explain.
+fn remove_others(friction: &mut DMatrix<f64>, others: &DMatrix<f64>) {
+    let lengths: Vec<f64> = others.column_iter().map(|of| of.norm()).collect();
+    let acting: Vec<usize> = (0..lengths.len()).filter(|k| lengths[*k] > 0.0).collect();
+    if !acting.is_empty() {
+        let mut others = others.select_columns(&acting);
+        for (mut column, k) in others.column_iter_mut().zip(&acting) {
+            column /= lengths[*k];
+        }
+        let svd = others.svd(true, false);
+        let least = ROUNDING * svd.singular_values.max();
+        let significant: Vec<usize> =
+            (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
+        if let Some(u) = svd.u {
+            let u = u.select_columns(&significant);
+            *friction -= &u * (u.transpose() * &*friction);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Positive definite matrix with standard parameters as linear functions: a link's pseudo-inertia,
+//! a friction coefficient (1 × 1), the viscous friction of coupled joints.
+
+use nalgebra::{DMatrix, DVector, Matrix4};
+
+use super::body::Body;
+
+/// Length relative to the longest direction below which a direction counts as dependent.
+const DEPENDENT: f64 = 1e-9;
+
+/// Positive definite matrix P. Symmetric n × n matrices are stored here as vectors of s = n (n+1)/2
+/// entries. These are the upper triangle by columns, with a factor √2 off the diagonal, so that
+/// ‖svec(P)‖ is P's norm.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    /// L⁰ with the prior P⁰ = L⁰ L⁰ᵀ.
+    pub(super) prior: DMatrix<f64>,
+    /// Standard parameters that the block contributes to.
+    pub(super) columns: Vec<usize>,
+    /// Matrix of the block's contribution: spread · svec(P).
+    pub(super) spread: DMatrix<f64>,
+    /// Basis, s × d, of the allowed vectors svec(P); none if every vector is allowed.
+    subspace: Option<DMatrix<f64>>,
+}
+
+impl Block {
+    /// Creates the block of a link from its ten columns in the order of [`Body::parameters`]. None
+    /// if the prior is not a physically consistent body.
+    pub(super) fn link(columns: [usize; 10], prior: &Body) -> Option<Self> {
+        let pseudo = prior.pseudo_inertia();
+        let spread: Vec<DVector<f64>> = (0..10)
+            .map(|k| {
+                let unit = DVector::from_fn(10, |i, _| f64::from(u8::from(i == k)));
+                let unit = Matrix4::from_iterator(matrix(&unit, 4).iter().copied());
+                DVector::from_row_slice(&Body::from_pseudo_inertia(&unit).parameters())
+            })
+            .collect();
+        Some(Self {
+            prior: factor(&DMatrix::from_fn(4, 4, |i, j| pseudo[(i, j)]))?,
+            columns: columns.to_vec(),
+            spread: DMatrix::from_columns(&spread),
+            subspace: None,
+        })
+    }
+
+    /// Creates the block of a positive number from its contributions to standard parameters per
+    /// unit.
+    pub(super) fn scalar(added: &[(usize, f64)], prior: f64) -> Option<Self> {
+        let weights: Vec<f64> = added.iter().map(|(_, weight)| *weight).collect();
+        Some(Self {
+            prior: factor(&DMatrix::from_element(1, 1, prior))?,
+            columns: added.iter().map(|(column, _)| *column).collect(),
+            spread: DMatrix::from_column_slice(weights.len(), 1, &weights),
+            subspace: None,
+        })
+    }
+
+    /// Creates the block P = Σ parameter · matrix. If the matrices are dependent, the parameters
+    /// are the smallest that give P. If they do not span all symmetric matrices, P stays within
+    /// their span.
+    pub(super) fn sum(terms: &[(usize, DMatrix<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
+        let vectors: Vec<DVector<f64>> = terms.iter().map(|(_, term)| vector(term)).collect();
+        let svd = DMatrix::from_columns(&vectors).svd(true, true);
+        let least = DEPENDENT * svd.singular_values.max();
+        let rank = svd.rank(least);
+        let spanned = svd.u.as_ref()?.columns(0, rank).into_owned();
+        Some(Self {
+            prior: factor(prior)?,
+            columns: terms.iter().map(|(column, _)| *column).collect(),
+            subspace: (rank < spanned.nrows()).then_some(spanned),
+            spread: svd.pseudo_inverse(least).ok()?,
+        })
+    }
+
+    /// n.
+    pub(super) fn size(&self) -> usize {
+        self.prior.nrows()
+    }
+
+    /// Returns the directions about P = M Mᵀ in which P may change, s × d. They are orthonormal in
+    /// the vectors of M⁻¹ δP M⁻ᵀ.
+    pub(super) fn tangent(&self, m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let Some(subspace) = &self.subspace else {
+            let s = self.spread.ncols();
+            return Some(DMatrix::identity(s, s));
+        };
+        let inverse = m.solve_lower_triangular(&DMatrix::identity(self.size(), self.size()))?;
+        Some((congruence(&inverse) * subspace).qr().q())
+    }
+}
+
+/// Returns the lower triangle L of P = L Lᵀ, with finite entries. None if P is not positive
+/// definite.
+pub(super) fn factor(p: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let factor = p.clone().cholesky()?.unpack();
+    factor.iter().all(|entry| entry.is_finite()).then_some(factor)
+}
+
+/// Returns the positions of the s entries: the upper triangle by columns.
+fn places(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)))
+}
+
+/// Returns svec of a symmetric matrix.
+pub(super) fn vector(p: &DMatrix<f64>) -> DVector<f64> {
+    let entries = places(p.nrows())
+        .map(|(i, j)| if i == j { p[(i, j)] } else { core::f64::consts::SQRT_2 * p[(i, j)] });
+    DVector::from_vec(entries.collect())
+}
+
+/// Returns the symmetric n × n matrix of a vector.
+pub(super) fn matrix(vector: &DVector<f64>, n: usize) -> DMatrix<f64> {
+    let mut p = DMatrix::zeros(n, n);
+    for ((i, j), entry) in places(n).zip(vector.iter()) {
+        let entry = if i == j { *entry } else { *entry / core::f64::consts::SQRT_2 };
+        p[(i, j)] = entry;
+        p[(j, i)] = entry;
+    }
+    p
+}
+
+/// Returns the s × s matrix that maps svec(Y) to svec(M Y Mᵀ).
+pub(super) fn congruence(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let s = m.nrows() * (m.nrows() + 1) / 2;
+    let columns: Vec<DVector<f64>> = (0..s)
+        .map(|k| {
+            let unit = DVector::from_fn(s, |i, _| f64::from(u8::from(i == k)));
+            vector(&(m * matrix(&unit, m.nrows()) * m.transpose()))
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}

@@ -1,0 +1,84 @@
+//! Findings that a user has to know before using an outcome. They are worded only here.
+
+use core::fmt::{self, Display};
+
+use super::judgement::{Judgement, Shift};
+use super::outcome::Outcome;
+use super::prior::PriorSource;
+
+/// Finding that no bodies explain the estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoBodies {
+    /// Least cost of any bodies.
+    pub cost: f64,
+    /// Limit that the cost of the true bodies stays below, 99 %.
+    pub threshold: f64,
+    /// Friction and drive inertias that are below 0. If there are none, the base parameter with the
+    /// largest shift.
+    pub most: Vec<Shift>,
+    /// True if these parameters are below 0.
+    pub negative: bool,
+}
+
+/// Finding that the bodies that explain the estimate contradict the prior, this one most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FarBody {
+    /// Number of the link, from 1.
+    pub link: usize,
+    /// Its distance from the prior \[nats\].
+    pub nats: f64,
+    /// Source of the prior.
+    pub prior: PriorSource,
+}
+
+impl Outcome {
+    /// Returns the finding if no bodies explain the estimate.
+    pub fn no_bodies(&self) -> Option<NoBodies> {
+        (self.judgement == Judgement::Infeasible).then(|| {
+            let negative = !self.negative.is_empty();
+            let farthest = || self.largest_shift().into_iter().cloned().collect();
+            NoBodies {
+                cost: self.least_cost,
+                threshold: self.threshold,
+                most: if negative { self.negative.clone() } else { farthest() },
+                negative,
+            }
+        })
+    }
+
+    /// Returns the body that is farthest from the prior, if the bodies contradict the prior.
+    pub fn far_body(&self) -> Option<FarBody> {
+        let links = (1..).zip(self.divergence_per_link.iter().copied());
+        let farthest = links.max_by(|a, b| a.1.total_cmp(&b.1));
+        farthest
+            .filter(|_| self.judgement == Judgement::ContradictsPrior)
+            .map(|(link, nats)| FarBody { link, nats, prior: self.prior })
+    }
+}
+
+impl Display for NoBodies {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cost, threshold, most, negative } = self;
+        let each = most.iter().map(|of| format!("{} by {:.1} σ", of.name, of.deviations.abs()));
+        write!(
+            f,
+            "no bodies explain the result: their cost is {cost:.0} where that of true ones stays \
+             below {threshold:.0} (χ², 99 %); {} {}; look for reversed signs of torques or \
+             positions, and for a delay of the torque, before its parameters are used",
+            if *negative { "below 0 are" } else { "most of all they move" },
+            each.collect::<Vec<_>>().join(", ")
+        )
+    }
+}
+
+impl Display for FarBody {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { link, nats, prior } = self;
+        write!(
+            f,
+            "the body of link {link} is far from what {prior} say ({nats:.1} nats); look for a \
+             spring or counterbalance that the robot's file does not state, at the signs of \
+             gravity and of its axis, or at that statement"
+        )
+    }
+}

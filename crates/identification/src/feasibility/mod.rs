@@ -1,0 +1,38 @@
+//! Physically consistent standard parameters from an estimate of the base parameters.
+//!
+//! A body exists if and only if its [pseudo-inertia](Body::pseudo_inertia) is positive definite
+//! (Wensing, Kim and Slotine, *Linear matrix inequalities for physically consistent inertial
+//! parameter identification*, 2018). If no set of bodies explains the base parameters, something
+//! else is wrong. If bodies explain them, much of a body is still undetermined. A [`Prior`] decides
+//! it (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020). [`consistent`]
+//! minimises the sum of both costs and reports the source of every value. [`nearest_body`] does the
+//! same for a single body.
+
+mod block;
+mod body;
+mod constraint;
+mod drives;
+mod error;
+mod estimate;
+mod finding;
+mod judgement;
+mod nearest;
+mod newton;
+mod outcome;
+mod posterior;
+mod prior;
+mod problem;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use body::Body;
+pub use constraint::{Constraint, Possible};
+pub use error::FeasibilityError;
+pub use estimate::{Estimate, FixedParameter};
+pub use finding::{FarBody, NoBodies};
+pub use judgement::{Judgement, Shift};
+pub use nearest::{NearestBody, nearest_body};
+pub use outcome::{Class, Outcome, StandardParameter};
+pub use prior::{Prior, PriorSource};
+pub use solve::consistent;

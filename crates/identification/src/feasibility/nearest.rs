@@ -1,0 +1,52 @@
+//! Body that agrees best with an estimate of its ten parameters, or of sums of them.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::block::Block;
+use super::body::Body;
+use super::error::FeasibilityError;
+use super::prior::{DENSITY_KG_M3, WEIGHT_OF_GEOMETRY};
+use super::problem::{Problem, divergence};
+
+/// Body near an estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearestBody {
+    /// The body, P ≻ 0.
+    pub body: Body,
+    /// J, its squared distance from the estimate in the metric of the covariance.
+    pub cost: f64,
+    /// D, its distance from the ball that decides whatever the estimate leaves undetermined
+    /// \[nats\].
+    pub divergence: f64,
+}
+
+/// Returns the body that minimises J + λ D, as [`consistent`](super::consistent) does for all links
+/// together. J is the squared distance of `regrouping` (k × 10) times its parameters from the
+/// values (k), by their covariance (k × k). D is the divergence from a homogeneous ball of 2000
+/// kg/m³ with this mass \[kg\] at this centre \[m\]. λ is 2.
+///
+/// # Errors
+/// [`FeasibilityError::LoadMass`], [`FeasibilityError::Covariance`] and
+/// [`FeasibilityError::NotConverged`].
+pub fn nearest_body(
+    regrouping: &DMatrix<f64>,
+    values: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    mass_kg: f64,
+    centre_m: Vector3<f64>,
+) -> Result<NearestBody, FeasibilityError> {
+    let radius = (0.75 * mass_kg / (core::f64::consts::PI * DENSITY_KG_M3)).cbrt();
+    let ball = Body::ball(mass_kg, radius, centre_m);
+    let block = Block::link(core::array::from_fn(|k| k), &ball);
+    let block = block.ok_or(FeasibilityError::LoadMass { found: mass_kg })?;
+    let (whitened, target) =
+        Problem::whiten(regrouping, values, covariance).ok_or(FeasibilityError::Covariance)?;
+    let problem = Problem { blocks: vec![block], free: Vec::new(), whitened, target };
+    let point = problem.minimise(WEIGHT_OF_GEOMETRY)?.point;
+    let body = problem.parameters(&point);
+    Ok(NearestBody {
+        body: Body::from_parameters(core::array::from_fn(|k| body[k])),
+        cost: problem.cost(&point),
+        divergence: point.factors.iter().map(divergence).sum(),
+    })
+}

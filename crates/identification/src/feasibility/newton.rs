@@ -1,0 +1,152 @@
+//! Damped Newton steps in local coordinates. The weight of the prior falls to the requested one.
+//!
+//! F is convex. In coordinates of a block's own size, its curvature is that of a sum of squares. So
+//! a Newton step is one linear least-squares problem. With Q = L Lᵀ and a step L Y Lᵀ, L ← L chol(1
+//! + aY) never leaves the cone.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::block::factor;
+use super::error::FeasibilityError;
+use super::problem::{Local, Point, Problem};
+
+/// Half the squared decrement at which a minimum is reached, relative to 1 + F.
+const REACHED: f64 = 1e-12;
+/// The same relative to λ, at larger weights than the requested one.
+const CENTRED: f64 = 0.1;
+/// Factor by which the weight falls at once.
+pub(super) const FALL: f64 = 4.0;
+/// Largest part of the way to the boundary that a step may take.
+const TO_THE_BOUNDARY: f64 = 0.95;
+/// Part of the expected decrease that a step has to achieve (Armijo).
+const ARMIJO: f64 = 1e-4;
+/// Largest number of halvings before a step counts as failed.
+const MAX_HALVINGS: usize = 40;
+/// Largest number of Newton steps; the hardest known cases take 130.
+const MAX_STEPS: usize = 400;
+
+/// Minimum of F, and the problem around it.
+#[derive(Debug)]
+pub(super) struct Minimum {
+    pub(super) point: Point,
+    pub(super) local: Local,
+    /// Rᵀ R = 2 H, with H half of F's second derivative in the local coordinates.
+    pub(super) triangle: DMatrix<f64>,
+    /// Newton steps.
+    pub(super) steps: usize,
+}
+
+/// A Newton step.
+struct Step {
+    coordinates: DVector<f64>,
+    triangle: DMatrix<f64>,
+    /// Squared Newton decrement: twice the decrease that a quadratic function would have.
+    decrement: f64,
+}
+
+impl Problem {
+    /// Minimises F with this weight, starting from the prior.
+    ///
+    /// # Errors
+    /// [`FeasibilityError::NotConverged`].
+    pub(super) fn minimise(&self, weight: f64) -> Result<Minimum, FeasibilityError> {
+        let start = self.start();
+        let first = self.cost(&start) / self.barrier_parameter();
+        self.lower(weight, first.max(weight), start)
+    }
+
+    /// Minimises F with this weight, starting near the minimum with a larger weight.
+    ///
+    /// # Errors
+    /// [`FeasibilityError::NotConverged`].
+    pub(super) fn lower(
+        &self,
+        weight: f64,
+        from: f64,
+        start: Point,
+    ) -> Result<Minimum, FeasibilityError> {
+        let (mut at, mut point, mut steps) = (from, start, 0);
+        loop {
+            let not_converged = FeasibilityError::NotConverged { iterations: steps, weight: at };
+            let Some(local) = self.about(&point) else { return Err(not_converged) };
+            let Some(step) = local.step(at) else { return Err(not_converged) };
+            let objective = self.objective(&point, at);
+            let rounding =
+                8.0 * f64::EPSILON * (1.0 + self.target.norm()) * (1.0 + objective).sqrt();
+            let remaining = 0.5 * step.decrement;
+            if at <= weight && remaining <= REACHED * (1.0 + objective) + rounding {
+                return Ok(Minimum { point, local, triangle: step.triangle, steps });
+            }
+            if at > weight && remaining <= CENTRED * at {
+                at = weight.max(at / FALL);
+                continue;
+            }
+            let bound = objective + rounding;
+            match self.descend(&point, &local, &step, at, bound) {
+                Some(next) if steps < MAX_STEPS => point = next,
+                _ => return Err(not_converged),
+            }
+            steps += 1;
+        }
+    }
+
+    /// Takes the part of a step that lowers F enough.
+    fn descend(
+        &self,
+        point: &Point,
+        local: &Local,
+        step: &Step,
+        weight: f64,
+        objective: f64,
+    ) -> Option<Point> {
+        let changes = local.changes(&step.coordinates, self);
+        let free = step.coordinates.rows(local.pull.len(), self.free.len());
+        let least = |change: &DMatrix<f64>| change.symmetric_eigenvalues().min();
+        let inward = changes.iter().map(least).fold(0.0, f64::min);
+        let mut part = if inward < 0.0 { (-TO_THE_BOUNDARY / inward).min(1.0) } else { 1.0 };
+        for _ in 0..MAX_HALVINGS {
+            let next_factors = point.factors.iter().zip(&changes).map(|(own, change)| {
+                let n = own.nrows();
+                Some(own * factor(&(DMatrix::identity(n, n) + change * part))?)
+            });
+            if let Some(factors) = next_factors.collect::<Option<Vec<_>>>() {
+                let next = Point { factors, free: &point.free + free * part };
+                if self.objective(&next, weight) <= objective - ARMIJO * part * step.decrement {
+                    return Some(next);
+                }
+            }
+            part *= 0.5;
+        }
+        None
+    }
+}
+
+impl Local {
+    /// Returns the minimum of ‖\[√2 A; √λ 1\] y + \[√2 r; √λ g\]‖, which has the second derivative
+    /// of F. Free parameters have no rows in the lower part.
+    fn step(&self, weight: f64) -> Option<Step> {
+        let (rows, n) = self.jacobian.shape();
+        let barrier = self.pull.len();
+        let (data, prior) = (core::f64::consts::SQRT_2, weight.sqrt());
+        let mut system = DMatrix::zeros(rows + barrier, n);
+        system.rows_mut(0, rows).copy_from(&(&self.jacobian * data));
+        for k in 0..barrier {
+            system[(rows + k, k)] = prior;
+        }
+        let mut right = DVector::zeros(rows + barrier);
+        right.rows_mut(0, rows).copy_from(&(&self.residual * data));
+        right.rows_mut(rows, barrier).copy_from(&(&self.pull * prior));
+
+        if system.nrows() < n {
+            return None;
+        }
+        let qr = system.qr();
+        qr.q_tr_mul(&mut right);
+        let projected = right.rows(0, n).into_owned();
+        let triangle = qr.r();
+        let coordinates = -triangle.solve_upper_triangular(&projected)?;
+        let decrement = projected.norm_squared();
+        let finite = decrement.is_finite() && coordinates.iter().all(|y| y.is_finite());
+        finite.then_some(Step { coordinates, triangle, decrement })
+    }
+}

@@ -1,0 +1,43 @@
+//! Accuracy of each standard parameter from data and prior together.
+
+use nalgebra::DMatrix;
+
+use super::newton::Minimum;
+
+/// Posterior from F's quadratic approximation at its minimum. F/2 ≈ ½ δᵀ H δ is read as minus the
+/// logarithm of a density.
+pub(super) struct Posterior {
+    /// √Var(θ; H⁻¹) of each standard parameter.
+    pub(super) deviations: Vec<f64>,
+    /// 1 − Var(θ; H⁻¹) / Var(θ; prior), 0 for fixed parameters.
+    pub(super) shares: Vec<f64>,
+    /// tr(H⁻¹ ÃᵀÃ): number of parameters that the data decide.
+    pub(super) effective_parameters: f64,
+}
+
+impl Posterior {
+    /// Computes the posterior at a minimum. None if a free parameter has no data.
+    pub(super) fn new(minimum: &Minimum, weight: f64) -> Option<Self> {
+        let (local, n) = (&minimum.local, minimum.triangle.ncols());
+        let barrier = local.pull.len();
+        let inverse = minimum.triangle.solve_upper_triangular(&DMatrix::identity(n, n))?;
+        // H = ½ RᵀR. The prior has ½ λ 1.
+        let by_prior = 2.0 / weight;
+        let spread = &local.parameters * &inverse;
+        let (deviations, shares) = (0..local.parameters.nrows())
+            .map(|column: usize| {
+                let variance = 2.0 * spread.row(column).norm_squared();
+                let before =
+                    if local.parameters.row(column).columns(barrier, n - barrier).amax() > 0.0 {
+                        f64::INFINITY
+                    } else {
+                        by_prior * local.parameters.row(column).columns(0, barrier).norm_squared()
+                    };
+                let share = if before > 0.0 { (1.0 - variance / before).max(0.0) } else { 0.0 };
+                (variance.sqrt(), share)
+            })
+            .unzip();
+        let of_prior = weight * inverse.rows(0, barrier).norm_squared();
+        Some(Self { deviations, shares, effective_parameters: n as f64 - of_prior })
+    }
+}

@@ -1,0 +1,155 @@
+//! Prior bodies of the links.
+
+use core::fmt;
+
+use nalgebra::Vector3;
+
+use super::body::Body;
+use super::error::FeasibilityError;
+use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
+
+/// Mass of each link relative to the one before.
+const LIGHTER: f64 = 0.7;
+/// Density of a link \[kg/m³\]: light metal with the air in it, and motors.
+pub(super) const DENSITY_KG_M3: f64 = 2000.0;
+/// Range of total masses of arms, from tweezers to cranes \[kg\].
+const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
+/// Length of the last link along z \[m\].
+const LAST_LENGTH_M: f64 = 0.1;
+/// Least extent of a nominal body. A thinner body has no interior from which a minimisation could
+/// start.
+const LEAST_EXTENT: f64 = 1e-9;
+/// λ = 2/s² of the geometric prior, with relative standard deviation s = 1 in every direction of a
+/// body.
+pub(super) const WEIGHT_OF_GEOMETRY: f64 = 2.0;
+/// s = 0.3.
+const WEIGHT_OF_NOMINAL: f64 = 22.0;
+
+/// Source of a prior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PriorSource {
+    /// The nominal parameters of the robot's file.
+    Nominal,
+    /// The robot's geometry and the mass of all moving links, from a data sheet.
+    Geometry {
+        /// That mass \[kg\].
+        total_mass_kg: f64,
+    },
+}
+
+impl fmt::Display for PriorSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nominal => write!(f, "the robot's nominal parameters"),
+            Self::Geometry { total_mass_kg } => {
+                write!(f, "the robot's geometry and a total mass of {total_mass_kg} kg")
+            }
+        }
+    }
+}
+
+/// Prior knowledge of the links: a body each, and the known drive inertias.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior {
+    pub(super) link_bodies: Vec<Body>,
+    /// Drive inertia of each motor, if it is configured.
+    pub(super) drive_inertia: Vec<Option<f64>>,
+    source: PriorSource,
+}
+
+impl Prior {
+    /// Creates the prior of the nominal parameters. Those of every link have to be those of a body.
+    ///
+    /// # Errors
+    /// [`FeasibilityError::NothingNominal`] and [`FeasibilityError::NominalIsNoBody`].
+    pub fn nominal(robot: &Robot) -> Result<Self, FeasibilityError> {
+        let Some(nominal) = robot.nominal() else {
+            return Err(FeasibilityError::NothingNominal { robot: robot.name().to_owned() });
+        };
+        let (table, values) = (robot.parameters(), nominal.standard());
+        let value =
+            |kind, joint| table.column(kind, joint).and_then(|column| values.get(column).copied());
+        let link_bodies = (0..robot.joints())
+            .map(|link: usize| {
+                let ten = ParameterKind::LINK.map(|kind| value(kind, link).unwrap_or(0.0));
+                let body = Body::from_parameters(ten);
+                if body.least_extent().is_some_and(|extent| extent > LEAST_EXTENT) {
+                    Ok(body)
+                } else {
+                    Err(FeasibilityError::NominalIsNoBody { link: link + 1 })
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        let positive =
+            |motor| value(ParameterKind::Ia, motor).filter(|ia| ia.is_finite() && *ia > 0.0);
+        let drive_inertia = (0..robot.joints()).map(positive).collect();
+        Ok(Self { link_bodies, drive_inertia, source: PriorSource::Nominal })
+    }
+
+    /// Creates a prior without CAD: cylinders from each frame's origin to the next one's, each 0.7
+    /// times as heavy as the one before. A mass that is up to ten times too large has little
+    /// effect. Below a fifth of the real mass, the result is worse than none.
+    ///
+    /// # Errors
+    /// [`FeasibilityError::TotalMass`].
+    pub fn geometric(robot: &Robot, total_mass_kg: f64) -> Result<Self, FeasibilityError> {
+        if !MASSES_KG.contains(&total_mass_kg) {
+            return Err(FeasibilityError::TotalMass { found: total_mass_kg });
+        }
+        let chain = robot.chain();
+        let shares: Vec<f64> = core::iter::successors(Some(1.0), |share| Some(share * LIGHTER))
+            .take(chain.len())
+            .collect();
+        let unit = total_mass_kg / shares.iter().sum::<f64>();
+        let link_bodies = shares.iter().enumerate().map(|(link, share)| {
+            let tip = chain.get(link + 1).map_or(Vector3::z() * LAST_LENGTH_M, origin);
+            cylinder(unit * share, tip)
+        });
+        Ok(Self {
+            link_bodies: link_bodies.collect(),
+            drive_inertia: vec![None; chain.len()],
+            source: PriorSource::Geometry { total_mass_kg },
+        })
+    }
+
+    /// Returns the source of the prior.
+    pub fn source(&self) -> PriorSource {
+        self.source
+    }
+
+    /// Returns the body of each link.
+    pub fn link_bodies(&self) -> &[Body] {
+        &self.link_bodies
+    }
+
+    /// Returns the λ that fits the prior, 2/s² for a relative standard deviation s of the bodies: 2
+    /// for geometry (s = 1), 22 for nominal parameters (s = 0.3).
+    pub fn default_weight(&self) -> f64 {
+        match self.source {
+            PriorSource::Nominal => WEIGHT_OF_NOMINAL,
+            PriorSource::Geometry { .. } => WEIGHT_OF_GEOMETRY,
+        }
+    }
+}
+
+/// Returns the origin of a joint's frame in the frame before \[m\]: TransX(d) RotX(α) TransZ(r). A
+/// prismatic joint is in the middle of its range.
+fn origin(joint: &Joint) -> Vector3<f64> {
+    let slid = match joint.kind {
+        JointKind::Revolute => 0.0,
+        JointKind::Prismatic => 0.5 * (joint.limits.position_min + joint.limits.position_max),
+    };
+    let r = joint.r_m + slid;
+    Vector3::new(joint.d_m, -r * joint.alpha.sin, r * joint.alpha.cos)
+}
+
+/// Creates a cylinder between the origin and a point. It is at least as long as wide, and about z
+/// if both points are the same.
+fn cylinder(mass_kg: f64, tip: Vector3<f64>) -> Body {
+    let volume = mass_kg / DENSITY_KG_M3;
+    let squat = (volume / core::f64::consts::TAU).cbrt();
+    let length = tip.norm().max(2.0 * squat);
+    let radius = (volume / (core::f64::consts::PI * length)).sqrt();
+    let axis = tip.try_normalize(0.0).unwrap_or_else(Vector3::z);
+    Body::cylinder(mass_kg, radius, length, tip * 0.5, axis)
+}

@@ -1,0 +1,164 @@
+//! Minimisation problem of one estimate: its positive definite matrices, its free parameters and
+//! its rows.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::block::{Block, congruence, matrix, vector};
+
+/// Minimisation problem. Standard parameters are the contributions of the blocks and the free
+/// parameters. Their cost is J + λ Σ D.
+#[derive(Clone, Debug)]
+pub(super) struct Problem {
+    /// The links first.
+    pub(super) blocks: Vec<Block>,
+    /// Columns of unconstrained parameters.
+    pub(super) free: Vec<usize>,
+    /// R B with Rᵀ R the inverse of the covariance, b × p.
+    pub(super) whitened: DMatrix<f64>,
+    /// R β̂.
+    pub(super) target: DVector<f64>,
+}
+
+/// Current point of the minimisation.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    /// L of each block, with P = L⁰ L Lᵀ L⁰ᵀ: the block relative to its prior.
+    pub(super) factors: Vec<DMatrix<f64>>,
+    /// Value of each free parameter.
+    pub(super) free: DVector<f64>,
+}
+
+/// Problem about a point, in local coordinates. Those of a block have length 1 relative to the
+/// block itself. The free parameters follow them.
+#[derive(Debug)]
+pub(super) struct Local {
+    /// Derivatives of the standard parameters by the coordinates, p × N.
+    pub(super) parameters: DMatrix<f64>,
+    /// R(Bθ − β̂).
+    pub(super) residual: DVector<f64>,
+    /// R B times these derivatives, b × N.
+    pub(super) jacobian: DMatrix<f64>,
+    /// Gradient of Σ D by the coordinates of the blocks alone.
+    pub(super) pull: DVector<f64>,
+    /// Map of each block from its coordinates to svec(Y), δP = M Y Mᵀ.
+    tangents: Vec<DMatrix<f64>>,
+}
+
+impl Problem {
+    /// Returns R B and R β̂ for a covariance. None if it is not positive definite.
+    pub(super) fn whiten(
+        regrouping: &DMatrix<f64>,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        // Scaled to correlations: units differ by orders of magnitude.
+        let deviations = covariance.diagonal().map(f64::sqrt);
+        let scaled = |i: usize, j: usize| covariance[(i, j)] / (deviations[i] * deviations[j]);
+        let correlation = DMatrix::from_fn(values.len(), values.len(), scaled);
+        let factor = correlation.cholesky()?.unpack();
+        let rows = DMatrix::from_fn(regrouping.nrows(), regrouping.ncols(), |i, j| {
+            regrouping[(i, j)] / deviations[i]
+        });
+        let target = values.component_div(&deviations);
+        let (rows, target) =
+            (factor.solve_lower_triangular(&rows)?, factor.solve_lower_triangular(&target)?);
+        let finite = rows.iter().chain(target.iter()).all(|entry| entry.is_finite());
+        finite.then_some((rows, target))
+    }
+
+    /// Returns the prior, with free parameters at 0.
+    pub(super) fn start(&self) -> Point {
+        let identity = |block: &Block| DMatrix::identity(block.size(), block.size());
+        Point {
+            factors: self.blocks.iter().map(identity).collect(),
+            free: DVector::zeros(self.free.len()),
+        }
+    }
+
+    /// Returns ν, the cost of a barrier relative to its weight.
+    pub(super) fn barrier_parameter(&self) -> f64 {
+        self.blocks.iter().map(|block| block.size() as f64).sum()
+    }
+
+    /// Returns the standard parameters at a point, 0 where nothing contributes.
+    pub(super) fn parameters(&self, point: &Point) -> DVector<f64> {
+        let mut parameters = DVector::zeros(self.whitened.ncols());
+        for (block, factor) in self.blocks.iter().zip(&point.factors) {
+            let m = &block.prior * factor;
+            let added = &block.spread * vector(&(&m * m.transpose()));
+            for (&column, added) in block.columns.iter().zip(added.iter()) {
+                parameters[column] += added;
+            }
+        }
+        for (&column, value) in self.free.iter().zip(point.free.iter()) {
+            parameters[column] += value;
+        }
+        parameters
+    }
+
+    fn residual(&self, point: &Point) -> DVector<f64> {
+        &self.whitened * self.parameters(point) - &self.target
+    }
+
+    /// J.
+    pub(super) fn cost(&self, point: &Point) -> f64 {
+        self.residual(point).norm_squared()
+    }
+
+    /// Returns J + λ Σ D.
+    pub(super) fn objective(&self, point: &Point, weight: f64) -> f64 {
+        self.cost(point) + weight * point.factors.iter().map(divergence).sum::<f64>()
+    }
+
+    /// Returns the problem about a point. None if the point is too close to the boundary.
+    pub(super) fn about(&self, point: &Point) -> Option<Local> {
+        let (mut columns, mut pull, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
+        for (block, factor) in self.blocks.iter().zip(&point.factors) {
+            let m = &block.prior * factor;
+            let tangent = block.tangent(&m)?;
+            let change = &block.spread * (congruence(&m) * &tangent);
+            for column in change.column_iter() {
+                let mut parameters = DVector::zeros(self.whitened.ncols());
+                for (&at, change) in block.columns.iter().zip(column.iter()) {
+                    parameters[at] += change;
+                }
+                columns.push(parameters);
+            }
+            let deviation = factor.tr_mul(factor) - DMatrix::identity(block.size(), block.size());
+            pull.extend(tangent.tr_mul(&vector(&deviation)).iter().copied());
+            tangents.push(tangent);
+        }
+        for &at in &self.free {
+            let mut parameters = DVector::zeros(self.whitened.ncols());
+            parameters[at] = 1.0;
+            columns.push(parameters);
+        }
+        let parameters = DMatrix::from_columns(&columns);
+        Some(Local {
+            jacobian: &self.whitened * &parameters,
+            parameters,
+            residual: self.residual(point),
+            pull: DVector::from_vec(pull),
+            tangents,
+        })
+    }
+}
+
+impl Local {
+    /// Returns the change Y = L⁻¹ δQ L⁻ᵀ of each block due to a step of the coordinates.
+    pub(super) fn changes(&self, step: &DVector<f64>, problem: &Problem) -> Vec<DMatrix<f64>> {
+        let mut offset = 0;
+        let changes = problem.blocks.iter().zip(&self.tangents).map(|(block, tangent)| {
+            let block_step = step.rows(offset, tangent.ncols());
+            offset += tangent.ncols();
+            matrix(&(tangent * block_step), block.size())
+        });
+        changes.collect()
+    }
+}
+
+/// Returns D = tr(Q) − ln det(Q) − n for Q = L Lᵀ.
+pub(super) fn divergence(factor: &DMatrix<f64>) -> f64 {
+    let logarithm: f64 = factor.diagonal().iter().map(|entry| entry.ln()).sum();
+    factor.norm_squared() - 2.0 * logarithm - factor.nrows() as f64
+}

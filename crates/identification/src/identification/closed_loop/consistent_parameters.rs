@@ -1,0 +1,56 @@
+//! Bodies as a constraint on the linear steps of DIDIM, CLIE and CLOE.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::feasibility::{Constraint, Estimate, Possible, Prior};
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::problem::{BodiesFrom, Context, IdentificationError};
+use crate::regression::Solution;
+
+/// Restriction of the linear steps to physically consistent parameters.
+pub(super) struct ConsistentParameters {
+    constraint: Constraint,
+    /// Uncertainty of the parameters by IDIM-LS: how near the start stays to the chosen one.
+    of_start: DMatrix<f64>,
+}
+
+impl ConsistentParameters {
+    /// None where the options ask for none.
+    pub(super) fn new(
+        context: &Context<'_>,
+        fit: &EquationErrorFit,
+    ) -> Result<Option<Self>, IdentificationError> {
+        let Context { robot, base, selection, .. } = context;
+        let prior = match context.options.simulation.consistent_parameters {
+            None => return Ok(None),
+            Some(BodiesFrom::Nominal) => Prior::nominal(robot),
+            Some(BodiesFrom::TotalMassKg(mass)) => Prior::geometric(robot, mass),
+        };
+        let prior = prior.map_err(IdentificationError::Consistency)?;
+        let Solution { parameters, covariance, .. } = &fit.weighted.solution;
+        let (names, values) = (selection.names(), parameters.as_slice());
+        // Fixed link parameters are refused: their value is simulated, and may be physically
+        // inconsistent.
+        let first = Estimate { names, values, covariance, fixed: &[] };
+        let constraint = Constraint::new(robot, base, &first, &prior);
+        let constraint = constraint.map_err(IdentificationError::Consistency)?;
+        Ok(Some(Self { constraint, of_start: covariance.clone() }))
+    }
+
+    /// The arm nearest to parameters to start from.
+    pub(super) fn start(&self, parameters: &DVector<f64>) -> Result<Possible, IdentificationError> {
+        let nearest = self.constraint.nearest(parameters, &self.of_start);
+        nearest.map_err(IdentificationError::Consistency)
+    }
+
+    /// The arm nearest to a linear step's parameters, by its covariance.
+    pub(super) fn nearest(&self, solution: &Solution) -> Result<Possible, IdentificationError> {
+        let nearest = self.constraint.nearest(&solution.parameters, &solution.covariance);
+        nearest.map_err(IdentificationError::Consistency)
+    }
+
+    /// A part of the way from one arm to another.
+    pub(super) fn between(&self, from: &Possible, to: &Possible, part: f64) -> Option<Possible> {
+        self.constraint.between(from, to, part)
+    }
+}

@@ -1,0 +1,86 @@
+//! Convergence of an iteration: its steps, checked against the limits.
+
+use nalgebra::DVector;
+
+use crate::identification::judgement::ConvergenceStep;
+use crate::identification::problem::{ConvergenceLimits, IdentificationError, IterationError};
+
+/// A relative error below this is small for any arm. Its changes are compared with this value,
+/// since without noise it would shrink for ever.
+const SMALL_ERROR: f64 = 1e-3;
+
+/// The steps so far.
+pub(super) struct Convergence<'a> {
+    limits: ConvergenceLimits,
+    names: &'a [String],
+    pub(super) steps: Vec<ConvergenceStep>,
+    /// The parameter that the last step changed most.
+    furthest: usize,
+}
+
+impl<'a> Convergence<'a> {
+    pub(super) fn new(limits: ConvergenceLimits, names: &'a [String]) -> Self {
+        Self { limits, names, steps: Vec::new(), furthest: 0 }
+    }
+
+    /// Records the step from a simulation, whose `changes` are in standard deviations, and returns
+    /// whether the parameters have converged. A second step from the same simulation, with other
+    /// weights, is not recorded, and its error has not changed.
+    pub(super) fn note(
+        &mut self,
+        simulation: u32,
+        halvings: u32,
+        relative_error: f64,
+        changes: &DVector<f64>,
+    ) -> bool {
+        let limits = &self.limits;
+        let again = self.steps.last().is_some_and(|last| last.simulation == simulation);
+        let last = self.steps.last().map(|step| step.relative_error);
+        let relative_error_change =
+            last.map(|last| (relative_error - last).abs() / last.max(SMALL_ERROR));
+        self.furthest = changes.icamax();
+        let parameter_change = changes[self.furthest].abs();
+        let settled = again
+            || relative_error_change.is_some_and(|change| change <= limits.relative_error_change);
+        let stands = settled && parameter_change <= limits.parameter_change;
+        if !again {
+            self.steps.push(ConvergenceStep {
+                simulation,
+                relative_error,
+                relative_error_change,
+                parameter_change,
+                halvings,
+            });
+        }
+        stands
+    }
+
+    /// The parameter that the last step changed most.
+    pub(super) fn furthest(&self) -> String {
+        self.names.get(self.furthest).cloned().unwrap_or_default()
+    }
+
+    /// Its change, in standard deviations.
+    pub(super) fn parameter_change(&self) -> Option<f64> {
+        self.steps.last().map(|step| step.parameter_change)
+    }
+
+    /// Checks that another simulation may be run after this number that counts against the limit.
+    /// If not, reports how far the last step was from the end.
+    pub(super) fn check_left(
+        &self,
+        counted: u32,
+        simulations: u32,
+    ) -> Result<(), IdentificationError> {
+        if counted < self.limits.max_simulations {
+            return Ok(());
+        }
+        Err(IterationError::NotConverged {
+            simulations,
+            relative_error_change: self.steps.last().and_then(|step| step.relative_error_change),
+            parameter_change: self.parameter_change().unwrap_or(f64::INFINITY),
+            parameter: self.furthest(),
+        }
+        .into())
+    }
+}

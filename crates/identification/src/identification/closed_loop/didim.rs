@@ -1,0 +1,83 @@
+//! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
+
+use super::alignment::torque_of_simulated_samples;
+use super::consistent_parameters::ConsistentParameters;
+use super::position_noise::noisy_torques;
+use super::pseudo_linear::{Converged, Equation, PseudoLinear, possible};
+use super::simulation_error::relative_errors;
+use super::simulator::Simulator;
+use super::start::start;
+use crate::identification::equation_error::{EquationErrorFit, Weighting};
+use crate::identification::judgement::{
+    Findings, Identification, Iteration, PositionError, SingularValues,
+};
+use crate::identification::observation::BaseColumns;
+use crate::identification::problem::{Context, IdentificationError, Method};
+
+/// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
+/// in place of the measured one.
+///
+/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference.
+/// 2. Build the regressor φ on the **simulated** positions, velocities and accelerations. With the
+///    dependence of the simulated motion on θ neglected (pseudo-linear regression), φ is the
+///    sensitivity of the simulated torque (equation 20).
+/// 3. Filter and decimate regressor and measured torque alike; weighted least squares gives the
+///    next θ. A step whose parameters cannot be simulated is halved.
+/// 4. Repeat until the estimates stand still.
+///
+/// Measured positions enter by the initial state only, and by the weights: σ_j are those of the
+/// equation error (see IDIM-LS) through all iterations, since residuals of a
+/// motion far from the real one would weight away the joints that fit worst. After convergence
+/// they are renewed from the residuals once, and the last equation is solved once more.
+/// Where `simulation.bodies` asks for it, each solution is moved to the nearest one that bodies can
+/// have.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, IdentificationError> {
+    let fit = EquationErrorFit::new(context)?;
+    let simulator = Simulator::new(context, &fit, Method::Didim)?;
+    let torque = torque_of_simulated_samples(context, simulator.timing())?;
+    let consistent_parameters = ConsistentParameters::new(context, &fit)?;
+    let body_list = consistent_parameters.as_ref();
+    let equation = Equation::Simulated { torque };
+    let mut loops = PseudoLinear::new(context, &fit, equation, body_list, simulator);
+    let Converged { simulated, observations, solution: last } =
+        loops.run(start(context, &fit, body_list)?)?;
+
+    let named = |error| context.selection.named(error);
+    let noise_levels = observations.noise_levels(&last.residuals);
+    let weighting =
+        Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
+    let weighting = possible(weighting, &observations, body_list)?;
+    let solution = &weighting.solution;
+    let judged = context.judging(&solution.parameters);
+    let outliers = fit.outlier_samples(context, Some(&weighting));
+    let unweighted = SingularValues::new(&observations.ordinary().map_err(named)?);
+    let simulator = &loops.simulator;
+    let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
+    let motion = simulator.motion();
+    let BaseColumns { auxiliary, .. } = BaseColumns::new(&judged, motion)?;
+    let torque_error_per_joint = relative_errors(
+        context.robot.joints(),
+        &observations.measured(),
+        &observations.predicted(&simulator.arm(&simulated)),
+    );
+    let findings = Findings {
+        method: Method::Didim,
+        motion,
+        auxiliary_columns: &auxiliary,
+        position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
+        observations: weighting.solved(&observations),
+        torque: weighting.torque_rows(&observations),
+        solution,
+        unweighted,
+        downweighted: weighting.downweighted(),
+        iteration: Iteration {
+            torque_error_per_joint: Some(torque_error_per_joint),
+            ..loops.iteration()?
+        },
+        outliers,
+    };
+    findings.judged(&judged)
+}

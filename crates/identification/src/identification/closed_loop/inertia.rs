@@ -1,0 +1,112 @@
+//! The inertia that a joint's controller has to move, and that an arm needs to be simulated.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::identification::problem::Context;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
+
+/// Smallest inertia of a joint, as a share of the largest: an estimate on its way may have none,
+/// and gains that follow it must not vanish.
+const SMALLEST_SHARE: f64 = 1e-3;
+
+/// An arm has at least this share of the inertia that the links of [`missing_inertia`] have, and
+/// gets twice as much from one trial to the next.
+const LEAST_ADDED: f64 = 1e-3;
+const MOST_TRIALS: i32 = 40;
+
+/// Returns the inertia J_j of every joint \[kg·m², or kg of a prismatic one\] while the others move
+/// freely, 1/(M⁻¹)_jj: over the given postures (postures × joints) one over the mean of (M⁻¹)_jj
+/// with these standard parameters, and at least 1e-3 of the largest joint's. Postures where M is
+/// not positive definite do not count.
+///
+/// A separate loop for every joint, tuned for it, is no faster than √n times its tuned bandwidth,
+/// however the joints are coupled: the eigenvalues of M⁻¹ diag(J) are positive, and their sum is n.
+///
+/// # Panics
+/// When parameters or postures are not of the model's size.
+pub fn mean_joint_inertia(model: &Model, parameters: &[f64], postures: &DMatrix<f64>) -> Vec<f64> {
+    let n = model.joints();
+    let (mut mobility, mut counted) = (DVector::zeros(n), 0.0);
+    for_each_mass_matrix(model, parameters, postures, |mass| {
+        if let Some(factor) = Cholesky::<f64, Dyn>::new(mass.clone()) {
+            mobility += factor.inverse().diagonal();
+            counted += 1.0;
+        }
+    });
+    let inertia = mobility.map(|sum| counted / sum);
+    let floor = SMALLEST_SHARE * inertia.iter().copied().fold(0.0, f64::max);
+    inertia.iter().map(|inertia| inertia.max(floor)).collect()
+}
+
+/// Returns the addition to the selected parameters that makes the mass matrix positive definite in
+/// all of these postures (postures × joints), with a margin; zeros if nothing is missing.
+///
+/// Every link gets a share of its joint's mean inertia, as a ball at its origin. This makes any arm
+/// definite whose inertias are selected: least squares alone allow negative inertias of links, and
+/// without drive inertias nothing compensates for them.
+pub(super) fn missing_inertia(
+    context: &Context<'_>,
+    parameters: &DVector<f64>,
+    postures: &DMatrix<f64>,
+) -> DVector<f64> {
+    let Context { robot, base, selection, model, .. } = context;
+    let mut diagonal = DVector::zeros(robot.joints());
+    for_each_mass_matrix(model, &selection.standard(parameters), postures, |mass| {
+        diagonal += mass.diagonal().abs() / postures.nrows() as f64;
+    });
+    let floor = SMALLEST_SHARE * diagonal.max();
+    let mut balls = vec![0.0; robot.parameters().parameters().len()];
+    for (joint, own) in diagonal.iter().enumerate() {
+        ball(robot, joint).for_each(|column| balls[column] = own.max(floor));
+    }
+    let balls = selection.of_base(base, &base.regroup(&balls));
+    let definite = |parameters: &DVector<f64>| {
+        let mut is_positive = true;
+        for_each_mass_matrix(model, &selection.standard(parameters), postures, |mass| {
+            is_positive = is_positive && Cholesky::<f64, Dyn>::new(mass.clone()).is_some();
+        });
+        is_positive
+    };
+    // With a margin as large as the final one.
+    let enough = |added: f64, share: f64| definite(&(parameters + &balls * (added * share)));
+    if enough(LEAST_ADDED, -1.0) {
+        return DVector::zeros(parameters.len());
+    }
+    let mut trials = (0..MOST_TRIALS).map(|trial| LEAST_ADDED * 2.0_f64.powi(trial));
+    // If inertias are not selected, it may never become definite: the simulation reports it.
+    let added = trials.find(|added| enough(*added, 0.5)).unwrap_or(0.0);
+    balls * added
+}
+
+/// The standard parameters, by their columns, of a ball at the origin of a joint's link, as far as
+/// the joint moves it: its inertia about every axis, or its mass at a prismatic joint.
+pub(super) fn ball(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> + '_ {
+    use ParameterKind::{M, Xx, Yy, Zz};
+    let kinds: &[ParameterKind] = match robot.chain()[joint].kind {
+        JointKind::Revolute => &[Xx, Yy, Zz],
+        JointKind::Prismatic => &[M],
+    };
+    kinds.iter().filter_map(move |kind| robot.parameters().column(*kind, joint))
+}
+
+/// Calls `each` with the mass matrix in every posture.
+fn for_each_mass_matrix(
+    model: &Model,
+    parameters: &[f64],
+    postures: &DMatrix<f64>,
+    mut each: impl FnMut(&DMatrix<f64>),
+) {
+    let n = model.joints();
+    let mut workspace = Workspace::new();
+    let mut mass = DMatrix::zeros(n, n);
+    let mut q = [0.0; MAX_JOINTS];
+    for posture in postures.row_iter() {
+        for (q, value) in q.iter_mut().zip(posture.iter()) {
+            *q = *value;
+        }
+        model.mass_matrix(&mut workspace, parameters, &q[..n], mass.as_mut_slice());
+        each(&mass);
+    }
+}

@@ -1,0 +1,262 @@
+//! One step of the descent: from a point to the next, damped or halved until it is accepted.
+
+use nalgebra::DVector;
+
+use super::damping::Damped;
+use super::problem::{Point, Problem};
+use crate::feasibility::Possible;
+use crate::identification::closed_loop::consistent_parameters::ConsistentParameters;
+use crate::identification::closed_loop::convergence::Convergence;
+use crate::identification::problem::{IdentificationError, IterationError, Optimiser};
+use crate::regression::{Observations, Solution};
+use didim_dynamics::simulation::SimulationError;
+
+/// Steps from one point that are tried: each is half as long or ten times as much damped.
+pub(super) const MAX_TRIES: u32 = 12;
+
+/// The damping at the start, for columns of length 1: nearly the linear step (Marquardt 1963 has
+/// 0.01).
+const FIRST_DAMPING: f64 = 1e-3;
+
+/// The factor by which the damping changes, Marquardt's ν.
+const DAMPING_CHANGE: f64 = 10.0;
+
+/// A damping below this is none: far below the rounding error of the normal matrix.
+const NO_DAMPING: f64 = 1e-9;
+
+/// A step is good above this gain ratio (actual over predicted improvement), and poor below its
+/// complement: the usual quarters (Nocedal and Wright, *Numerical Optimization*, algorithm 4.1).
+const GOOD_GAIN: f64 = 0.75;
+const POOR_GAIN: f64 = 0.25;
+
+/// A point, its equation and the linear step from there.
+pub(super) struct Linearised {
+    pub(super) point: Point,
+    pub(super) observations: Observations,
+    pub(super) solution: Solution,
+    /// The bodies of the point and of the solution, where they are to be those of an arm.
+    pub(super) possible: Option<Possible>,
+    pub(super) target: Option<Possible>,
+}
+
+/// Parameters to go to.
+pub(super) struct Place {
+    pub(super) parameters: DVector<f64>,
+    pub(super) possible: Option<Possible>,
+}
+
+impl Place {
+    /// Whatever bodies have them.
+    pub(super) fn new(parameters: DVector<f64>) -> Self {
+        Self { parameters, possible: None }
+    }
+
+    /// Returns the penalty of the distance from physically consistent parameters.
+    fn penalty(&self) -> f64 {
+        penalty(self.possible.as_ref())
+    }
+}
+
+impl From<Possible> for Place {
+    fn from(possible: Possible) -> Self {
+        Self { parameters: possible.parameters.clone(), possible: Some(possible) }
+    }
+}
+
+fn penalty(possible: Option<&Possible>) -> f64 {
+    possible.map_or(0.0, |possible| possible.penalty)
+}
+
+/// Why the descent cannot continue from a point.
+pub(super) enum Rejection {
+    Simulation(SimulationError),
+    /// Its parameters cannot be distinguished there, or not be computed.
+    Equation(IdentificationError),
+}
+
+/// A way down the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
+pub(super) struct Descent<'p, 'a> {
+    pub(super) problem: &'p mut Problem<'a>,
+    /// Restriction of the steps.
+    pub(super) consistent_parameters: Option<&'p ConsistentParameters>,
+    /// σ_j.
+    pub(super) levels: Vec<f64>,
+    damping: f64,
+    /// Simulations of new parameters, those before the first sensitivities included; those for
+    /// differences are not counted.
+    pub(super) trials: u32,
+    pub(super) linear_steps: u32,
+    pub(super) convergence: Convergence<'a>,
+}
+
+impl<'p, 'a> Descent<'p, 'a> {
+    pub(super) fn new(
+        problem: &'p mut Problem<'a>,
+        consistent_parameters: Option<&'p ConsistentParameters>,
+    ) -> Self {
+        let context = problem.context;
+        let limits = context.options.simulation.convergence;
+        Self {
+            trials: problem.simulations,
+            problem,
+            consistent_parameters,
+            levels: vec![],
+            damping: FIRST_DAMPING,
+            linear_steps: 0,
+            convergence: Convergence::new(limits, context.selection.names()),
+        }
+    }
+
+    /// Next to instability the sensitivities grow beyond what can be solved. The descent cannot
+    /// continue from such a point.
+    pub(super) fn linearise(
+        &mut self,
+        mut point: Point,
+    ) -> Result<(Point, Observations), Rejection> {
+        match self.problem.linearise(&mut point) {
+            Ok(Ok(observations)) => Ok((point, observations)),
+            Ok(Err(failed)) => Err(Rejection::Simulation(failed)),
+            Err(error) => Err(Rejection::Equation(error)),
+        }
+    }
+
+    pub(super) fn solved(
+        &mut self,
+        point: Point,
+        possible: Option<Possible>,
+        observations: Observations,
+    ) -> Result<Linearised, Rejection> {
+        let (solution, target) = self.solve(&observations).map_err(Rejection::Equation)?;
+        Ok(Linearised { point, observations, solution, possible, target })
+    }
+
+    pub(super) fn solve(
+        &mut self,
+        observations: &Observations,
+    ) -> Result<(Solution, Option<Possible>), IdentificationError> {
+        self.linear_steps += 1;
+        let solved = observations.weighted(&self.levels);
+        let mut solution = solved.map_err(|error| self.problem.named(error))?;
+        let Some(consistent_parameters) = self.consistent_parameters else {
+            return Ok((solution, None));
+        };
+        let target = consistent_parameters.nearest(&solution)?;
+        solution.residuals = observations.residuals(&target.parameters);
+        solution.parameters.copy_from(&target.parameters);
+        Ok((solution, Some(target)))
+    }
+
+    /// Σ ‖ρ_j‖²/σ_j².
+    fn criterion(&self, residuals: &DVector<f64>) -> f64 {
+        let rows = residuals.len() / self.levels.len();
+        let joints = residuals.as_slice().chunks(rows).zip(&self.levels);
+        joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
+    }
+
+    /// The next point: the first along ever shorter steps that lowers the criterion and still tells
+    /// the parameters apart.
+    pub(super) fn advance(
+        &mut self,
+        from: &Linearised,
+    ) -> Result<(Linearised, u32), IdentificationError> {
+        let Linearised { point, observations, solution, possible, .. } = from;
+        let step = &solution.parameters - &point.parameters;
+        let damped = Damped::new(observations, &self.levels, &step);
+        let before = self.criterion(&self.problem.residuals(point)) + penalty(possible.as_ref());
+        let optimiser = self.problem.context.options.simulation.optimiser;
+        let mut cause = None;
+        for tries in 0..MAX_TRIES {
+            self.convergence.check_left(self.trials, self.problem.simulations)?;
+            let part = 0.5_f64.powi(tries.cast_signed());
+            let place = match optimiser {
+                _ if self.consistent_parameters.is_some() => {
+                    let Some(place) = self.between(from, part) else { continue };
+                    place
+                }
+                Optimiser::GaussNewton => Place::new(&point.parameters + &step * part),
+                Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => {
+                    Place::new(&point.parameters + &step)
+                }
+                Optimiser::LevenbergMarquardt => {
+                    Place::new(&point.parameters + damped.step(self.damping))
+                }
+            };
+            self.trials += 1;
+            let (parameters, added) = (place.parameters.clone(), place.penalty());
+            match self.try_point(place, before, tries)? {
+                Ok(next) => {
+                    let predicted = self.criterion(&observations.residuals(&parameters)) + added;
+                    let after = self.criterion(&self.problem.residuals(&next.point)) + added;
+                    self.adapt_damping((before - after) / (before - predicted));
+                    return Ok((next, tries));
+                }
+                Err(rejected) => cause = rejected.or(cause),
+            }
+            self.damping = self.damping.max(NO_DAMPING) * DAMPING_CHANGE;
+        }
+        let simulations = self.problem.simulations;
+        Err(match cause {
+            Some(Rejection::Simulation(cause)) => {
+                IterationError::NoStep { simulations, halvings: MAX_TRIES, cause }.into()
+            }
+            Some(Rejection::Equation(error)) => error,
+            None => IterationError::NoDescent {
+                simulations,
+                parameter: self.convergence.furthest(),
+                parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
+            }
+            .into(),
+        })
+    }
+
+    /// Returns a part of the step to physically consistent parameters, if the steps are restricted
+    /// to them.
+    fn between(&self, from: &Linearised, part: f64) -> Option<Place> {
+        let (possible, target) = (from.possible.as_ref()?, from.target.as_ref()?);
+        Some(self.consistent_parameters?.between(possible, target, part)?.into())
+    }
+
+    /// The point with these parameters, if it is one to go on from; why not, where that is more
+    /// than a criterion that is not below `before`.
+    fn try_point(
+        &mut self,
+        place: Place,
+        before: f64,
+        tries: u32,
+    ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {
+        let parameters = &place.parameters;
+        let before = before - place.penalty();
+        // Most first tries are accepted. After a rejected one, a simulation without sensitivities
+        // is the faster check of the next.
+        if tries > 0 && self.problem.exact() {
+            match self.problem.simulate_output(parameters)? {
+                Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
+                Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+                Ok(_) => {}
+            }
+        }
+        let point = match self.problem.simulate(parameters)? {
+            Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
+            Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+            Ok(point) => point,
+        };
+        let linearised = self.linearise(point);
+        let solved =
+            linearised.and_then(|(point, equation)| self.solved(point, place.possible, equation));
+        Ok(solved.map_err(Some))
+    }
+
+    fn lowers(&self, point: &Point, before: f64) -> bool {
+        self.criterion(&self.problem.residuals(point)) < before
+    }
+
+    /// Less damping where the linear equation has predicted the criterion, more where it has not:
+    /// `gain` is the actual improvement of a step over the predicted one.
+    fn adapt_damping(&mut self, gain: f64) {
+        if gain > GOOD_GAIN {
+            self.damping /= DAMPING_CHANGE;
+        } else if gain < POOR_GAIN {
+            self.damping = self.damping.max(NO_DAMPING) * DAMPING_CHANGE;
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Simulation and step in turn, until the parameters stand still.
+
+use nalgebra::DVector;
+
+use super::descent::{Descent, Linearised, MAX_TRIES, Place, Rejection};
+use crate::identification::judgement::ConvergenceStep;
+use crate::identification::problem::{IdentificationError, IterationError};
+use crate::regression::{Observations, Solution};
+
+/// Weights are renewed no more often than this: each time the parameters move by less, and two or
+/// three settle them.
+const MAX_RENEWALS: u32 = 5;
+
+/// A noise level that changes by no more than this share does not ask for other weights: the
+/// parameters would move by a small part of their standard deviations.
+const SAME_LEVEL: f64 = 0.1;
+
+/// Smallest noise level, as a share of the measurements: below, only rounding would be left to fit.
+const SMALLEST_LEVEL: f64 = 1e-9;
+
+/// The point where the parameters stand still, and the way there.
+pub(super) struct Optimum {
+    pub(super) at: Linearised,
+    pub(super) linear_steps: u32,
+    pub(super) steps: Vec<ConvergenceStep>,
+}
+
+impl Descent<'_, '_> {
+    /// Runs from a start to the minimum of the criterion. The start moves towards the parameters
+    /// `before` as long as it cannot be linearised.
+    pub(super) fn run(
+        mut self,
+        mut start: DVector<f64>,
+        before: Option<&DVector<f64>>,
+    ) -> Result<Optimum, IdentificationError> {
+        let mut halvings = 0;
+        let mut state = loop {
+            match (self.first(&start)?, before) {
+                (Ok(at), _) => break at,
+                (Err(_), Some(before)) if halvings < MAX_TRIES => start = (start + before) * 0.5,
+                (Err(Rejection::Simulation(_)), _) if self.problem.simulator.slow_down()? => {
+                    continue;
+                }
+                (Err(Rejection::Simulation(cause)), _) => {
+                    return Err(IterationError::FirstSimulation { cause }.into());
+                }
+                (Err(Rejection::Equation(error)), _) => return Err(error),
+            }
+            halvings += 1;
+        };
+        let (mut tries, mut renewals) = (0, 0);
+        loop {
+            let relative_error = state.solution.residuals.norm() / self.problem.measured.norm();
+            let changes = (&state.solution.parameters - &state.point.parameters)
+                .component_div(&state.solution.standard_deviations());
+            if self.convergence.note(self.trials, tries, relative_error, &changes) {
+                let levels = self.renewed(&state.observations, &state.solution);
+                let same = levels.iter().zip(&self.levels);
+                let settled =
+                    same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= SAME_LEVEL);
+                self.levels = levels;
+                (state.solution, state.target) = self.solve(&state.observations)?;
+                if settled || renewals == MAX_RENEWALS {
+                    let (linear_steps, steps) = (self.linear_steps, self.convergence.steps);
+                    return Ok(Optimum { at: state, linear_steps, steps });
+                }
+                renewals += 1;
+                tries = 0;
+                continue;
+            }
+            (state, tries) = self.advance(&state)?;
+        }
+    }
+
+    /// The first point and its weights.
+    fn first(
+        &mut self,
+        start: &DVector<f64>,
+    ) -> Result<Result<Linearised, Rejection>, IdentificationError> {
+        self.trials += 1;
+        let place = match self.consistent_parameters {
+            None => Place::new(start.clone()),
+            Some(consistent_parameters) => consistent_parameters.start(start)?.into(),
+        };
+        let point = match self.problem.simulate(&place.parameters)? {
+            Err(failed) => return Ok(Err(Rejection::Simulation(failed))),
+            Ok(point) => point,
+        };
+        let (point, observations) = match self.linearise(point) {
+            Err(rejection) => return Ok(Err(rejection)),
+            Ok(linearised) => linearised,
+        };
+        match self.first_levels(&observations) {
+            Ok(levels) => self.levels = levels,
+            Err(error) => return Ok(Err(Rejection::Equation(error))),
+        }
+        Ok(self.solved(point, place.possible, observations))
+    }
+
+    /// Returns the initial weights. Residuals of the first linear step, without weights, do not
+    /// contain the error of the start, to first order. From a far start they show how badly each
+    /// joint can be linearised, and weigh it accordingly. They stay until the parameters have
+    /// converged.
+    fn first_levels(&self, observations: &Observations) -> Result<Vec<f64>, IdentificationError> {
+        let named = |error| self.problem.named(error);
+        let solution = observations.ordinary().map_err(named)?;
+        Ok(self.renewed(observations, &solution))
+    }
+
+    fn renewed(&self, observations: &Observations, solution: &Solution) -> Vec<f64> {
+        let levels = observations.noise_levels(&solution.residuals).into_iter().enumerate();
+        let rows = (observations.rows_per_joint() as f64).sqrt();
+        levels
+            .map(|(joint, level)| {
+                let measured = self.problem.measured.rows_range(observations.joint_rows(joint));
+                level.max(SMALLEST_LEVEL * measured.norm() / rows)
+            })
+            .collect()
+    }
+}

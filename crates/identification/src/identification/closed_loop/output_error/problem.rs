@@ -1,0 +1,218 @@
+//! From parameters to the simulated rows and their sensitivities.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::sensitivities::SensitivitySignals;
+use crate::identification::closed_loop::simulator::Simulator;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::judgement::Output;
+use crate::identification::observation::Motion;
+use crate::identification::problem::{
+    Context, IdentificationError, IterationError, SensitivityMethod,
+};
+use crate::regression::{Observations, RegressionError};
+use didim_dynamics::numeric::WIDTH;
+use didim_dynamics::simulation::{SimulationError, set_row};
+
+/// Relative step of a parameter for differences. Rounding makes an error of about 1e-11 over it,
+/// relative to the derivative, and curvature one of its own size.
+const DIFFERENCE: f64 = 1e-6;
+
+/// Simulations for differences that run side by side.
+const LANES: usize = WIDTH;
+
+/// One simulation and its results.
+pub(super) struct Point {
+    pub(super) parameters: DVector<f64>,
+    pub(super) motion: Motion,
+    /// The rows of both simulated outputs.
+    pub(super) torque: DVector<f64>,
+    position: DVector<f64>,
+    /// Ψ of the output whose error is minimised, once it is known.
+    jacobian: Option<DMatrix<f64>>,
+}
+
+impl Point {
+    fn simulated(&self, output: Output) -> &DVector<f64> {
+        match output {
+            Output::Torque => &self.torque,
+            Output::Position => &self.position,
+        }
+    }
+}
+
+/// Measurements and the loop that is to explain them.
+pub(super) struct Problem<'a> {
+    pub(super) output: Output,
+    pub(super) context: &'a Context<'a>,
+    pub(super) fit: &'a EquationErrorFit,
+    /// Measured rows of the output.
+    pub(super) measured: DVector<f64>,
+    pub(super) simulator: Simulator<'a>,
+    /// Closed-loop simulations, those that failed and those for differences included.
+    pub(super) simulations: u32,
+}
+
+impl Problem<'_> {
+    /// Simulates once, with exact sensitivities if requested.
+    ///
+    /// # Errors
+    /// Outside, an error that no other parameters would avoid; inside, the end of the simulation.
+    pub(super) fn simulate(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, self.exact())
+    }
+
+    /// True if simulations come with exact sensitivities.
+    pub(super) fn exact(&self) -> bool {
+        self.context.options.simulation.sensitivities == SensitivityMethod::Exact
+    }
+
+    /// The same without sensitivities, which takes a fraction of the time.
+    pub(super) fn simulate_output(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, false)
+    }
+
+    fn run(
+        &mut self,
+        parameters: &DVector<f64>,
+        exact: bool,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.simulations += 1;
+        let columns = self.context.selection.columns();
+        let mut loops = self.simulator.closed_loops(parameters)?;
+        let mut motion = self.simulator.motion().clone();
+        let (samples, joints) = motion.position.shape();
+        let mut torque = DMatrix::zeros(samples, joints);
+        let mut signals = exact.then(|| SensitivitySignals::new(samples, joints, columns.len()));
+        if exact {
+            let varied = loops.into_iter().map(|one| one.with_sensitivities(columns));
+            loops = varied.collect::<Result<_, _>>().map_err(IdentificationError::Setup)?;
+        }
+        let output = self.output;
+        let done = self.simulator.for_each_sample(&mut loops, |k, sample, sensitivities| {
+            motion.set(k, sample);
+            set_row(&mut torque, k, &sample.true_torque_nm);
+            if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
+                signals.set(
+                    k,
+                    match output {
+                        Output::Torque => found.torque,
+                        Output::Position => found.position,
+                    },
+                );
+            }
+        });
+        if let Err(error) = done {
+            return Ok(Err(error));
+        }
+        let jacobian = signals.map(|signals| signals.rows(self.context)).transpose()?;
+        Ok(Ok(Point {
+            parameters: parameters.clone(),
+            torque: self.context.rows_of(&torque, simulated(Output::Torque))?,
+            position: self.context.rows_of(&motion.position, simulated(Output::Position))?,
+            motion,
+            jacobian,
+        }))
+    }
+
+    /// Returns the linear equation around a point, `y − y_s + Ψ θ_s = Ψ θ + ε` (equations 17 and 19
+    /// with Δθ = θ − θ_s).
+    ///
+    /// # Errors
+    /// Inside, the end of a simulation for a difference.
+    pub(super) fn linearise(
+        &mut self,
+        point: &mut Point,
+    ) -> Result<Result<Observations, SimulationError>, IdentificationError> {
+        let jacobian = match point.jacobian.take() {
+            Some(jacobian) => jacobian,
+            None => match self.differences(point)? {
+                Ok(jacobian) => jacobian,
+                Err(error) => return Ok(Err(error)),
+            },
+        };
+        point.jacobian = Some(jacobian.clone());
+        let equation = self.residuals(point) + &jacobian * &point.parameters;
+        let named = |error| self.named(error);
+        let joints = self.context.robot.joints();
+        Observations::new(jacobian, equation, joints).map(Ok).map_err(named)
+    }
+
+    /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
+    fn differences(
+        &mut self,
+        point: &Point,
+    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
+        let base = point.simulated(self.output).clone();
+        let deviations = self.fit.weighted.solution.standard_deviations();
+        let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
+        let (samples, joints) = point.motion.position.shape();
+        let output = self.output;
+        let columns: Vec<usize> = (0..point.parameters.len()).collect();
+        // The chunk size keeps the memory of their signals small.
+        for columns in columns.chunks(LANES) {
+            let mut steps = [0.0; LANES];
+            let mut loops = Vec::with_capacity(LANES);
+            for (h, &k) in steps.iter_mut().zip(columns) {
+                let mut perturbed = point.parameters.clone();
+                // A parameter that is 0 has the size of its uncertainty.
+                perturbed[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                *h = perturbed[k] - point.parameters[k];
+                loops.push(self.simulator.closed_loops(&perturbed)?);
+            }
+            self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
+            let mut signals: [_; LANES] =
+                core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
+            let done = self.simulator.for_each_sample_of(loops, |one, k, sample| {
+                let values = match output {
+                    Output::Torque => &sample.true_torque_nm,
+                    Output::Position => &sample.true_position_rad,
+                };
+                set_row(&mut signals[one], k, values);
+            });
+            if let Err(error) = done {
+                return Ok(Err(error));
+            }
+            for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
+                let other = self.context.rows_of(signals, simulated(output))?;
+                jacobian.set_column(k, &((other - &base) / h));
+            }
+        }
+        Ok(Ok(jacobian))
+    }
+
+    /// `y − y_s`.
+    pub(super) fn residuals(&self, point: &Point) -> DVector<f64> {
+        &self.measured - point.simulated(self.output)
+    }
+
+    /// The failure of a regression: where columns do not tell parameters apart, it is the criterion
+    /// that does not see them.
+    pub(super) fn named(&self, error: RegressionError) -> IdentificationError {
+        let signal = match self.output {
+            Output::Torque => "torque",
+            Output::Position => "position",
+        };
+        match self.context.selection.named(error) {
+            IdentificationError::NotExcited { parameters }
+            | IdentificationError::RankDeficient { parameters } => {
+                IterationError::Insensitive { signal, parameters }.into()
+            }
+            other => other,
+        }
+    }
+}
+
+/// Returns the name of a simulated signal in an error.
+fn simulated(output: Output) -> &'static str {
+    match output {
+        Output::Torque => "simulated torque",
+        Output::Position => "simulated position",
+    }
+}

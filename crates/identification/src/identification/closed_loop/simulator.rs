@@ -1,0 +1,338 @@
+//! The closed loop of the experiment, simulated with an estimate: each recording by itself.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::inertia::{mean_joint_inertia, missing_inertia};
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::judgement::ReferenceSource;
+use crate::identification::observation::{Motion, reference_of};
+use crate::identification::problem::{Context, IdentificationError, Method};
+use didim_dynamics::control::{ControlTiming, ControllerConfig, SimulatedController};
+use didim_dynamics::numeric::WIDTH;
+use didim_dynamics::simulation::{
+    ClosedLoop, InitialState, Lockstep, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
+    SimulationError, StepOutput, set_row,
+};
+use didim_dynamics::trajectory::SampledReference;
+
+/// A record's sample period this close to a whole multiple of the controller's, relative to it, is
+/// one: rates and periods are written with few digits.
+const WHOLE_MULTIPLE: f64 = 1e-6;
+
+/// A controller computes no more often per sample of the record.
+const MOST_PERIODS: f64 = 200.0;
+
+/// A stand-in loop that does not hold the arm gets this bandwidth in place of 1, at most so often.
+const SLOWER: f64 = 0.7;
+const MOST_SLOWED: u32 = 6;
+
+/// Everything about the loop but the estimate.
+pub(super) struct Simulator<'a> {
+    context: &'a Context<'a>,
+    controller: SimulatedController,
+    /// The gains, where they do not follow the estimate.
+    fixed: Option<ControllerConfig>,
+    recordings: Vec<Recorded>,
+    source: ReferenceSource,
+    config: SimulationConfig,
+    /// Measured positions of the rows, over which inertias are averaged.
+    postures: DMatrix<f64>,
+    /// Addition to every simulated estimate, if that of the equation error is no arm.
+    added: DVector<f64>,
+    /// Number of times that a substitute loop was slowed down.
+    slowed: u32,
+    /// Controller periods per sample of the record.
+    periods: usize,
+    motion: Motion,
+    /// Memory for the next one.
+    spare: Option<Motion>,
+}
+
+/// Reference of one recording's loop, and its start.
+struct Recorded {
+    /// Its samples in the experiment; the first is at time 0.
+    samples: Range<usize>,
+    reference: SampledReference,
+    initial: InitialState,
+}
+
+/// The loops of one simulation, one per recording.
+pub(super) type Loops<'s> = Vec<ClosedLoop<&'s SampledReference>>;
+
+impl<'a> Simulator<'a> {
+    /// The loop that each recording was made in: its reference where there is one, otherwise the
+    /// filtered measured position, beginning at its filtered measured position and velocity.
+    pub(super) fn new(
+        context: &'a Context<'a>,
+        fit: &EquationErrorFit,
+        method: Method,
+    ) -> Result<Self, IdentificationError> {
+        let (experiment, options) = (context.experiment, &context.options.simulation);
+        let controller = context.options.controller(method)?.clone();
+        let rate = experiment.sample_rate_hz();
+        let periods = periods_per_sample(rate, controller.timing())?;
+        let (source, recorded, delay_s) = match experiment.reference_rad() {
+            Some(recorded) => {
+                (ReferenceSource::Recorded, recorded, experiment.reference_timing().delay_s)
+            }
+            None => (ReferenceSource::MeasuredPosition, &fit.motion.position, 0.0),
+        };
+        let recording = |samples: &Range<usize>| {
+            let first = |signal: &dyn Fn(usize) -> f64| {
+                (0..experiment.joints()).map(signal).collect::<Vec<f64>>()
+            };
+            let start = samples.start;
+            Ok(Recorded {
+                samples: samples.clone(),
+                reference: reference_of(context, recorded, samples, delay_s)?,
+                initial: InitialState::At {
+                    position_rad: first(&|joint| fit.motion.position[(start, joint)]),
+                    velocity_rad_s: first(&|joint| fit.motion.velocity(start, joint)),
+                },
+            })
+        };
+        let recordings = experiment.recordings().iter().map(|of| recording(&of.samples));
+        let recordings = recordings.collect::<Result<_, IdentificationError>>()?;
+        let postures = fit.motion.position.select_rows(&context.samples);
+        let added = missing_inertia(context, &fit.weighted.solution.parameters, &postures);
+        Ok(Self {
+            context,
+            controller,
+            fixed: None,
+            recordings,
+            source,
+            config: SimulationConfig {
+                integrator: options.integrator,
+                substeps: options.substeps,
+                ..SimulationConfig::default()
+            },
+            postures,
+            added,
+            slowed: 0,
+            periods,
+            motion: fit.motion.clone(),
+            spare: None,
+        })
+    }
+
+    /// When the controller computes.
+    pub(super) fn timing(&self) -> ControlTiming {
+        self.controller.timing()
+    }
+
+    /// Returns the source of the reference.
+    pub(super) fn source(&self) -> ReferenceSource {
+        self.source
+    }
+
+    /// Returns the same with gains for these parameters, whatever is simulated later.
+    pub(super) fn with_gains_for(
+        mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Self, IdentificationError> {
+        self.fixed =
+            Some(self.controller_for(&self.context.selection.standard(&self.arm(parameters)))?);
+        Ok(self)
+    }
+
+    /// The parameters of the arm that is simulated with an estimate.
+    pub(super) fn arm(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        parameters + &self.added
+    }
+
+    /// Simulates every later estimate without an addition.
+    pub(super) fn add_nothing(&mut self) {
+        self.added.fill(0.0);
+    }
+
+    fn controller_for(&self, standard: &[f64]) -> Result<ControllerConfig, IdentificationError> {
+        let inertia = mean_joint_inertia(&self.context.model, standard, &self.postures);
+        let controller = self.controller.for_inertia(&inertia);
+        controller.map_err(|error| IdentificationError::Setup(SetupError::Control(error)))
+    }
+
+    /// Slows down a substitute loop that does not hold the arm. Returns false if it is none, or
+    /// cannot be slower.
+    ///
+    /// # Errors
+    /// Impossible gains of the loop.
+    pub(super) fn slow_down(&mut self) -> Result<bool, IdentificationError> {
+        let is_stand_in = matches!(self.controller, SimulatedController::Bandwidth { .. });
+        if !is_stand_in || self.slowed == MOST_SLOWED {
+            return Ok(false);
+        }
+        self.slowed += 1;
+        let setup = |error| IdentificationError::Setup(SetupError::Control(error));
+        self.controller = self.controller.clone().with_bandwidth(SLOWER).map_err(setup)?;
+        if let Some(fixed) = self.fixed.take() {
+            self.fixed = Some(fixed.with_bandwidth(SLOWER).map_err(setup)?);
+        }
+        Ok(true)
+    }
+
+    /// The smallest bandwidth of a joint's stand-in loop \[Hz\], where it had to be slowed down.
+    pub(super) fn slower_bandwidth_hz(&self) -> Option<f64> {
+        match &self.controller {
+            SimulatedController::Bandwidth { bandwidth_hz, .. } if self.slowed > 0 => {
+                bandwidth_hz.iter().copied().min_by(f64::total_cmp)
+            }
+            _ => None,
+        }
+    }
+
+    /// The loops with these selected parameters, every other parameter 0.
+    pub(super) fn closed_loops(
+        &self,
+        parameters: &DVector<f64>,
+    ) -> Result<Loops<'_>, IdentificationError> {
+        self.closed_loops_with(parameters, &self.config)
+    }
+
+    fn closed_loops_with(
+        &self,
+        parameters: &DVector<f64>,
+        config: &SimulationConfig,
+    ) -> Result<Loops<'_>, IdentificationError> {
+        let standard = self.context.selection.standard(&self.arm(parameters));
+        let controller = match &self.fixed {
+            Some(fixed) => fixed.clone(),
+            None => self.controller_for(&standard)?,
+        };
+        let (robot, mut config) = (self.context.robot, config.clone());
+        let mut loops = Vec::with_capacity(self.recordings.len());
+        for Recorded { reference, initial, .. } in &self.recordings {
+            let start = initial.clone();
+            let made = ClosedLoop::new(robot, &standard, &controller, reference, &config, start);
+            loops.push(made.map_err(IdentificationError::Setup)?);
+            // The next one has its own noise.
+            if let Some(noise) = &mut config.noise {
+                noise.seed = noise.seed.wrapping_add(1);
+            }
+        }
+        Ok(loops)
+    }
+
+    /// Calls `each` with every sample of the experiment's grid, which is one in so many of the
+    /// loops'.
+    pub(super) fn for_each_sample(
+        &self,
+        loops: &mut Loops<'_>,
+        mut each: impl FnMut(usize, &StepOutput, Option<Sensitivities<'_>>),
+    ) -> Result<(), SimulationError> {
+        for (closed_loop, of) in loops.iter_mut().zip(&self.recordings) {
+            for k in of.samples.clone() {
+                if k > of.samples.start {
+                    for _ in 1..self.periods {
+                        closed_loop.step()?;
+                    }
+                }
+                closed_loop.step()?;
+                each(k, closed_loop.output(), closed_loop.sensitivities());
+            }
+        }
+        Ok(())
+    }
+
+    /// Simulates the motion of the arm with these selected parameters, every other parameter 0: at
+    /// the samples of the record, accelerations just after them.
+    ///
+    /// # Errors
+    /// Outside, an error that no other parameters would avoid; inside, the end of the simulation.
+    pub(super) fn run(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<(), SimulationError>, IdentificationError> {
+        let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
+        let mut loops = self.closed_loops(parameters)?;
+        let recorded = self.for_each_sample(&mut loops, |k, sample, _| motion.set(k, sample));
+        if recorded.is_ok() {
+            core::mem::swap(&mut self.motion, &mut motion);
+        }
+        self.spare = Some(motion);
+        Ok(recorded)
+    }
+
+    /// Returns the torque that acts just after every sample, samples × joints \[N·m\], in a
+    /// simulation with each of these noises.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub(super) fn torques_with_noise<const L: usize>(
+        &self,
+        parameters: &DVector<f64>,
+        noises: [NoiseConfig; L],
+    ) -> Result<Result<[DMatrix<f64>; L], SimulationError>, IdentificationError> {
+        let mut loops = Vec::with_capacity(L);
+        for noise in noises {
+            let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
+            loops.push(self.closed_loops_with(parameters, &config)?);
+        }
+        let (samples, joints) = (self.motion.position.nrows(), self.context.robot.joints());
+        let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
+        let done = self.for_each_sample_of(loops, |one, k, sample| {
+            set_row(&mut torques[one], k, &sample.true_torque_nm);
+        });
+        Ok(done.map(|()| torques))
+    }
+
+    /// Calls `each` with the number of each of these simulations, several of them side by side, and
+    /// every sample of the experiment's grid.
+    pub(super) fn for_each_sample_of<'s>(
+        &'s self,
+        simulations: Vec<Loops<'s>>,
+        mut each: impl FnMut(usize, usize, &StepOutput),
+    ) -> Result<(), SimulationError> {
+        let mut simulations: Vec<_> = simulations.into_iter().map(Vec::into_iter).collect();
+        for Recorded { samples, .. } in &self.recordings {
+            for (first, simulations) in (0..).step_by(WIDTH).zip(simulations.chunks_mut(WIDTH)) {
+                let starting = simulations.iter_mut().filter_map(Iterator::next);
+                let mut lockstep = Lockstep::new(starting.collect());
+                for k in samples.clone() {
+                    let periods = if k > samples.start { self.periods } else { 1 };
+                    (0..periods).try_for_each(|_| lockstep.step())?;
+                    for (l, sample) in lockstep.outputs().enumerate() {
+                        each(first + l, k, sample);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The motion of the last simulation that [`run`](Self::run) completed.
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+}
+
+impl Motion {
+    /// Takes the true motion of a simulated sample.
+    pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
+        let StepOutput { true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2, .. } =
+            sample;
+        let motion = [true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2];
+        self.set_sample(k, motion, sample.hysteresis);
+    }
+}
+
+/// # Errors
+/// [`IdentificationError::ControllerPeriod`].
+pub(super) fn periods_per_sample(
+    sample_rate_hz: f64,
+    controller: ControlTiming,
+) -> Result<usize, IdentificationError> {
+    let sample_period_s = 1.0 / sample_rate_hz;
+    let controller_period_s = controller.sample_period_s();
+    let periods = sample_period_s / controller_period_s;
+    let whole_periods = periods.round();
+    // More is a mistake of units, and takes hours to simulate.
+    if (1.0..=MOST_PERIODS).contains(&whole_periods)
+        && (periods - whole_periods).abs() <= WHOLE_MULTIPLE * whole_periods
+    {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        return Ok(whole_periods as usize);
+    }
+    Err(IdentificationError::ControllerPeriod { controller_period_s, sample_period_s })
+}

@@ -1,0 +1,99 @@
+//! The parameters of the first simulation.
+
+use nalgebra::DVector;
+
+use super::consistent_parameters::ConsistentParameters;
+use super::inertia::ball;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::problem::{Context, IdentificationError, Start};
+use didim_dynamics::robot::{ParameterKind, Robot};
+
+/// A value for every selected parameter, those of bodies where the steps are to be theirs.
+pub(super) fn start(
+    context: &Context<'_>,
+    fit: &EquationErrorFit,
+    consistent_parameters: Option<&ConsistentParameters>,
+) -> Result<DVector<f64>, IdentificationError> {
+    let start = chosen(context, fit)?;
+    consistent_parameters
+        .map_or(Ok(start.clone()), |body_list| Ok(body_list.start(&start)?.parameters))
+}
+
+fn chosen(
+    context: &Context<'_>,
+    fit: &EquationErrorFit,
+) -> Result<DVector<f64>, IdentificationError> {
+    let Context { robot, base, selection, .. } = context;
+    let standard = match context.options.simulation.start {
+        Start::IdimLs => return Ok(fit.weighted.solution.parameters.clone()),
+        Start::Nominal => match robot.nominal() {
+            Some(nominal) => nominal.standard().to_vec(),
+            None => {
+                let robot = robot.name().to_owned();
+                return Err(IdentificationError::NoNominalParameters { robot });
+            }
+        },
+        Start::UnitDriveInertias => unit_drive_inertias(robot),
+    };
+    let mut start = selection.of_base(base, &base.regroup(&standard));
+    if context.model.feels_loads() && context.options.simulation.start == Start::UnitDriveInertias {
+        // Without weight there is no load that friction could grow with.
+        let starts = fit.weighted.solution.parameters.iter().zip(selection.kinds());
+        for (start, (value, kind)) in start.iter_mut().zip(starts) {
+            if matches!(
+                kind,
+                ParameterKind::Mx | ParameterKind::My | ParameterKind::Mz | ParameterKind::M
+            ) {
+                *start = *value;
+            }
+        }
+    }
+    Ok(start)
+}
+
+/// Standard parameters of an arm of motors with 1 kg·m² at their joints. Where a joint has no drive
+/// inertia in the model, its link has as much, about every axis; one that a prismatic joint moves
+/// has 1 kg.
+///
+/// The parameter ia_j of a joint whose motor moves no other joint also stands for what the motors
+/// i that do move it add there, s_ij² ia_i: ia_j = 1 + Σ s_ij², with s_ij how far motor i turns per
+/// turn of joint j, over how far it turns per turn of its own.
+fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
+    let (table, transmission) = (robot.parameters(), robot.transmission());
+    let has_inertia = |motor: usize| table.column(ParameterKind::Ia, motor).is_some();
+    let value = |joint: usize| {
+        let others = (0..robot.joints()).filter(|&motor| {
+            motor != joint && has_inertia(motor) && !transmission.is_coupled(joint)
+        });
+        1.0 + others.map(|motor| transmission.direction(motor)[joint].powi(2)).sum::<f64>()
+    };
+    let mut standard = vec![0.0; table.parameters().len()];
+    for joint in 0..robot.joints() {
+        match table.column(ParameterKind::Ia, joint) {
+            Some(column) => standard[column] = value(joint),
+            None => ball(robot, joint).for_each(|column| standard[column] = 1.0),
+        }
+    }
+    standard
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "ones and zeros")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tx40_starts_where_the_paper_does() {
+        let robot =
+            Robot::from_toml(include_str!("../../../../../config/robots/tx40.toml")).unwrap();
+        let standard = unit_drive_inertias(&robot);
+        for (parameter, value) in robot.parameters().parameters().iter().zip(standard) {
+            let expected = match (parameter.kind, parameter.joint) {
+                (ParameterKind::Ia, 4) => 2.0,
+                (ParameterKind::Ia, _) => 1.0,
+                _ => 0.0,
+            };
+            assert_eq!(value, expected, "{parameter}");
+        }
+    }
+}

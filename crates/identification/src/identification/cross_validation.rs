@@ -1,0 +1,167 @@
+//! How well a method predicts what it has not seen.
+
+use core::ops::Range;
+
+use nalgebra::DVector;
+
+use super::identify::identify;
+use super::judgement::{Estimate, REACH_ROWS};
+use super::observation::{filtered_motion, filtered_torque, fitted_matrix, torque_equation};
+use super::prediction::PredictionError;
+use super::problem::{Context, Experiment, IdentificationError, Method, Options};
+use crate::regression::{Observations, relative_errors};
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::Robot;
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossValidation {
+    /// Torques of the blocks, each predicted with parameters that were found without it.
+    pub held_out: PredictionError,
+    /// Torques of the same blocks, predicted with the parameters that were found with all of them.
+    pub in_sample: PredictionError,
+    /// The samples of each block.
+    pub blocks: Vec<Range<usize>>,
+    /// What was found without each block.
+    pub estimates: Vec<Estimate>,
+}
+
+/// Splits the counted samples into `blocks` consecutive parts of equal length, identifies without
+/// each in turn, and predicts it.
+///
+/// The prediction is the same for every method: the inverse dynamic model with the estimate, along
+/// the filtered measured motion, both sides behind the parallel filter of `options`. So methods can
+/// be compared by it. Rows within ten of a block are not fitted either, because the filters mix
+/// them with those of the block.
+///
+/// # Errors
+/// [`IdentificationError::Blocks`], and those of [`identify`].
+pub fn cross_validate(
+    method: Method,
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+    blocks: usize,
+) -> Result<CrossValidation, IdentificationError> {
+    let counted = experiment.counted();
+    let guard = REACH_ROWS * options.decimation_filter.factor;
+    let length = counted.len() / blocks.max(1);
+    if blocks < 2 || length <= guard {
+        return Err(IdentificationError::Blocks { blocks, samples: counted.len(), guard });
+    }
+    let end = |block: usize| match block + 1 {
+        last if last == blocks => counted.end,
+        next => counted.start + next * length,
+    };
+    let ranges: Vec<Range<usize>> =
+        (0..blocks).map(|block| counted.start + block * length..end(block)).collect();
+
+    let identify = |experiment: &_| identify(method, robot, base, experiment, options);
+    let full_estimate = identify(experiment)?.estimate;
+    // Of all base parameters, whichever are identified.
+    let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
+    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let rows = Rows::new(&context)?;
+    // Where friction grows with the load, each estimate predicts with its own.
+    let add = |errors: &mut Errors, range: &Range<usize>, estimate: &Estimate| {
+        let values = values(estimate);
+        if !context.model.feels_loads() {
+            return errors.add(&rows, range, &values);
+        }
+        let names = context.selection.names().iter();
+        let value =
+            |name: &String| values.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
+        let parameters = names.map(|name| value(name).unwrap_or(0.0)).collect::<Vec<f64>>();
+        let judged = context.judging(&DVector::from_vec(parameters));
+        errors.add(&Rows::new(&judged)?, range, &values)
+    };
+    let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
+    let mut estimates = Vec::with_capacity(blocks);
+    for range in &ranges {
+        let margins =
+            range.start.saturating_sub(guard)..(range.end + guard).min(experiment.samples());
+        let without = experiment.clone().with_held_out(margins);
+        let estimate = identify(&without.map_err(IdentificationError::HeldOut)?)?.estimate;
+        add(&mut held_out, range, &estimate)?;
+        add(&mut in_sample, range, &full_estimate)?;
+        estimates.push(estimate);
+    }
+    let (held_out, in_sample) = (held_out.relative(), in_sample.relative());
+    Ok(CrossValidation { held_out, in_sample, blocks: ranges, estimates })
+}
+
+fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
+    let fixed = estimate.nominal.iter().map(|p| (p.name.as_str(), p.value));
+    estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).chain(fixed).collect()
+}
+
+/// The rows of the inverse dynamic model with all base parameters.
+struct Rows<'a> {
+    context: &'a Context<'a>,
+    equation: Observations,
+}
+
+impl<'a> Rows<'a> {
+    fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
+        let motion =
+            filtered_motion(context.robot, context.experiment, &context.options.position_filter)?;
+        let matrix = fitted_matrix(context, &motion)?;
+        let equation = torque_equation(context, matrix, filtered_torque(context)?, &motion)?;
+        Ok(Self { context, equation })
+    }
+}
+
+/// ‖y − Xθ‖² and ‖y‖² of every joint, and the rows of each.
+struct Errors {
+    sums: Vec<[f64; 2]>,
+    rows: usize,
+}
+
+impl Errors {
+    fn new(joints: usize) -> Self {
+        Self { sums: vec![[0.0; 2]; joints], rows: 0 }
+    }
+
+    /// Adds the rows of these samples.
+    fn add(
+        &mut self,
+        rows: &Rows<'_>,
+        samples: &Range<usize>,
+        parameters: &[(&str, f64)],
+    ) -> Result<(), IdentificationError> {
+        let Rows { context, equation } = rows;
+        let mut values = DVector::zeros(equation.matrix().ncols());
+        for (name, value) in parameters {
+            let index = context.base.find(name).ok_or_else(|| {
+                let names = context.base.names().to_vec();
+                IdentificationError::UnknownParameter { name: (*name).to_owned(), available: names }
+            })?;
+            values[index] = *value;
+        }
+        let (remainder, torque) = (equation.residuals(&values), equation.measured());
+        let count = context.samples.len();
+        let fold_rows: Vec<usize> = (context.samples.iter().enumerate())
+            .filter(|(_, sample)| samples.contains(sample))
+            .map(|(row, _)| row)
+            .collect();
+        for (joint, [errors, torques]) in self.sums.iter_mut().enumerate() {
+            for row in fold_rows.iter().map(|row| joint * count + row) {
+                *errors += remainder[row].powi(2);
+                *torques += torque[row].powi(2);
+            }
+        }
+        self.rows += fold_rows.len();
+        Ok(())
+    }
+
+    fn relative(&self) -> PredictionError {
+        let (relative_error, relative_error_per_joint) = relative_errors(&self.sums);
+        let rms = |[errors, _]: &[f64; 2]| (errors / self.rows as f64).sqrt();
+        PredictionError {
+            relative_error,
+            relative_error_per_joint,
+            rms_error_per_joint_nm: self.sums.iter().map(rms).collect(),
+        }
+    }
+}

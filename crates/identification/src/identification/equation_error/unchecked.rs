@@ -1,0 +1,69 @@
+//! IDIM-LS for who asks for parameters and not for whether they may be used.
+
+use super::fit::EquationErrorFit;
+use super::loads::settle_loads;
+use crate::identification::problem::{Context, Experiment, IdentificationError, Method, Options};
+use crate::regression::ResidualStatistics;
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::Robot;
+
+/// A parameter that nobody has checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UncheckedParameter {
+    /// The field's name in lower case.
+    pub name: String,
+    /// SI value.
+    pub value: f64,
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals: the
+    /// uncertainty of a model that is right, and of nothing else.
+    pub standard_deviation: f64,
+}
+
+/// Parameters that nobody has checked: where a simulation may start, or what a study of noise
+/// counts.
+///
+/// It carries no verdict and is no [`Estimate`](crate::identification::Estimate), so that it cannot
+/// stand where a result is wanted that may be applied to an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UncheckedEstimate {
+    /// The parameters, in the model's order.
+    pub parameters: Vec<UncheckedParameter>,
+    /// Condition number of the weighted, decimated observation matrix.
+    pub condition_number: f64,
+    /// What the parameters leave of the filtered, decimated torques \[N·m or N\].
+    pub residuals: ResidualStatistics,
+}
+
+/// The parameters of IDIM-LS, to the bit, without what its verdict rests on.
+///
+/// Not in it: whether the residuals are white, the checks of the model (friction laws, torque
+/// delays and gains, parameters left out, position filter), the mass matrix over the workspace, the
+/// limits of the options, and the fit for plots. The limits are still refused where they make no
+/// sense.
+///
+/// # Errors
+/// As IDIM-LS.
+pub fn idim_ls_unchecked(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+) -> Result<UncheckedEstimate, IdentificationError> {
+    let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    settle_loads(&mut context)?;
+    let fit = EquationErrorFit::new(&context)?;
+    let EquationErrorFit { observations, weighted, .. } = &fit;
+    let solution = &weighted.solution;
+    let robust = weighted.torque_rows(observations);
+    let residuals = robust.map_or(&solution.residuals, |rows| rows.residuals);
+    let deviations = fit.standard_deviations(&context);
+    let names = context.selection.names().iter().zip(solution.parameters.iter());
+    let parameters = names.zip(deviations.iter()).map(|((name, value), deviation)| {
+        UncheckedParameter { name: name.clone(), value: *value, standard_deviation: *deviation }
+    });
+    Ok(UncheckedEstimate {
+        parameters: parameters.collect(),
+        condition_number: solution.condition_number(),
+        residuals: observations.residual_statistics(residuals),
+    })
+}

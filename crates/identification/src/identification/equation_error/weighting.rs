@@ -1,0 +1,102 @@
+//! The weighted solution of an equation, by least squares or as an M-estimate.
+
+use nalgebra::DVector;
+
+use crate::identification::judgement::{DownweightedRows, TorqueRows};
+use crate::regression::{Observations, RegressionError, RobustLoss, Solution};
+
+/// Parameters, and the equation whose least squares solution they are.
+pub(crate) struct Weighting {
+    pub(crate) solution: Solution,
+    robust: Option<Robust>,
+}
+
+struct Robust {
+    /// The equation with pseudo-values, without the rows that are weighted down.
+    fixed: Observations,
+    /// What the parameters leave of the measurements themselves.
+    residuals: DVector<f64>,
+    downweighted: DownweightedRows,
+}
+
+impl Weighting {
+    pub(crate) fn new(
+        equation: &Observations,
+        noise_levels: &[f64],
+        loss: Option<RobustLoss>,
+    ) -> Result<Self, RegressionError> {
+        let Some(loss) = loss else {
+            return Ok(Self { solution: equation.weighted(noise_levels)?, robust: None });
+        };
+        let robust_fit = equation.robust(loss, noise_levels)?;
+        let residuals = equation.residuals(&robust_fit.solution.parameters);
+        let downweighted = DownweightedRows::new(&robust_fit, loss);
+        let (fixed, solution) = without(&robust_fit.pseudo, &robust_fit.solution, &downweighted)?;
+        let robust = Robust { fixed, residuals, downweighted };
+        Ok(Self { solution, robust: Some(robust) })
+    }
+
+    /// Replaces the parameters of least squares; the covariance stays.
+    pub(crate) fn with_parameters(
+        mut self,
+        equation: &Observations,
+        parameters: DVector<f64>,
+    ) -> Self {
+        self.solution.residuals = self.solved(equation).residuals(&parameters);
+        if let Some(robust) = &mut self.robust {
+            robust.residuals = equation.residuals(&parameters);
+        }
+        self.solution.parameters = parameters;
+        self
+    }
+
+    /// The equation that least squares solved.
+    pub(crate) fn solved<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
+        self.robust.as_ref().map_or(equation, |robust| &robust.fixed)
+    }
+
+    /// The measured torques, where other values were solved.
+    pub(crate) fn torque_rows<'a>(&'a self, equation: &'a Observations) -> Option<TorqueRows<'a>> {
+        let robust = self.robust.as_ref()?;
+        Some(TorqueRows { observations: equation, residuals: &robust.residuals, own: None })
+    }
+
+    /// Rows that count for less than a half, where any may.
+    pub(crate) fn downweighted(&self) -> Option<&DownweightedRows> {
+        self.robust.as_ref().map(|robust| &robust.downweighted)
+    }
+}
+
+/// The equation and its solution with zeros in the rows that are weighted down, and the same
+/// parameters.
+///
+/// An encoder's glitch makes rows of X that are large and say nothing: with them the covariance
+/// would be too small, and what the checks add to the model would have to be 0 there. The residuals
+/// that are kept lose what the parameters could still explain of them, so that they stay orthogonal
+/// to X.
+fn without(
+    pseudo: &Observations,
+    solution: &Solution,
+    downweighted: &DownweightedRows,
+) -> Result<(Observations, Solution), RegressionError> {
+    let (mut matrix, mut residuals) = (pseudo.matrix().clone(), solution.residuals.clone());
+    let mut known_torque = pseudo.known_torque().cloned();
+    for (joint, rows) in downweighted.per_joint().iter().enumerate() {
+        for row_of_joint in rows {
+            let row = pseudo.joint_rows(joint).start + row_of_joint;
+            matrix.silence(joint, *row_of_joint);
+            residuals[row] = 0.0;
+            if let Some(torque_known) = &mut known_torque {
+                torque_known[row] = 0.0;
+            }
+        }
+    }
+    let predicted = matrix.times(&solution.parameters);
+    let values = &predicted + residuals;
+    let remaining = Observations::from_dense(matrix.clone(), values)?;
+    let mut solved = remaining.weighted(&solution.noise_levels)?;
+    let reduced = Observations::from_dense(matrix, predicted + &solved.residuals)?;
+    let reduced = reduced.with_known(known_torque);
+    solved.parameters.copy_from(&solution.parameters);
+    Ok((reduced, solved))
+}

@@ -1,0 +1,359 @@
+//! Choice of the friction laws: those that predict held-out data best.
+//!
+//! Terms are added one at a time, as in forward selection. Held-out folds and the uncertainty
+//! outside the recorded motion judge them, never the fit. Shapes that are not linear (the width of
+//! the sign, the speed of Stribeck friction) are searched on a grid and refined, with every linear
+//! parameter solved anew for each: separable least squares (Golub and Pereyra 2003). Friction
+//! hysteresis is refined where the robot configures it, and not tried otherwise: it made
+//! predictions of real arms worse.
+
+use super::identify::identify;
+use super::judgement::{
+    ChosenFriction, Estimate, FrictionChange, FrictionGain, FrictionScore, ParameterEstimate,
+};
+use super::observation::filtered_motion;
+use super::problem::{Experiment, IdentificationError, Method, Options};
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::{
+    FrictionLaw, JointFriction, Parameter, ParameterKind, Robot, SignModel,
+};
+
+/// Widths of the sign that are tried, as shares of a joint's highest speed.
+const WIDTHS: [f64; 7] = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
+
+/// Speeds of Stribeck friction that are tried, likewise.
+const STRIBECK: [f64; 3] = [0.02, 0.06, 0.2];
+
+/// Shapes are refined by these factors, one after the other, each as often as it helps.
+const REFINEMENTS: [f64; 4] = [1.4, 1.0 / 1.4, 1.18, 1.0 / 1.18];
+
+/// But not more often than this.
+const MAX_STEPS: usize = 5;
+
+/// Share of a joint's held-out error that a change has to remove: a law that nobody needs is one
+/// more that the next motion may contradict.
+const LEAST_GAIN: f64 = 0.05;
+
+/// Increase of the torque uncertainty outside the recorded motion that counts as a tie, relative to
+/// all of it.
+const TIE: f64 = 0.001;
+
+/// The share of the load that friction may take: a gear of which it takes more than half locks
+/// itself, and cannot be driven back.
+const MOST_OF_LOAD: f64 = 0.5;
+
+/// Rounds in which every joint may get one change.
+const MAX_ROUNDS: usize = 4;
+
+/// Chooses the friction laws of a robot by IDIM-LS; `tried` is called after each identification.
+///
+/// # Errors
+/// [`IdentificationError::NothingHeldOut`], and those of IDIM-LS with the robot's own laws.
+pub fn choose_friction(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+    tried: impl FnMut(),
+) -> Result<ChosenFriction, IdentificationError> {
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+    let highest = |joint: usize| {
+        let speeds = experiment.counted_samples().map(|k| motion.velocity(k, joint).abs());
+        speeds.fold(0.0, f64::max)
+    };
+    let highest: Vec<f64> = (0..experiment.joints()).map(highest).collect();
+    let mut search =
+        Search { robot, experiment, options, tried, trials: 0, most_extrapolation: f64::INFINITY };
+    let first = search.first(base)?;
+    search.most_extrapolation = first.score.extrapolation + TIE;
+    let (before, mut best, mut gains) = (first.score, first, Vec::new());
+    let candidates = search.candidates(&highest);
+    for _ in 0..MAX_ROUNDS {
+        if !search.round(&mut best, &candidates, &mut gains) {
+            break;
+        }
+    }
+    let unrefined = best.held_out_per_joint.clone();
+    search.refine(&mut best, &gains);
+    // Each with the shape that it has in the end.
+    for gain in &mut gains {
+        gain.change = refined(gain.change, &best.friction[gain.joint - 1]);
+    }
+    for (joint, (own, configured)) in best.friction.iter().zip(robot.own_friction()).enumerate() {
+        if let Some(way_rad) = own
+            .presliding_distance()
+            .filter(|presliding| configured.presliding_distance() != Some(*presliding))
+        {
+            let held_out = [unrefined[joint], best.held_out_per_joint[joint]];
+            let change = FrictionChange::Law(FrictionLaw::Hysteresis { way_rad });
+            gains.push(FrictionGain { joint: joint + 1, change, held_out });
+        }
+    }
+    Ok(ChosenFriction {
+        friction: best.friction,
+        gains,
+        before,
+        after: best.score,
+        trials: search.trials,
+    })
+}
+
+/// A model with certain friction laws, identified.
+struct Trial {
+    friction: Vec<JointFriction>,
+    score: FrictionScore,
+    /// True if the result is usable for the required uses.
+    applicable: bool,
+    held_out_per_joint: Vec<f64>,
+    /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose
+    /// share of the load no gear has: another law in disguise.
+    disguised: Vec<bool>,
+}
+
+struct Search<'a, T> {
+    robot: &'a Robot,
+    experiment: &'a Experiment,
+    options: &'a Options,
+    tried: T,
+    trials: usize,
+    /// Largest accepted uncertainty of the torque outside the recorded motion.
+    most_extrapolation: f64,
+}
+
+impl<T: FnMut()> Search<'_, T> {
+    /// Tries the robot's own laws.
+    fn first(&mut self, base: &BaseParameters) -> Result<Trial, IdentificationError> {
+        let estimate = self.identify(self.robot, base)?;
+        let friction = self.robot.own_friction().to_vec();
+        scored(friction, &estimate).ok_or(IdentificationError::NothingHeldOut)
+    }
+
+    /// Returns the changes to try, each with its law at every moving joint.
+    fn candidates(&self, highest: &[f64]) -> Vec<Vec<Option<FrictionChange>>> {
+        let at_each = |change: &dyn Fn(f64) -> FrictionChange| {
+            let of_joint = |speed: &f64| (*speed > 0.0).then(|| change(*speed));
+            highest.iter().map(of_joint).collect()
+        };
+        let laws = [FrictionLaw::Quadratic, FrictionLaw::Cubic, FrictionLaw::Asymmetric];
+        let mut candidates: Vec<Vec<_>> =
+            laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
+        if self.robot.friction().coulomb {
+            candidates.push(self.by_load(highest));
+            candidates.extend(WIDTHS.map(|share| {
+                at_each(&|speed| {
+                    FrictionChange::Sign(SignModel::Tanh { width_rad_s: rounded(share * speed) })
+                })
+            }));
+            candidates.extend(STRIBECK.map(|share| {
+                at_each(&|speed| {
+                    FrictionChange::Law(FrictionLaw::Stribeck {
+                        speed_rad_s: rounded(share * speed),
+                    })
+                })
+            }));
+        }
+        candidates
+    }
+
+    /// Friction that grows with the load at the joints that move, where it is anything by itself:
+    /// not where gravity does nothing, or always the same.
+    fn by_load(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
+        let law = FrictionLaw::Load;
+        let laws = self.robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let robot = self.robot.clone().with_friction(laws);
+        let base = BaseParameters::compute(&Model::new(&robot));
+        let shows = |joint| {
+            let column = robot.parameters().column(law.kind(), joint);
+            base.as_ref().is_ok_and(|base| column.is_some_and(|own| base.columns().contains(&own)))
+        };
+        let of_joint = |(joint, speed): (usize, &f64)| {
+            (*speed > 0.0 && shows(joint)).then_some(FrictionChange::Law(law))
+        };
+        highest.iter().enumerate().map(of_joint).collect()
+    }
+
+    /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those
+    /// of them that are still worth it one after the other. Whether any was.
+    fn round(
+        &mut self,
+        best: &mut Trial,
+        candidates: &[Vec<Option<FrictionChange>>],
+        gains: &mut Vec<FrictionGain>,
+    ) -> bool {
+        let mut wanted: Vec<Option<(f64, FrictionChange)>> = vec![None; best.friction.len()];
+        for candidate in candidates {
+            let Some(trial) = self.try_changes(best, candidate) else { continue };
+            for (joint, change) in candidate.iter().enumerate() {
+                if trial.friction[joint] == best.friction[joint] {
+                    continue;
+                }
+                let gain = best.gain(&trial, joint);
+                let Some(change) = change.filter(|_| gain >= LEAST_GAIN) else { continue };
+                if wanted[joint].is_none_or(|(other, _)| gain > other) {
+                    wanted[joint] = Some((gain, change));
+                }
+            }
+        }
+        let mut wanted: Vec<_> = (wanted.into_iter().enumerate())
+            .filter_map(|(joint, wanted)| wanted.map(|(gain, change)| (gain, joint, change)))
+            .collect();
+        wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut accepted = false;
+        for (_, joint, change) in wanted {
+            let mut alone = vec![None; best.friction.len()];
+            alone[joint] = Some(change);
+            let Some(trial) = self.try_changes(best, &alone) else { continue };
+            if best.gain(&trial, joint) < LEAST_GAIN || !self.is_no_worse(&trial, best) {
+                continue;
+            }
+            let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
+            gains.push(FrictionGain { joint: joint + 1, change, held_out });
+            *best = trial;
+            accepted = true;
+        }
+        accepted
+    }
+
+    /// Moves the shapes that are not linear to where each joint is predicted best.
+    fn refine(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
+        // The speeds of a joint that was not changed stay as they are.
+        let changed = |joint: usize| gains.iter().any(|gain| gain.joint == joint + 1);
+        let chain = self.robot.chain();
+        for factor in REFINEMENTS {
+            let scaled = |v: f64| rounded(factor * v);
+            let mut step = |of: &dyn Fn(usize, &JointFriction) -> JointFriction| {
+                let improved = |_: &usize| self.refine_by(of, best);
+                (0..MAX_STEPS).take_while(improved).for_each(drop);
+            };
+            step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
+            // Ways are stated by rule of thumb.
+            step(&|joint, own| {
+                let limits = chain[joint].limits;
+                let way_rad = own.presliding_distance().map(scaled);
+                match way_rad
+                    .filter(|presliding| *presliding < limits.position_max - limits.position_min)
+                {
+                    Some(way_rad) => own.with_law(FrictionLaw::Hysteresis { way_rad }),
+                    None => own.clone(),
+                }
+            });
+        }
+    }
+
+    /// Takes one step at the joints that it helps. Whether there is any.
+    fn refine_by(
+        &mut self,
+        step: &dyn Fn(usize, &JointFriction) -> JointFriction,
+        best: &mut Trial,
+    ) -> bool {
+        let laws = best.friction.iter().enumerate().map(|(joint, own)| step(joint, own));
+        let laws: Vec<_> = laws.collect();
+        let Some(trial) = self.trial_of(best, laws.clone()) else { return false };
+        let chosen = (best.friction.iter().zip(laws).enumerate())
+            .map(
+                |(joint, (own, scaled))| {
+                    if best.gain(&trial, joint) > 0.0 { scaled } else { own.clone() }
+                },
+            )
+            .collect();
+        let chosen = self.trial_of(best, chosen).filter(|trial| self.is_no_worse(trial, best));
+        let is_found = chosen.is_some();
+        if let Some(trial) = chosen {
+            *best = trial;
+        }
+        is_found
+    }
+
+    /// Tries a change at each joint that has one; `None` if it changes nothing, or is no
+    /// identifiable model.
+    fn try_changes(&mut self, best: &Trial, changes: &[Option<FrictionChange>]) -> Option<Trial> {
+        let changed = (best.friction.iter().zip(changes)).map(|(own, change)| match change {
+            Some(FrictionChange::Sign(sign)) => JointFriction { sign: *sign, ..own.clone() },
+            Some(FrictionChange::Law(law)) => own.with_law(*law),
+            None => own.clone(),
+        });
+        self.trial_of(best, changed.collect())
+    }
+
+    /// True if it is no worse than another on held-out data, as usable for the required uses, and
+    /// no more uncertain outside the recorded motion than the laws of the robot's file, ties
+    /// included.
+    fn is_no_worse(&self, one: &Trial, other: &Trial) -> bool {
+        one.score.held_out <= other.score.held_out
+            && one.score.extrapolation <= self.most_extrapolation
+            && one.applicable >= other.applicable
+            && one.disguised.iter().zip(&other.disguised).all(|(one, other)| one <= other)
+    }
+
+    /// None where nothing differs.
+    fn trial_of(&mut self, best: &Trial, friction: Vec<JointFriction>) -> Option<Trial> {
+        if friction == best.friction { None } else { self.trial(friction) }
+    }
+
+    fn trial(&mut self, friction: Vec<JointFriction>) -> Option<Trial> {
+        let robot = self.robot.clone().with_friction(friction.clone());
+        let base = BaseParameters::compute(&Model::new(&robot)).ok()?;
+        scored(friction, &self.identify(&robot, &base).ok()?)
+    }
+
+    fn identify(
+        &mut self,
+        robot: &Robot,
+        base: &BaseParameters,
+    ) -> Result<Estimate, IdentificationError> {
+        self.trials += 1;
+        let options = self.options.clone().with_friction(robot);
+        let identified = identify(Method::IdimLs, robot, base, self.experiment, &options);
+        (self.tried)();
+        Ok(identified?.estimate)
+    }
+}
+
+fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
+    let held_out = estimate.held_out.relative_error?;
+    let score = FrictionScore { held_out, extrapolation: estimate.extrapolation.relative_error };
+    let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
+    let possible = [
+        (ParameterKind::Fs, f64::INFINITY),
+        (ParameterKind::Fh, f64::INFINITY),
+        (ParameterKind::FcLoad, MOST_OF_LOAD),
+    ];
+    let disguised = (0..friction.len())
+        .map(|joint: usize| {
+            possible.iter().any(|&(kind, most)| {
+                let name = Parameter { kind, joint }.to_string();
+                let is_implausible = |own: &ParameterEstimate| {
+                    own.name == name && !(0.0..=most).contains(&own.value)
+                };
+                estimate.parameters.iter().any(is_implausible)
+            })
+        })
+        .collect();
+    let applicable = estimate.verdict.applicable;
+    Some(Trial { friction, score, applicable, held_out_per_joint, disguised })
+}
+
+impl Trial {
+    /// Returns the share of a joint's held-out error that another removes; 0 without a law.
+    fn gain(&self, other: &Self, joint: usize) -> f64 {
+        if other.disguised[joint] {
+            return 0.0;
+        }
+        1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]
+    }
+}
+
+/// A change with the shape that it has at a joint.
+fn refined(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
+    let same_kind = |law: FrictionLaw| friction.laws.iter().find(|own| own.kind() == law.kind());
+    match change {
+        FrictionChange::Sign(_) => FrictionChange::Sign(friction.sign),
+        FrictionChange::Law(law) => FrictionChange::Law(same_kind(law).copied().unwrap_or(law)),
+    }
+}
+
+/// Rounds to three digits: a shape is not known better.
+fn rounded(speed: f64) -> f64 {
+    let digits = 10_f64.powf(2.0 - speed.abs().log10().floor());
+    (speed * digits).round() / digits
+}

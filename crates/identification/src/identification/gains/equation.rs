@@ -1,0 +1,188 @@
+//! Equation of the gains from two records, one drive at a time.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::GainsError;
+use super::load::KnownLoad;
+use crate::identification::observation::{
+    BaseColumns, filtered_motion, filtered_torque, torque_equation,
+};
+use crate::identification::problem::Context;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::robot::{ParameterKind, Transmission};
+
+/// Inertias of a load below this share of the largest are none.
+const RANK: f64 = 1e-9;
+
+/// `g_k t_k = U_k u + l_k` with the rows of drive 1 first, then drive 2, …: t is the torque by the
+/// configured gains, g the correction of these gains, u the arm's base parameters and the unknowns
+/// of the load, l the known torque.
+pub(super) struct Equation {
+    pub(super) drives: usize,
+    /// t (r).
+    pub(super) torque: DVector<f64>,
+    /// U (r × m): the base parameters that are identified, then the load's inertia.
+    pub(super) unknown: DMatrix<f64>,
+    /// l (r).
+    pub(super) known_torque: DVector<f64>,
+    /// Torque of moments of the load (r × 3).
+    pub(super) moments: DMatrix<f64>,
+    /// Without a load, the drive whose gain is taken as 1, from 0.
+    pub(super) reference: Option<usize>,
+}
+
+/// A load, and the first sample of an experiment with it.
+pub(super) type LoadRows = (KnownLoad, usize);
+
+impl Equation {
+    /// Creates the equation along an experiment whose samples from an index on have the load.
+    /// Torques are those of the motors of a transmission, or of the joints.
+    pub(super) fn new(
+        context: &Context<'_>,
+        load_rows: Option<LoadRows>,
+        transmission: Option<&Transmission>,
+    ) -> Result<Self, GainsError> {
+        let Context { robot, base, selection, .. } = context;
+        let motion =
+            filtered_motion(context.robot, context.experiment, &context.options.position_filter)?;
+        let BaseColumns { selected, auxiliary } = BaseColumns::new(context, &motion)?;
+        let arm = torque_equation(context, selected, filtered_torque(context)?, &motion)?;
+        let matrix = arm.matrix().dense();
+
+        let vector = |of: DVector<f64>| DMatrix::from_column_slice(of.len(), 1, of.as_slice());
+        let of_drives = |rows: DMatrix<f64>| match transmission {
+            None => rows,
+            Some(transmission) => of_motors(&rows, transmission, arm.rows_per_joint()),
+        };
+        let measured = of_drives(vector(arm.measured().into_owned())).column(0).into_owned();
+        let Some((load, first_loaded)) = load_rows else {
+            if arm.known_torque().is_some() {
+                return Err(GainsError::KnownTorque);
+            }
+            let rows = measured.len();
+            let mut equation = Self {
+                drives: robot.joints(),
+                torque: measured,
+                unknown: of_drives(matrix),
+                known_torque: DVector::zeros(rows),
+                moments: DMatrix::zeros(rows, 0),
+                reference: None,
+            };
+            equation.reference = equation.least_noisy();
+            return Ok(equation);
+        };
+
+        // The load regroups into all base parameters, whichever are identified.
+        let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
+        let order = selection.columns().iter().chain(left_out);
+        let order: Vec<usize> =
+            order.filter_map(|column| base.columns().binary_search(column).ok()).collect();
+        let last = robot.joints() - 1;
+        let column = |kind| robot.parameters().column(kind, last);
+        let ten: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
+        let change = base.regrouping().select_rows(&order).select_columns(&ten);
+        let width = matrix.ncols();
+        let mut of_load = &matrix * change.rows(0, width);
+        of_load += auxiliary.left_out.dense() * change.rows(width, order.len() - width);
+        let per_joint = arm.rows_per_joint();
+        for (row, mut values) in of_load.row_iter_mut().enumerate() {
+            if context.samples[row % per_joint] < first_loaded {
+                values.fill(0.0);
+            }
+        }
+        let KnownLoad { mass_kg, centre_m: [x, y, z] } = load;
+        let weight = of_load.columns(6, 4) * DVector::from_vec(vec![x, y, z, 1.0]) * mass_kg;
+        if weight.amax() <= 0.0 {
+            return Err(GainsError::Unseen);
+        }
+        let inertia = basis(&of_load.columns(0, 6).into_owned());
+        let mut unknown = matrix.resize_horizontally(width + inertia.ncols(), 0.0);
+        unknown.columns_mut(width, inertia.ncols()).copy_from(&inertia);
+
+        let known_sum = arm.known_torque().map_or_else(|| weight.clone(), |sum| sum + &weight);
+        Ok(Self {
+            drives: robot.joints(),
+            torque: measured,
+            unknown: of_drives(unknown),
+            known_torque: of_drives(vector(known_sum)).column(0).into_owned(),
+            moments: of_drives(basis(&of_load.columns(6, 3).into_owned())),
+            reference: None,
+        })
+    }
+
+    /// Returns R of the rows of a drive, \[U t\], with the known torque \[U l t\]. Its last entry
+    /// is the residual of the drive's torque. `None` with too few rows.
+    pub(super) fn triangle(&self, drive: usize, with_known: bool) -> Option<DMatrix<f64>> {
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+        let (first, own) = (drive * rows, unknowns + usize::from(with_known));
+        let mut block = DMatrix::zeros(rows, own + 1);
+        block.columns_mut(0, unknowns).copy_from(&self.unknown.rows(first, rows));
+        if with_known {
+            block.set_column(unknowns, &self.known_torque.rows(first, rows));
+        }
+        block.set_column(own, &self.torque.rows(first, rows));
+        (rows > own).then(|| block.qr().unpack_r())
+    }
+
+    /// Returns the drive with the smallest relative residual of its own rows.
+    fn least_noisy(&self) -> Option<usize> {
+        let (rows, own) = (self.rows_per_drive(), self.unknown.ncols());
+        let share = |drive: usize| {
+            let remainder = self.triangle(drive, false)?[(own, own)].abs();
+            Some(remainder / self.torque.rows(drive * rows, rows).norm())
+                .filter(|share| share.is_finite())
+        };
+        let identifiable = (0..self.drives).filter_map(|drive| Some((drive, share(drive)?)));
+        identifiable.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(drive, _)| drive)
+    }
+
+    /// Returns the drives with unknown gains, from 0.
+    pub(super) fn free(&self) -> Vec<usize> {
+        (0..self.drives).filter(|drive| Some(*drive) != self.reference).collect()
+    }
+
+    /// Rows N of each drive.
+    pub(super) fn rows_per_drive(&self) -> usize {
+        self.torque.len() / self.drives
+    }
+
+    /// U u + l (r).
+    pub(super) fn arm(&self, unknowns: &DVector<f64>) -> DVector<f64> {
+        &self.unknown * unknowns + &self.known_torque
+    }
+}
+
+/// R⁻ᵀ times the rows of the joints.
+fn of_motors(rows: &DMatrix<f64>, transmission: &Transmission, per_joint: usize) -> DMatrix<f64> {
+    let joints = rows.nrows() / per_joint;
+    let mut by_motor = DMatrix::zeros(rows.nrows(), rows.ncols());
+    for joint in 0..joints {
+        let (mut unit, mut shares) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        unit[joint] = 1.0;
+        transmission.motor_torque(&unit[..joints], &mut shares[..joints]);
+        for (motor, share) in shares[..joints].iter().enumerate().filter(|(_, of)| **of != 0.0) {
+            let mut target = by_motor.rows_mut(motor * per_joint, per_joint);
+            target += rows.rows(joint * per_joint, per_joint) * *share;
+        }
+    }
+    by_motor
+}
+
+/// Orthonormal columns that span these.
+fn basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let scaled: Vec<_> = columns
+        .column_iter()
+        .filter(|column| column.norm() > 0.0)
+        .map(|column| column.normalize())
+        .collect();
+    if scaled.is_empty() {
+        return DMatrix::zeros(columns.nrows(), 0);
+    }
+    let qr = DMatrix::from_columns(&scaled).qr();
+    // Their singular vectors, by a small matrix.
+    let singular = qr.r().svd(true, false);
+    let Some(u) = singular.u else { return DMatrix::zeros(columns.nrows(), 0) };
+    let largest = singular.singular_values.max();
+    let significant = (0..u.ncols()).filter(|k| singular.singular_values[*k] > RANK * largest);
+    qr.q() * u.select_columns(&significant.collect::<Vec<_>>())
+}

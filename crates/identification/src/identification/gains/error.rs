@@ -1,0 +1,74 @@
+//! Why no gains are found.
+
+use thiserror::Error;
+
+use crate::identification::problem::{ExperimentError, IdentificationError};
+use crate::regression::RegressionError;
+
+/// Why no gains are found; each message says what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GainsError {
+    /// A load that is none.
+    #[error(
+        "a load of {mass_kg} kg with its centre at {centre_m:?} m: the mass has to be above 0 and \
+        all be finite; weigh the load"
+    )]
+    Load {
+        /// The mass given \[kg\].
+        mass_kg: f64,
+        /// The centre given \[m\].
+        centre_m: [f64; 3],
+    },
+    /// A torque of the robot file is known in N·m, and no gain is.
+    #[error(
+        "this robot has an additional known torque in N·m, and without a load nothing else is in \
+        N·m; record with a known load, too"
+    )]
+    KnownTorque,
+    /// No torque of any drive is known by the load.
+    #[error(
+        "along the recording with the load its weight and its centre move no drive; move the \
+         joints that carry it, in several orientations to gravity"
+    )]
+    Unseen,
+    /// The recordings tell no gain.
+    #[error(
+        "the recordings do not identify the gains of joints {}: their torques depend too little on \
+        other joints or on a load. Use a heavier load, further from the axes, and the same wide \
+        motion of all joints in both recordings", text(.joints)
+    )]
+    NotIdentifiable {
+        /// Joints, from 1.
+        joints: Vec<usize>,
+    },
+    /// The estimate does not come to rest.
+    #[error(
+        "the gains do not converge in {steps} steps: the recordings hold too little information. \
+        Use a heavier load, further from the axes. Carry it during one complete recording and not \
+        in the other"
+    )]
+    NotSettled {
+        /// Steps taken.
+        steps: usize,
+    },
+    /// Friction depends on the load by a law.
+    #[error(
+        "friction of this robot grows with the load (`fcl`), and the load is known only with the \
+        gains. Remove the law `load` from the robot file for this command, and identify with it \
+        afterwards"
+    )]
+    LoadFriction,
+    /// The equation has no solution.
+    #[error("the gains: {0}")]
+    Regression(RegressionError),
+    /// Robot, records and options are no identification.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// The two records are not of one arm.
+    #[error("the recordings without and with the load: {0}")]
+    Experiment(#[from] ExperimentError),
+}
+
+fn text(joints: &[usize]) -> String {
+    joints.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}

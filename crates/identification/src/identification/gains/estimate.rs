@@ -1,0 +1,277 @@
+//! Gains and parameters in one step: total least squares, and from there the most probable ones.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::equation::Equation;
+use super::error::GainsError;
+use crate::identification::payload::Distance;
+use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter, Solution};
+
+/// Most steps of the refinement; three are usual.
+const STEPS: usize = 50;
+/// A step below this number of standard deviations is none.
+const AT_REST: f64 = 1e-4;
+
+/// Gains and unknowns by [`Equation::total_least_squares`].
+pub(super) struct TotalLeastSquares {
+    /// g (n).
+    pub(super) gains: DVector<f64>,
+    /// u (m).
+    pub(super) unknowns: DVector<f64>,
+}
+
+/// The most probable inverse gains and unknowns.
+pub(super) struct Estimate {
+    /// 1/g (n), then u (m).
+    pub(super) values: DVector<f64>,
+    /// Their covariance.
+    pub(super) covariance: DMatrix<f64>,
+    /// t − (U u + l)/g (r).
+    pub(super) residuals: DVector<f64>,
+}
+
+impl Equation {
+    /// Checks that the motion distinguishes the unknowns.
+    ///
+    /// # Errors
+    /// Those of [`Observations::ordinary`].
+    pub(super) fn check(&self) -> Result<(), RegressionError> {
+        Observations::new(self.unknown.clone(), self.torque.clone(), self.drives)?
+            .ordinary()
+            .map(|_| ())
+    }
+
+    /// Of `[T −U −l] (g, u, 1) = 0` the solution with the smallest change of T, by singular values
+    /// (M. Gautier and S. Briot, *Global identification of joint drive gains and dynamic parameters
+    /// of robots*, 2014). U and l are taken for exact, as S. Van Huffel and J. Vandewalle have it
+    /// (*The Total Least Squares Problem*, 1991, section 3.5): a QR decomposition takes them out of
+    /// T first. The rows of each drive are divided by its noise, which is what its own rows leave
+    /// of its torque, whatever the others'. Without a load there is no l, and the gain of the
+    /// reference is 1.
+    ///
+    /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
+    pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+        let by_load = self.reference.is_none();
+        let width = unknowns + usize::from(by_load);
+        let mut stacked = DMatrix::zeros(self.drives * (width + 1), width + self.drives);
+        for drive in 0..self.drives {
+            let mut triangle = self.triangle(drive, by_load)?;
+            let noise = triangle[(width, width)].abs() / ((rows - width) as f64).sqrt();
+            let scale = self.torque.rows(drive * rows, rows).norm() / (rows as f64).sqrt();
+            triangle /= noise.max(f64::EPSILON.sqrt() * scale).max(f64::MIN_POSITIVE);
+            let row = drive * (width + 1);
+            stacked.view_mut((row, 0), (width + 1, width)).copy_from(&triangle.columns(0, width));
+            stacked
+                .view_mut((row, width + drive), (width + 1, 1))
+                .copy_from(&triangle.column(width));
+        }
+        let r = stacked.qr().unpack_r();
+        let residual = r.view((width, width), (self.drives, self.drives)).into_owned();
+        let singular = residual.svd(false, true);
+        let gains = singular.v_t?.row(singular.singular_values.imin()).transpose();
+        let others = r.view((0, width), (width, self.drives)) * &gains;
+        let others = r.view((0, 0), (width, width)).solve_upper_triangular(&others)?;
+        let scale = self.reference.map_or_else(|| others[unknowns], |drive| gains[drive]);
+        let estimate =
+            TotalLeastSquares { gains: gains / scale, unknowns: others.rows(0, unknowns) / scale };
+        let finite = |values: &DVector<f64>| values.iter().all(|value| value.is_finite());
+        (finite(&estimate.gains) && finite(&estimate.unknowns)).then_some(estimate)
+    }
+
+    /// The most probable values: noise is in the torques alone, `t_k = (U_k u + l_k)/g_k + ε_k`, a
+    /// noise level for each drive, and the covariance that of the residuals' own spectrum.
+    /// Gauss-Newton steps from a start.
+    ///
+    /// # Errors
+    /// [`GainsError::NotIdentifiable`], [`GainsError::NotSettled`], [`GainsError::Regression`].
+    pub(super) fn most_probable(
+        &self,
+        start: &TotalLeastSquares,
+        filter: &RowFilter,
+    ) -> Result<Estimate, GainsError> {
+        let free = self.free();
+        let n = free.len();
+        let mut inverse = start.gains.map(|gain| 1.0 / gain);
+        let mut unknowns = start.unknowns.clone();
+        for _ in 0..STEPS {
+            let system = self.linear(&inverse, &unknowns, None)?;
+            let solution = self.solved(&system, &inverse, &unknowns)?;
+            let sigma = solution.standard_deviations();
+            let estimates = &solution.parameters;
+            let shifts = free.iter().enumerate();
+            let shifts = shifts.map(|(k, drive)| (estimates[k] - inverse[*drive]).abs() / sigma[k]);
+            let largest_shift = shifts.fold(0.0, f64::max);
+            free.iter().zip(estimates.iter()).for_each(|(drive, value)| inverse[*drive] = *value);
+            unknowns = estimates.rows(n, estimates.len() - n).into_owned();
+            if largest_shift < AT_REST {
+                let analysis = ResidualAnalysis::new(&system, &solution, filter);
+                let (mut covariance, mut values) =
+                    (analysis.covariance(), solution.parameters.clone());
+                if let Some(reference) = self.reference {
+                    values = values.insert_row(reference, 1.0);
+                    covariance =
+                        covariance.insert_row(reference, 0.0).insert_column(reference, 0.0);
+                }
+                let residuals = self.residuals(&inverse, &unknowns);
+                return Ok(Estimate { values, covariance, residuals });
+            }
+        }
+        Err(GainsError::NotSettled { steps: STEPS })
+    }
+
+    /// How far the load's centre, which all this takes for known, is from what the records have by
+    /// themselves; none where they do not tell.
+    pub(super) fn centre(&self, estimate: &Estimate, filter: &RowFilter) -> Option<Distance> {
+        let n = self.drives;
+        let (inverse, unknowns) =
+            (estimate.values.rows(0, n).into_owned(), estimate.values.rows_range(n..).into_owned());
+        let moments = self.moments.ncols();
+        let system = self.linear(&inverse, &unknowns, Some(&self.moments)).ok()?;
+        let solution = self.solved(&system, &inverse, &unknowns).ok()?;
+        let covariance = ResidualAnalysis::new(&system, &solution, filter).covariance();
+        let first = solution.parameters.len() - moments;
+        let off = solution.parameters.rows(first, moments).into_owned();
+        let covariance = covariance.view((first, first), (moments, moments)).into_owned();
+        Distance::mass_presence(&off, covariance).ok()
+    }
+
+    /// The equation at given values, linear in their change: `t + (U u)/g = p g'⁻¹ + U/g u'`, p = U
+    /// u + l; with additional torques.
+    fn linear(
+        &self,
+        inverse: &DVector<f64>,
+        unknowns: &DVector<f64>,
+        auxiliary: Option<&DMatrix<f64>>,
+    ) -> Result<Observations, GainsError> {
+        let (free, rows, own) = (self.free(), self.rows_per_drive(), self.unknown.ncols());
+        let n = free.len();
+        let arm = self.arm(unknowns);
+        let further = auxiliary.map_or(0, DMatrix::ncols);
+        let mut matrix = DMatrix::zeros(arm.len(), n + own + further);
+        let mut right = self.torque.clone();
+        for drive in 0..self.drives {
+            let (first, by) = (drive * rows, inverse[drive]);
+            let column = free.binary_search(&drive).ok();
+            if let Some(column) = column {
+                matrix.view_mut((first, column), (rows, 1)).copy_from(&arm.rows(first, rows));
+            }
+            let of_unknowns = self.unknown.rows(first, rows) * by;
+            matrix.view_mut((first, n), (rows, own)).copy_from(&of_unknowns);
+            if let Some(auxiliary_columns) = auxiliary {
+                let auxiliary_part = auxiliary_columns.rows(first, rows) * by;
+                matrix.view_mut((first, n + own), (rows, further)).copy_from(&auxiliary_part);
+            }
+            if column.is_some() {
+                let mut right = right.rows_mut(first, rows);
+                right += &of_unknowns * unknowns;
+            }
+        }
+        Observations::new(matrix, right, self.drives).map_err(|error| self.named(error))
+    }
+
+    /// Solves with the noise of these values.
+    fn solved(
+        &self,
+        system: &Observations,
+        inverse: &DVector<f64>,
+        unknowns: &DVector<f64>,
+    ) -> Result<Solution, GainsError> {
+        let levels = system.noise_levels(&self.residuals(inverse, unknowns));
+        system.weighted(&levels).map_err(|error| self.named(error))
+    }
+
+    fn residuals(&self, inverse: &DVector<f64>, unknowns: &DVector<f64>) -> DVector<f64> {
+        let (rows, mut residuals) = (self.rows_per_drive(), self.arm(unknowns));
+        for (drive, by) in inverse.iter().enumerate() {
+            residuals.rows_mut(drive * rows, rows).scale_mut(-by);
+        }
+        residuals + &self.torque
+    }
+
+    /// The failure of a regression, with columns of gains called by their joints.
+    fn named(&self, error: RegressionError) -> GainsError {
+        match error {
+            RegressionError::ZeroColumns { columns }
+            | RegressionError::DependentColumns { columns } => {
+                let free = self.free();
+                let mut drives: Vec<_> = columns.iter().filter_map(|k| free.get(*k)).collect();
+                // A parameter of the arm that nothing tells without the gains is as good as all of
+                // them.
+                if drives.is_empty() {
+                    drives = free.iter().collect();
+                }
+                GainsError::NotIdentifiable {
+                    joints: drives.into_iter().map(|drive| drive + 1).collect(),
+                }
+            }
+            other => GainsError::Regression(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two drives of two unknowns, of quotients of small integers.
+    fn equation() -> Equation {
+        const N: usize = 40;
+        let quotient = |k: usize, by: usize| (k * k * 31 + k * by) as f64 % 211.0 / 211.0 - 0.5;
+        let unknown = DMatrix::from_fn(2 * N, 2, |row, column| quotient(row, 17 + 6 * column));
+        let known_torque = DVector::from_fn(2 * N, |row, _| match row % N {
+            of if of < N / 2 => 0.0,
+            _ => quotient(row, 41),
+        });
+        let noise = |row: usize| 0.02 * quotient(row, 97);
+        let arm = &unknown * DVector::from_vec(vec![2.0, -1.0]) + &known_torque;
+        let gain = |row: usize| if row < N { 4.0 } else { 0.25 };
+        let torque = DVector::from_fn(2 * N, |row, _| (arm[row] + noise(row)) / gain(row));
+        let moments = DMatrix::zeros(2 * N, 0);
+        Equation { drives: 2, torque, unknown, known_torque, moments, reference: None }
+    }
+
+    /// crates/identification/tests/golden/gains.py.
+    #[test]
+    fn total_least_squares_are_those_of_numpy() {
+        let estimate = equation().total_least_squares().unwrap();
+        for (value, golden) in estimate.gains.iter().chain(&estimate.unknowns).zip(GOLDEN) {
+            assert!((value / golden - 1.0).abs() < 1e-10, "{value} {golden}");
+        }
+    }
+
+    const GOLDEN: [f64; 4] =
+        [3.9953769997403614, 0.24926478359525472, 1.99575800255071, -0.9986364869232148];
+
+    /// Without a load, in units of the first drive.
+    #[test]
+    fn without_a_scale_all_is_in_units_of_one_drive() {
+        let mut equation = equation();
+        for drive in 0..2 {
+            let mut torque = equation.torque.rows_mut(40 * drive, 40);
+            torque -= equation.known_torque.rows(40 * drive, 40) * [0.25, 4.0][drive];
+        }
+        (equation.known_torque, equation.reference) = (DVector::zeros(80), Some(0));
+        let start = equation.total_least_squares().unwrap();
+        let filter = RowFilter::new(equation.rows_per_drive(), 1.0, |_| 1.0);
+        let estimate = equation.most_probable(&start, &filter).unwrap();
+        for (k, value) in [1.0, 16.0, 0.5, -0.25].into_iter().enumerate() {
+            assert!((estimate.values[k] / value - 1.0).abs() < 0.01, "{k}: {}", estimate.values[k]);
+            let off = estimate.values[k] - value;
+            let sigma = estimate.covariance[(k, k)].sqrt();
+            assert!(off.abs() < 4.0 * sigma || (k == 0 && off == 0.0), "{k}: {off} {sigma}");
+        }
+    }
+
+    #[test]
+    fn the_noise_in_the_torques_alone_is_what_is_made_small() {
+        let equation = equation();
+        let start = equation.total_least_squares().unwrap();
+        let filter = RowFilter::new(equation.rows_per_drive(), 1.0, |_| 1.0);
+        let estimate = equation.most_probable(&start, &filter).unwrap();
+        for (k, gain) in [4.0, 0.25].into_iter().enumerate() {
+            let off = (estimate.values[k] - 1.0 / gain) / estimate.covariance[(k, k)].sqrt();
+            assert!(off.abs() < 4.0, "{off}");
+        }
+    }
+}

@@ -1,0 +1,423 @@
+//! Whether the described controller is the one that was recorded.
+//!
+//! A controller makes its command of the reference and the measured position, and all three are
+//! recorded: what the described law makes of them is the command, but for noise of the recording,
+//! and as well as gain and delay of the torque are known. Noise does not know the motion, a wrong
+//! law does: of the difference, the part counts that the motion explains.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::reasons::ControllerUnchecked;
+use super::{ControllerError, FittedModel};
+use crate::identification::observation::{
+    InverseDynamics, MotionGroup, delayed, motion_along, reference_of,
+};
+use crate::identification::problem::{Context, IdentificationError, Tolerances};
+use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter};
+use crate::signal::{Group, central_difference, group_of};
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::control::{
+    ContinuousController, ControlLaw, ControlTiming, ControllerConfig, SampledController, Setpoint,
+    SimulatedController,
+};
+use didim_dynamics::simulation::{SetupError, set_row};
+use didim_dynamics::trajectory::Reference;
+
+/// Two periods this close, relative to each other, are the same: rates are written with few digits.
+const SAME_PERIOD: f64 = 1e-6;
+
+/// What noise explains more often than this is noise. It is asked of every joint of every result.
+const LEVEL: f64 = 1e-4;
+
+/// Gain and delay explain an error where they leave this share of the limit at most: other gains of
+/// a controller look much like another torque gain.
+const LEFT: f64 = 0.1;
+
+/// A signal of which others leave no more than this share says nothing more.
+const SAME_SIGNAL: f64 = 1e-6;
+
+impl FittedModel<'_> {
+    /// Of every joint the size of what the motion explains of `F(τ_law − τ)`, over `‖F τ‖`, both
+    /// filtered and decimated; 0 where noise explains as much. A gain and a delay of the recorded
+    /// torque that are within their tolerances are no error of the law. Samples that outliers reach
+    /// do not count.
+    ///
+    /// The motion is that of the reference, which has no noise: the torques of all joints that the
+    /// estimate predicts for it and the rate of the own one, which is what wrong gains of feedback
+    /// multiply, the joint's speed and acceleration, and the integral of its lag, in which noise
+    /// averages out.
+    pub(super) fn controller_error(&self) -> Result<ControllerError, IdentificationError> {
+        let (context, n) = (self.context, self.context.robot.joints());
+        let Some(controller) = &context.options.controller else {
+            return Ok(ControllerError::NotDescribed);
+        };
+        // Gains that follow an estimate are the cabinet's own where the estimate is the truth.
+        let SimulatedController::Cabinet { timing, joints, .. } = controller else {
+            return Ok(ControllerError::Unknown(ControllerUnchecked::StandIn));
+        };
+        let config = ControllerConfig { timing: *timing, joints: joints.clone() };
+        if config.joints.len() != n || config.validate().is_err() {
+            return Ok(ControllerError::NotDescribed);
+        }
+        let Some(references) = context.experiment.reference_rad() else {
+            return Ok(ControllerError::Unknown(ControllerUnchecked::NoReference));
+        };
+        let [mut described, mut recorded, lag] = match commands(context, references, &config)? {
+            Ok(commands) => commands,
+            Err(why) => return Ok(ControllerError::Unknown(why)),
+        };
+        described -= &recorded;
+        for range in self.outliers {
+            described.rows_range_mut(range.clone()).fill(0.0);
+            recorded.rows_range_mut(range.clone()).fill(0.0);
+        }
+        let error = context.rows_of(&described, "command")?;
+        let torque = context.rows_of(&recorded, "torque")?;
+        let lag = context.rows_of(&lag, "reference")?;
+        // Most controllers are right, and need none.
+        let mut parts = None;
+        let [along, rates] = self.along(references)?;
+        let (filter, rows) = (context.row_filter(), error.len() / n);
+        let of = |signal: &DVector<f64>, joint: usize| signal.rows(joint * rows, rows).into_owned();
+        let mut errors = Vec::with_capacity(n);
+        for (joint, controller) in config.joints.iter().enumerate() {
+            let torques = along.column_iter().take(n);
+            let own = [rates.column(joint), along.column(n + joint), along.column(2 * n + joint)];
+            let mut motion: Vec<DVector<f64>> =
+                torques.chain(own).map(|signal| signal.into_owned()).collect();
+            motion.push(of(&lag, joint));
+            let integrates = integrates(&controller.law);
+            if integrates {
+                motion.iter_mut().for_each(|signal| self.without_means(signal));
+            } else {
+                motion.push(DVector::from_element(rows, 1.0));
+            }
+            let basis = orthonormal(motion);
+            let size_of = |error: DVector<f64>| {
+                let whole = error.norm();
+                match explained(error, &basis, &filter) {
+                    Err(RegressionError::TooFewRows { .. }) => None,
+                    // Too small for a covariance, or too large.
+                    size => Some(size.unwrap_or(whole)),
+                }
+            };
+            let few = ControllerError::Unknown(ControllerUnchecked::TooFewRows);
+            let torque = of(&torque, joint).norm();
+            let mut error = of(&error, joint);
+            if integrates {
+                // What the integral was before the first sample is not known.
+                self.without_means(&mut error);
+            }
+            let Some(mut size) = size_of(error.clone()) else { return Ok(few) };
+            let limit = context.options.limits.controller_error * torque;
+            if size > limit {
+                let parts = match &mut parts {
+                    Some(parts) => parts,
+                    none => none.insert(MotorParts::new(context, &recorded)?),
+                };
+                let mut signals = parts.of(context, joint);
+                if integrates {
+                    signals.iter_mut().for_each(|signal| self.without_means(signal));
+                }
+                let signals = DMatrix::from_columns(&signals);
+                if let Some(left) = beyond_tolerances(&error, &signals, &context.options.tolerances)
+                {
+                    let Some(left) = size_of(left) else { return Ok(few) };
+                    if left <= LEFT * limit {
+                        size = left;
+                    }
+                }
+            }
+            errors.push(if torque > 0.0 { size / torque } else { 0.0 });
+        }
+        Ok(ControllerError::PerJoint(errors))
+    }
+
+    /// The torques that are predicted along references, their speeds and accelerations, in the rows
+    /// (rows × 3n), and how much each grows there.
+    fn along(&self, references: &DMatrix<f64>) -> Result<[DMatrix<f64>; 2], IdentificationError> {
+        let Self { context, parameters, .. } = self;
+        let n = context.robot.joints();
+        let motion = motion_along(context.robot, context.experiment, references.clone())?;
+        let mut group = MotionGroup::of_joints(n);
+        let mut dynamics = InverseDynamics::of_the_estimate(context, parameters);
+        let mut read = |first: usize, signals: &mut [Group]| {
+            let states = group.read(&motion, first);
+            signals[..n].copy_from_slice(&dynamics.torque(&context.model, states)[..n]);
+            signals[n..2 * n].copy_from_slice(states.dq);
+            signals[2 * n..].copy_from_slice(states.ddq);
+        };
+        let rows = context.decimate_with_differences(3 * n, &mut read);
+        rows.map_err(IdentificationError::RegressorFilter)
+    }
+
+    /// Takes the mean of each recording from the rows of a joint.
+    fn without_means(&self, rows: &mut DVector<f64>) {
+        let (samples, experiment) = (&self.context.samples, self.context.experiment);
+        for of in experiment.recordings() {
+            let row = |sample: usize| samples.partition_point(|at| *at < sample);
+            let mut own = rows.rows_range_mut(row(of.samples.start)..row(of.samples.end));
+            let mean = own.sum() / own.len().max(1) as f64;
+            own.add_scalar_mut(-mean);
+        }
+    }
+}
+
+/// The logged torque of every motor, and its rate, behind the filter: gains and delays belong to
+/// drives.
+struct MotorParts {
+    torque: DMatrix<f64>,
+    rate: DMatrix<f64>,
+}
+
+impl MotorParts {
+    fn new(
+        context: &Context<'_>,
+        joint_torque: &DMatrix<f64>,
+    ) -> Result<Self, IdentificationError> {
+        let n = joint_torque.ncols();
+        let mut torque = joint_torque.clone();
+        let [mut joint, mut motor] = [[0.0; MAX_JOINTS]; 2];
+        for (k, row) in joint_torque.row_iter().enumerate() {
+            for (to, from) in joint.iter_mut().zip(row.iter()) {
+                *to = *from;
+            }
+            context.robot.transmission().motor_torque(&joint[..n], &mut motor[..n]);
+            set_row(&mut torque, k, &motor);
+        }
+        let samples = torque.nrows();
+        let mut read = |first: usize, group: &mut [Group]| {
+            for (group, signal) in group.iter_mut().zip(torque.as_slice().chunks(samples)) {
+                *group = group_of(signal, first);
+            }
+        };
+        let filtered = context.decimate_with_differences(n, &mut read);
+        let [torque, differences] = filtered.map_err(IdentificationError::RegressorFilter)?;
+        let rate = differences * (0.5 * context.experiment.sample_rate_hz());
+        Ok(Self { torque, rate })
+    }
+
+    /// What the motors make of a joint's torque: of each that acts on it the torque, then the rate.
+    fn of(&self, context: &Context<'_>, joint: usize) -> Vec<DVector<f64>> {
+        let transmission = context.robot.transmission();
+        let ratios = (0..self.torque.ncols()).map(|motor| transmission.row(motor)[joint]);
+        let acting = || ratios.clone().enumerate().filter(|(_, ratio)| *ratio != 0.0);
+        (acting().map(|(motor, ratio)| self.torque.column(motor) * ratio))
+            .chain(acting().map(|(motor, ratio)| self.rate.column(motor) * ratio))
+            .collect()
+    }
+}
+
+/// A command's error without what gains and delays of the logged torques make of it, where all of
+/// them are within their tolerances; none where not. `parts` has the torques, then as many rates.
+fn beyond_tolerances(
+    error: &DVector<f64>,
+    parts: &DMatrix<f64>,
+    tolerances: &Tolerances,
+) -> Option<DVector<f64>> {
+    let found = parts.tr_mul(parts).cholesky()?.solve(&parts.tr_mul(error));
+    // The gain of the motor and the one common to all.
+    let gain = Tolerances::CONTRADICTED * core::f64::consts::SQRT_2 * tolerances.torque_gain;
+    let delay_s = Tolerances::CONTRADICTED * tolerances.torque_delay_s;
+    let (gains, delays) = found.as_slice().split_at(found.len() / 2);
+    let within =
+        gains.iter().all(|of| of.abs() <= gain) && delays.iter().all(|of| of.abs() <= delay_s);
+    within.then(|| error - parts * found)
+}
+
+/// The size of what these orthonormal signals explain of an error, less what they would of its
+/// noise; 0 where that may be all. The noise is as coloured as what they leave.
+fn explained(
+    error: DVector<f64>,
+    columns: &[DVector<f64>],
+    filter: &RowFilter,
+) -> Result<f64, RegressionError> {
+    if columns.is_empty() || error.norm_squared() <= 0.0 {
+        return Ok(0.0);
+    }
+    let equation = Observations::new(DMatrix::from_columns(columns), error, 1)?;
+    let left = equation.ordinary()?.residuals;
+    let levels = equation.noise_levels(&left);
+    let solution = equation.weighted(&levels)?;
+    let analysis = ResidualAnalysis::new(&equation, &solution, filter);
+    let covariance = analysis.covariance();
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let probability = analysis.excluding(&all, &covariance)?.probability;
+    let size = solution.parameters.norm_squared() - covariance.trace();
+    Ok(if probability > LEVEL { 0.0 } else { size.max(0.0).sqrt() })
+}
+
+/// Orthonormal signals that span what these do.
+fn orthonormal(signals: Vec<DVector<f64>>) -> Vec<DVector<f64>> {
+    let mut basis: Vec<DVector<f64>> = Vec::with_capacity(signals.len());
+    for mut signal in signals {
+        let size = signal.norm();
+        // Twice is enough for any signals (Parlett, The Symmetric Eigenvalue Problem, section 6.9).
+        for _ in 0..2 {
+            for of in &basis {
+                let share = of.dot(&signal);
+                signal.axpy(-share, of, 1.0);
+            }
+        }
+        let left = signal.norm();
+        if left > SAME_SIGNAL * size {
+            basis.push(signal / left);
+        }
+    }
+    basis
+}
+
+/// Whether a law has an integral.
+fn integrates(law: &ControlLaw) -> bool {
+    matches!(law, ControlLaw::Pid { .. } | ControlLaw::CascadedPPi { .. })
+}
+
+/// What the described law makes of the recorded references and positions, what was recorded at the
+/// same instants \[N·m\], and the integral of the lag ∫(q_r − q) dt, samples × joints each; inside,
+/// why they cannot be compared.
+fn commands(
+    context: &Context<'_>,
+    references: &DMatrix<f64>,
+    config: &ControllerConfig,
+) -> Result<Result<[DMatrix<f64>; 3], ControllerUnchecked>, IdentificationError> {
+    let experiment = context.experiment;
+    let (rate_hz, torque) = (experiment.sample_rate_hz(), experiment.torque_timing());
+    let setup = |error| IdentificationError::Setup(SetupError::Control(error));
+    let recorded = match config.timing {
+        ControlTiming::Sampled { .. } if torque.hold_s <= 0.0 => {
+            return Ok(Err(ControllerUnchecked::NoCommand));
+        }
+        ControlTiming::Sampled { sample_period_s, .. }
+            if (rate_hz * sample_period_s - 1.0).abs() > SAME_PERIOD =>
+        {
+            return Ok(Err(ControllerUnchecked::BetweenSamples));
+        }
+        ControlTiming::Sampled { .. } => experiment.torque_nm().clone(),
+        ControlTiming::Continuous { .. } => delayed(experiment, torque.mean_delay_s() * rate_hz)?,
+    };
+    let (samples, n) = recorded.shape();
+    let mut described = DMatrix::zeros(samples, n);
+    let mut lag = described.clone();
+    for of in experiment.recordings() {
+        let delay_s = experiment.reference_timing().delay_s;
+        let reference = reference_of(context, references, &of.samples, delay_s)?;
+        let mut law = match config.timing {
+            ControlTiming::Sampled { .. } => {
+                Law::Sampled(SampledController::new(config).map_err(setup)?)
+            }
+            ControlTiming::Continuous { .. } => Law::Continuous {
+                controller: ContinuousController::new(config).map_err(setup)?,
+                velocity: velocity(context, &of.samples)?,
+                period_s: 1.0 / rate_hz,
+                integral: [0.0; MAX_JOINTS],
+                rate: [0.0; MAX_JOINTS],
+            },
+        };
+        let [mut position, mut speed, mut acceleration, mut measured, mut torque, mut behind] =
+            [[0.0; MAX_JOINTS]; 6];
+        for k in of.samples.clone() {
+            let time_s = (k - of.samples.start) as f64 / rate_hz;
+            reference.evaluate(time_s, &mut position[..n], &mut speed[..n], &mut acceleration[..n]);
+            for (to, from) in measured.iter_mut().zip(experiment.position_rad().row(k).iter()) {
+                *to = *from;
+            }
+            let setpoint = Setpoint {
+                position: &position[..n],
+                velocity: &speed[..n],
+                acceleration: &acceleration[..n],
+            };
+            law.command(k - of.samples.start, setpoint, &measured[..n], &mut torque[..n]);
+            set_row(&mut described, k, &torque);
+            for (behind, (q_r, q)) in behind.iter_mut().zip(position.iter().zip(&measured)) {
+                *behind += (q_r - q) / rate_hz;
+            }
+            set_row(&mut lag, k, &behind);
+        }
+    }
+    Ok(Ok([described, recorded, lag]))
+}
+
+/// Velocities of the recorded positions of one recording. The decimation filter, which the commands
+/// pass, takes care of what differences make of noise.
+fn velocity(
+    context: &Context<'_>,
+    samples: &Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let (positions, rate_hz) =
+        (context.experiment.position_rad(), context.experiment.sample_rate_hz());
+    let mut velocity = DMatrix::zeros(samples.len(), positions.ncols());
+    for (joint, mut to) in velocity.column_iter_mut().enumerate() {
+        let from = &positions.column(joint);
+        central_difference(&from.as_slice()[samples.clone()], rate_hz, to.as_mut_slice()).map_err(
+            |cause| IdentificationError::Signal { signal: "position", joint: joint + 1, cause },
+        )?;
+    }
+    Ok(velocity)
+}
+
+/// A described law with its state.
+enum Law {
+    Sampled(SampledController),
+    Continuous {
+        controller: ContinuousController,
+        velocity: DMatrix<f64>,
+        period_s: f64,
+        integral: [f64; MAX_JOINTS],
+        /// Of the integrals, at the sample before.
+        rate: [f64; MAX_JOINTS],
+    },
+}
+
+impl Law {
+    /// The command of a sample, all samples in turn.
+    fn command(&mut self, k: usize, setpoint: Setpoint<'_>, measured: &[f64], torque: &mut [f64]) {
+        match self {
+            Self::Sampled(controller) => controller.update(setpoint, measured, torque),
+            Self::Continuous { controller, velocity, period_s, integral, rate } => {
+                let (n, before) = (measured.len(), *rate);
+                let mut speed = [0.0; MAX_JOINTS];
+                for (to, from) in speed.iter_mut().zip(velocity.row(k).iter()) {
+                    *to = *from;
+                }
+                let mut evaluate = |integral: &[f64], rate: &mut [f64]| {
+                    controller.evaluate(setpoint, measured, &speed[..n], integral, torque, rate);
+                };
+                evaluate(&integral[..n], &mut rate[..n]);
+                if k > 0 {
+                    // By the trapezoidal rule.
+                    for (integral, (before, after)) in
+                        integral.iter_mut().zip(before.iter().zip(&*rate))
+                    {
+                        *integral += 0.5 * *period_s * (before + after);
+                    }
+                    evaluate(&integral[..n], &mut rate[..n]);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gain_and_a_delay_within_their_tolerances_are_no_error_of_the_law() {
+        let logged = DVector::from_fn(200, |k, _| (0.1 * k as f64).sin());
+        let rate = DVector::from_fn(200, |k, _| 40.0 * (0.1 * k as f64).cos());
+        let other = DVector::from_fn(200, |k, _| (0.37 * k as f64).sin());
+        let parts = DMatrix::from_columns(&[logged.clone(), rate.clone()]);
+        let left = |gain: f64, delay_s: f64, law: f64| {
+            let error = gain * &logged + delay_s * &rate + law * &other;
+            let left = beyond_tolerances(&error, &parts, &Tolerances::default())?;
+            Some(left.norm() / other.norm())
+        };
+        assert!(left(0.02, 4e-4, 0.0).unwrap() < 1e-9);
+        assert!((left(0.02, -4e-4, 0.01).unwrap() / 0.01 - 1.0).abs() < 0.05);
+        // Beyond what is stated all of it counts.
+        assert_eq!(left(-0.05, 0.0, 0.0), None);
+        assert_eq!(left(0.0, 8e-4, 0.0), None);
+    }
+}

@@ -1,0 +1,348 @@
+//! What an identification says.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use super::bias::PositionBias;
+use super::chosen_cutoff::ChosenCutoff;
+use super::chosen_friction::ChosenFriction;
+use super::extrapolation::Extrapolation;
+use super::held_out::HeldOut;
+use super::information::Information;
+use super::model_uncertainty::ModelUncertainty;
+use super::nuisance_parameters::NuisanceEstimate;
+use super::parameter_covariance::ParameterCovariance;
+use super::physical_consistency::PhysicalConsistency;
+use super::reached::Reached;
+use super::uses::Verdict;
+use crate::identification::observation::Motion;
+use crate::identification::problem::Selection;
+use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::{JointFriction, Robot};
+
+/// Version of [`Estimate`]'s layout in JSON.
+pub const SCHEMA: u32 = 1;
+
+/// One parameter with its uncertainty. Nothing leaves the library without one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterEstimate {
+    /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
+    pub name: String,
+    /// Whether others are regrouped into it.
+    #[serde(skip)]
+    pub regrouped: bool,
+    /// Its SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
+    pub unit: &'static str,
+    /// SI value.
+    pub value: f64,
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
+    pub standard_deviation: f64,
+    /// Combined standard uncertainty, in the unit of the value: with what the model does not have
+    /// and how well what was stated is known.
+    pub combined_standard_deviation: f64,
+    /// The classical one, which takes the residuals for white (equation 10).
+    pub classical_standard_deviation: f64,
+    /// `standard_deviation / |value|`.
+    pub relative_standard_deviation: f64,
+}
+
+impl ParameterEstimate {
+    /// Every selected parameter, from a solution and its corrected standard deviations.
+    pub(crate) fn list(
+        robot: &Robot,
+        selection: &Selection,
+        solution: &Solution,
+        deviations: &DVector<f64>,
+        combined: &DVector<f64>,
+    ) -> Vec<Self> {
+        let classical = solution.standard_deviations();
+        let names = selection.names().iter().zip(selection.regrouped());
+        let parameters = names.enumerate().map(|(k, (name, &regrouped))| Self {
+            name: name.clone(),
+            regrouped,
+            unit: unit(robot, selection.columns()[k]),
+            value: solution.parameters[k],
+            standard_deviation: deviations[k],
+            combined_standard_deviation: combined[k].max(deviations[k]),
+            classical_standard_deviation: classical[k],
+            relative_standard_deviation: deviations[k] / solution.parameters[k].abs(),
+        });
+        parameters.collect()
+    }
+}
+
+/// A parameter that was not identified and kept the value of the robot's file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeptParameter {
+    /// The field's name in lower case.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// SI value.
+    pub value: f64,
+}
+
+impl KeptParameter {
+    pub(crate) fn list(robot: &Robot, base: &BaseParameters, selection: &Selection) -> Vec<Self> {
+        let of_base = |column: &usize| base.columns().binary_search(column).ok();
+        let fixed = selection.fixed().iter().filter_map(|(column, value)| {
+            let name = base.names().get(of_base(column)?)?.clone();
+            Some(Self { name, unit: unit(robot, *column), value: *value })
+        });
+        fixed.collect()
+    }
+}
+
+/// The unit of a regressor column's parameter.
+fn unit(robot: &Robot, column: usize) -> &'static str {
+    let parameter = robot.parameters().parameters()[column];
+    parameter.kind.unit(robot.chain()[parameter.joint].kind)
+}
+
+/// When the torque of a joint acts, over what its timing says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TorqueDelay {
+    /// Later than stated by this \[s\]; earlier where negative.
+    pub delay_s: f64,
+    /// Its corrected standard deviation \[s\].
+    pub standard_deviation_s: f64,
+}
+
+/// The extreme singular values of an observation matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SingularValues {
+    /// Largest.
+    pub max: f64,
+    /// Smallest.
+    pub min: f64,
+}
+
+impl SingularValues {
+    /// Of the matrix that was solved.
+    pub(crate) fn new(solution: &Solution) -> Self {
+        let (max, min) = solution.extreme_singular_values();
+        Self { max, min }
+    }
+
+    /// The largest over the smallest.
+    pub(crate) fn condition_number(&self) -> f64 {
+        self.max / self.min
+    }
+}
+
+/// Where the reference of the simulated closed loops came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceSource {
+    /// The reference was recorded.
+    Recorded,
+    /// It was not: the filtered measured position was used instead.
+    MeasuredPosition,
+}
+
+/// One closed-loop simulation and the least-squares step from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ConvergenceStep {
+    /// Number of the simulation, from 1; those that failed count.
+    pub simulation: u32,
+    /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
+    pub relative_error: f64,
+    /// Its change from the step before, relative to that step's, or to 1e-3 where that is less.
+    pub relative_error_change: Option<f64>,
+    /// Largest difference between a parameter of the step and the simulated one, in standard
+    /// deviations of the step.
+    pub parameter_change: f64,
+    /// How often the step before was halved until it could be simulated.
+    pub halvings: u32,
+}
+
+/// The result of one identification. Its JSON is a contract: see the command line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Version of this record's layout.
+    pub schema: u32,
+    /// The method's name on the command line: `idim-ls`.
+    pub method: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Samples of the experiment.
+    pub samples: usize,
+    /// Rows of the observation matrix, all joints together.
+    pub rows: usize,
+    /// How far the motion went, per joint.
+    pub reached_per_joint: Vec<Reached>,
+    /// The cut-off of the position filter, where the data chose it and not the cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_cutoff: Option<ChosenCutoff>,
+    /// The friction laws, where the data chose them and not the robot's file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<ChosenFriction>,
+    /// The friction laws of each joint, with which the parameters belong.
+    pub friction_laws: Vec<JointFriction>,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Further parameters that kept their nominal values; every other is 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(rename = "kept")]
+    pub nominal: Vec<KeptParameter>,
+    /// How the errors of the parameters go together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<ParameterCovariance>,
+    /// Condition number of the weighted, decimated observation matrix.
+    pub condition_number: f64,
+    /// Its extreme singular values.
+    pub singular_values: SingularValues,
+    /// Condition number of the same matrix without the weights.
+    pub unweighted_condition_number: f64,
+    /// Its extreme singular values: the μ of the paper's tables 2 and 5.
+    pub unweighted_singular_values: SingularValues,
+    /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
+    pub relative_error: f64,
+    /// The same per joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// The same over all joints of each recording, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relative_error_per_recording: Vec<f64>,
+    /// Root mean square of the residual per joint \[N·m or N\].
+    pub rms_error_per_joint_nm: Vec<f64>,
+    /// How uncertain the parameters make the torque of each joint along this motion: root mean
+    /// square of the standard deviation of X θ, relative to that of the torque.
+    pub relative_prediction_deviation_per_joint: Vec<f64>,
+    /// Durbin–Watson statistic of the residual per joint.
+    pub durbin_watson_per_joint: Vec<f64>,
+    /// The statistic of white noise behind the decimation filter.
+    pub durbin_watson_expected: f64,
+    /// The probability that white noise behind the decimation filter has residuals as correlated
+    /// as those of each joint.
+    pub whiteness_per_joint: Vec<f64>,
+    /// The test that says so.
+    pub ljung_box_per_joint: Vec<LjungBox>,
+    /// Number of independent rows to which the rows of each joint are equivalent in a mean.
+    pub effective_rows_per_joint: Vec<f64>,
+    /// Delay of each joint's torque beyond the stated one; null where it is not identifiable.
+    pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// What the data say of what the model takes for known, the largest torques first.
+    #[serde(rename = "freedoms")]
+    pub nuisance_parameters: Vec<NuisanceEstimate>,
+    /// How uncertain the torque is where the arm has not been.
+    #[serde(rename = "elsewhere")]
+    pub extrapolation: Extrapolation,
+    /// Inputs of the predicted error on another motion; none without the decimation filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_uncertainty: Option<ModelUncertainty>,
+    /// How well pieces of the motion are predicted without them.
+    pub held_out: HeldOut,
+    /// What position filter and position noise do, where that could be found.
+    pub position_bias: Option<PositionBias>,
+    /// Linear least-squares steps taken.
+    pub iterations: u32,
+    /// Closed-loop simulations of the iteration, those that failed included; the check for position
+    /// noise takes two more.
+    pub simulations: u32,
+    /// The steps of the iteration, for methods that iterate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<ConvergenceStep>,
+    /// The reference of the simulated loops, for methods that simulate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceSource>,
+    /// The smallest bandwidth of a stand-in loop \[Hz\], where the sample rate bears less than is
+    /// stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slower_bandwidth_hz: Option<f64>,
+    /// Rows of each joint of whose residual less than a half counts, with robust weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downweighted_rows_per_joint: Option<Vec<usize>>,
+    /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation,
+    /// for methods that simulate (the paper's table 3).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_position_error_per_joint: Option<Vec<f64>>,
+    /// ‖τ − τ_s‖ / ‖τ‖ over the rows of each joint, with τ_s the torques of the last simulation,
+    /// for methods that simulate (the paper's table 3); absent where the logged torques and those
+    /// of the simulated controller do not act at the same time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated_torque_error_per_joint: Option<Vec<f64>>,
+    /// Distance between the recorded torque and the command that the described controller makes of
+    /// the recorded reference and position, relative to the torque and without noise. `None`
+    /// without a described controller, or if it cannot be decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller_error_per_joint: Option<Vec<f64>>,
+    /// Smallest canonical correlation between instruments and observation matrix, for methods with
+    /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_instrument_correlation: Option<f64>,
+    /// What it costs that the parameters be those of bodies, where the robot's file has nominal
+    /// ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "bodies")]
+    pub link_bodies: Option<PhysicalConsistency>,
+    /// Whether the result may be used.
+    pub verdict: Verdict,
+}
+
+/// The decimated torques that the parameters were fitted to, for plots: one vector per joint, one
+/// entry per row \[N·m or N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Time of each row since the first sample \[s\].
+    pub time_s: Vec<f64>,
+    /// Filtered measured torque.
+    pub measured: Vec<Vec<f64>>,
+    /// Torque predicted by the identified model for the same rows, X θ.
+    pub predicted: Vec<Vec<f64>>,
+    /// What is left of the equation that was solved: `measured − predicted`, but with CLOE that of
+    /// the positions \[rad or m\].
+    pub equation_residuals: Vec<Vec<f64>>,
+    /// What the autocorrelation of `equation_residuals` would be if they were white noise behind
+    /// the decimation filter, if there is one, from lag 1.
+    pub white_noise: Vec<NoiseAutocorrelation>,
+    /// Rows of each joint of whose residual less than a half counts, in rising order; nothing
+    /// without robust weights.
+    pub downweighted: Vec<Vec<usize>>,
+    /// Information on each parameter by moves, in the order of the estimate's parameters.
+    pub information: Information,
+    /// The motion that it was identified along.
+    pub motion: FitMotion,
+}
+
+/// A motion as plots need it: at so many of the rows as a plot can show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FitMotion {
+    /// Time of each since the first sample \[s\].
+    pub time_s: Vec<f64>,
+    /// Filtered positions, one vector per joint \[rad or m\].
+    pub position: Vec<Vec<f64>>,
+    /// Their velocities, likewise \[rad/s or m/s\].
+    pub velocity: Vec<Vec<f64>>,
+}
+
+impl FitMotion {
+    /// Rows that are kept at most: twice what a panel has pixels.
+    const MOST: usize = 1000;
+
+    /// Of a motion, whose rows are these samples at these times.
+    pub(super) fn new(motion: &Motion, samples: &[usize], time_s: &[f64]) -> Self {
+        let every = samples.len().div_ceil(Self::MOST).max(1);
+        let rows = || samples.iter().copied().step_by(every);
+        let joints = 0..motion.position.ncols();
+        Self {
+            time_s: time_s.iter().copied().step_by(every).collect(),
+            position: joints
+                .clone()
+                .map(|joint| rows().map(|sample| motion.position[(sample, joint)]).collect())
+                .collect(),
+            velocity: joints
+                .map(|joint| rows().map(|sample| motion.velocity(sample, joint)).collect())
+                .collect(),
+        }
+    }
+}
+
+/// An estimate with the data to examine it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The result.
+    pub estimate: Estimate,
+    /// Measurement against model.
+    pub fit: Fit,
+}

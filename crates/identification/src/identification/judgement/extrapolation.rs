@@ -1,0 +1,105 @@
+//! How far the model's torque may be off where the arm has not been.
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Uniform};
+use serde::Serialize;
+
+use super::nuisance_parameters::Columns;
+use super::reached::Reached;
+use crate::identification::observation::{Motion, known_at, regressor_rows};
+use crate::identification::problem::{Context, IdentificationError};
+use crate::regression::{JointSolution, relative_errors};
+
+/// States that are looked at.
+const STATES: usize = 1500;
+
+/// The same states for every result of an arm.
+const SEED: u64 = 1;
+
+/// How uncertain the torque is where the arm has not been: at positions anywhere within the arm's
+/// limits, at speeds and accelerations up to those of the record. Root mean squares.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Extrapolation {
+    /// Relative to the torque there, over all joints.
+    pub relative_error: f64,
+    /// The same of each joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// Of each joint \[N·m or N\].
+    pub error_per_joint_nm: Vec<f64>,
+}
+
+impl Extrapolation {
+    /// Difference between the fitted model and the data with the nuisance parameters, and their
+    /// posterior. Errors that stay with the arm, as the zero of an encoder does, are in both and
+    /// cancel.
+    pub(super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        columns: &Columns<'_>,
+        parameters: &DVector<f64>,
+        solution: &JointSolution,
+    ) -> Result<Self, IdentificationError> {
+        let mut squares = vec![[0.0; 2]; context.robot.joints()];
+        for states in in_blocks(&states(context, motion)) {
+            let rows = regressor_rows(&context.model, context.selection.columns(), &states)?;
+            let nuisance_columns = columns.at_states(&states, &columns.left_out_at(&states)?);
+            let mut predicted = &rows * parameters;
+            if let Some(known_torque) = known_at(context, &states)? {
+                predicted += known_torque;
+            }
+            let count = states.position.nrows();
+            for (joint, [error, torque]) in squares.iter_mut().enumerate() {
+                let [own, further] =
+                    [&rows, &nuisance_columns].map(|of| of.rows(joint * count, count));
+                *error += solution.squared_error(own, further) / STATES as f64;
+                *torque += predicted.rows(joint * count, count).norm_squared() / STATES as f64;
+            }
+        }
+        let (relative_error, relative_error_per_joint) = relative_errors(&squares);
+        Ok(Self {
+            relative_error,
+            relative_error_per_joint,
+            error_per_joint_nm: squares.iter().map(|[error, _]| error.sqrt()).collect(),
+        })
+    }
+}
+
+/// The same states, some at a time: what is formed at them stays in the nearest caches.
+fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
+    /// Of a block, a divisor of all.
+    const BLOCK: usize = 250;
+    let all_states = states.matrices();
+    (0..STATES).step_by(BLOCK).map(move |first| {
+        let [position, velocity, acceleration] =
+            all_states.each_ref().map(|of| of.rows(first, BLOCK).into_owned());
+        Motion::from_matrices(position, velocity, acceleration)
+    })
+}
+
+/// Positions within the limits of the robot, velocities and accelerations within those of the
+/// counted samples, all of them uniform.
+fn states(context: &Context<'_>, motion: &Motion) -> Motion {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let joints = context.robot.joints();
+    let mut uniform = |ranges: &[[f64; 2]]| {
+        let mut values = DMatrix::zeros(STATES, joints);
+        for (mut column, [low, high]) in values.column_iter_mut().zip(ranges) {
+            let range = Uniform::new_inclusive(low.min(*high), low.max(*high));
+            for value in &mut column {
+                *value = range.map_or(*low, |range| range.sample(&mut random));
+            }
+        }
+        values
+    };
+    let positions: Vec<[f64; 2]> =
+        (context.robot.limits()).map(|limits| [limits.position_min, limits.position_max]).collect();
+    let reached = Reached::from_context(context, motion);
+    let column_of =
+        |quantity: fn(&Reached) -> [f64; 2]| reached.iter().map(quantity).collect::<Vec<_>>();
+    let position = uniform(&positions);
+    let velocity = uniform(&column_of(|reached| reached.velocity));
+    let acceleration = uniform(&column_of(|reached| reached.acceleration));
+    Motion::from_matrices(position, velocity, acceleration)
+}

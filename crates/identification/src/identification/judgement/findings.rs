@@ -1,0 +1,369 @@
+//! From a solved equation to the record that leaves the library.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector, DVectorView};
+
+use super::checks::{Checks, FittedModel, PositionError};
+use super::clipped_signal::ClippedSignal;
+use super::estimate::{
+    ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
+    ReferenceSource, SCHEMA, SingularValues,
+};
+use super::folds::Folds;
+use super::frozen_signal::FrozenSignal;
+use super::held_out::HeldOut;
+use super::information::Information;
+use super::misassignment::{Misassignment, misassignment};
+use super::outliers::DownweightedRows;
+use super::parameter_covariance::ParameterCovariance;
+use super::physical_consistency::PhysicalConsistency;
+use super::reached::Reached;
+use super::reasons::{Note, Reason};
+use super::uncertainty::{Supplements, Uncertainty};
+use super::uses::Verdict;
+use super::verdict::{Known, UNEXPLAINED};
+use super::workspace::indefinite_posture;
+use crate::feasibility::FixedParameter;
+use crate::identification::observation::{AuxiliaryObservation, Motion};
+use crate::identification::problem::{Context, IdentificationError, Method};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
+
+/// Lags of the residuals' autocorrelation that are worth looking at.
+const LAGS: usize = 30;
+
+/// The torques along the motion, where the equation that was solved is another one.
+pub(crate) struct TorqueRows<'a> {
+    /// Regressor and measured torques of the same rows.
+    pub(crate) observations: &'a Observations,
+    /// What the estimate leaves of the measured torques.
+    pub(crate) residuals: &'a DVector<f64>,
+    /// Their own weighted solution, where the solved equation is not one of torques: there the
+    /// model is checked.
+    pub(crate) own: Option<&'a Solution>,
+}
+
+/// What a method hands in, beside its context.
+pub(crate) struct Findings<'a> {
+    pub(crate) method: Method,
+    /// The motion that the observation matrix was built on.
+    pub(crate) motion: &'a Motion,
+    /// What there is of it beside the observation matrix.
+    pub(crate) auxiliary_columns: &'a AuxiliaryObservation,
+    /// Where the noise of the positions may do harm.
+    pub(crate) position_error: PositionError,
+    /// The equation that was solved.
+    pub(crate) observations: &'a Observations,
+    /// None where it is that of the torques and their regressor.
+    pub(crate) torque: Option<TorqueRows<'a>>,
+    /// The weighted solution, whose parameters are the result.
+    pub(crate) solution: &'a Solution,
+    /// Of the same equation without weights.
+    pub(crate) unweighted: SingularValues,
+    /// Rows that an M-estimate weights down, where it is one.
+    pub(crate) downweighted: Option<&'a DownweightedRows>,
+    /// Samples that outliers reach.
+    pub(crate) outliers: Vec<Range<usize>>,
+    /// The way to the solution.
+    pub(crate) iteration: Iteration,
+}
+
+/// The way to a solution.
+#[derive(Default)]
+pub(crate) struct Iteration {
+    pub(crate) linear_steps: u32,
+    /// Simulations of the closed loop, those that failed included.
+    pub(crate) simulations: u32,
+    pub(crate) steps: Vec<ConvergenceStep>,
+    /// What the simulated loops followed.
+    pub(crate) reference: Option<ReferenceSource>,
+    /// The smallest bandwidth of the simulated loops \[Hz\], where it had to be less than stated.
+    pub(crate) slower_bandwidth_hz: Option<f64>,
+    /// ‖q − q_s‖ / ‖q‖ of the last simulation.
+    pub(crate) position_error_per_joint: Option<Vec<f64>>,
+    /// ‖τ − τ_s‖ / ‖τ‖ of the last simulation, where the torques can be compared.
+    pub(crate) torque_error_per_joint: Option<Vec<f64>>,
+    /// Smallest canonical correlation of instruments, where there are any.
+    pub(crate) instrument_correlation: Option<f64>,
+}
+
+impl Findings<'_> {
+    /// The estimate with its verdict, and the fit.
+    pub(crate) fn judged(
+        self,
+        context: &Context<'_>,
+    ) -> Result<Identification, IdentificationError> {
+        let Self { observations, solution, iteration, .. } = &self;
+        let (limits, filter) = (&context.options.limits, context.row_filter());
+        let analysis = ResidualAnalysis::new(observations, solution, &filter);
+        let covariance = analysis.covariance();
+        let deviations = covariance.diagonal().map(f64::sqrt);
+        let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
+        let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let pieces = Folds::from_context(context, self.motion);
+        let (counted, left) = match self.downweighted {
+            Some(_) => (*observations, &solution.residuals),
+            None => (torque, residuals),
+        };
+        let (held_out, disagreement) =
+            HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
+        let beside = Supplements {
+            repeats: pieces.repeats,
+            disagreement: disagreement.as_ref(),
+            other: None,
+        };
+        let mut other = None;
+        let (checks, uncertainty) = match self.torque.as_ref().and_then(|rows| rows.own) {
+            None => {
+                self.checks(context, torque, &analysis, &solution.parameters, &deviations, beside)?
+            }
+            Some(own) => {
+                let analysis = ResidualAnalysis::new(torque, own, &filter);
+                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                other = limits.other_parameters(
+                    context.selection.names(),
+                    &(&own.parameters - &solution.parameters),
+                    &own_deviations.zip_map(&deviations, f64::hypot),
+                );
+                self.checks(
+                    context,
+                    torque,
+                    &analysis,
+                    &own.parameters,
+                    &own_deviations,
+                    Supplements {
+                        other: Some(&(&own.parameters - &solution.parameters)),
+                        ..beside
+                    },
+                )?
+            }
+        };
+
+        let statistics = torque.residual_statistics(residuals);
+        let ljung_box = analysis.spectrum().ljung_box_per_joint();
+        let own_statistics = observations.residual_statistics(&solution.residuals);
+        let downweighted = self.downweighted.map(DownweightedRows::per_joint);
+        let mut estimate = Estimate {
+            schema: SCHEMA,
+            method: self.method.name().to_owned(),
+            robot: context.robot.name().to_owned(),
+            samples: context.experiment.samples(),
+            rows: observations.matrix().nrows(),
+            reached_per_joint: Reached::from_context(context, self.motion),
+            position_cutoff: None,
+            friction: None,
+            friction_laws: context.robot.own_friction().to_vec(),
+            parameters: ParameterEstimate::list(
+                context.robot,
+                &context.selection,
+                solution,
+                &deviations,
+                &uncertainty.combined,
+            ),
+            nominal: KeptParameter::list(context.robot, context.base, &context.selection),
+            covariance: Some(ParameterCovariance::from_symmetric(&covariance)),
+            condition_number: solution.condition_number(),
+            singular_values: SingularValues::new(solution),
+            unweighted_condition_number: self.unweighted.condition_number(),
+            unweighted_singular_values: self.unweighted,
+            relative_error: statistics.relative_error,
+            relative_error_per_joint: statistics.relative_error_per_joint,
+            relative_error_per_recording: per_recording(context, torque, residuals),
+            rms_error_per_joint_nm: statistics.rms_per_joint,
+            relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
+            durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
+            durbin_watson_expected: filter.durbin_watson_of_white_noise(),
+            whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
+            ljung_box_per_joint: ljung_box,
+            effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
+            torque_delay_per_joint: checks.torque_delay_per_joint,
+            position_bias: checks.position_bias,
+            nuisance_parameters: uncertainty.nuisance_parameters,
+            extrapolation: uncertainty.extrapolation,
+            model_uncertainty: uncertainty.model,
+            held_out,
+            iterations: iteration.linear_steps,
+            simulations: iteration.simulations,
+            convergence: iteration.steps.clone(),
+            reference: iteration.reference,
+            slower_bandwidth_hz: iteration.slower_bandwidth_hz,
+            downweighted_rows_per_joint: downweighted
+                .map(|rows| rows.iter().map(Vec::len).collect()),
+            relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
+            simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
+            controller_error_per_joint: checks.controller_error_per_joint,
+            smallest_instrument_correlation: iteration.instrument_correlation,
+            link_bodies: None,
+            verdict: Verdict::default(),
+        };
+        let held = estimate
+            .nominal
+            .iter()
+            .map(|kept| FixedParameter::nominal(kept.name.clone(), kept.value));
+        let held: Vec<FixedParameter> = held.collect();
+        let bodies = PhysicalConsistency::nearest(
+            context,
+            solution.parameters.as_slice(),
+            &covariance,
+            &held,
+        );
+        estimate.link_bodies =
+            bodies.as_ref().map(|of| PhysicalConsistency::new(of, estimate.parameters.len()));
+        let indefinite = indefinite_posture(
+            context.robot,
+            &context.model,
+            &context.selection,
+            &solution.parameters,
+            &covariance,
+        )?;
+        let errors = &estimate.relative_error_per_joint;
+        let transmission = context.robot.transmission();
+        // What is not explained may follow from it.
+        let unexplained = |motor: usize| {
+            let mut joints = errors.iter().zip(transmission.row(motor - 1));
+            joints.any(|(error, ratio)| *error > UNEXPLAINED && *ratio != 0.0)
+        };
+        let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) = ClippedSignal::all(context)
+            .into_iter()
+            .partition(|found| found.is_constant() || unexplained(found.motor));
+        let (stale, hardly_stale): (Vec<_>, Vec<_>) =
+            FrozenSignal::all(context).into_iter().partition(|found| {
+                found.is_much() && found.motors.iter().any(|motor| unexplained(*motor))
+            });
+        let cut_off = cut_off.into_iter().map(|found| Reason::CutOff { found });
+        let stale = stale.into_iter().map(|found| Reason::FrozenSignal { found });
+        let misread = limits
+            .are_rows_enough(context, &estimate)
+            .then(|| misassignment(context, self.motion, &torque.measured(), errors));
+        let (misread, perhaps) = match misread.flatten() {
+            Some(Misassignment::For(reason)) => (Some(reason), None),
+            Some(Misassignment::Perhaps(note)) => (None, Some(note)),
+            None => (None, None),
+        };
+        let of_signals = stale.chain(misread).chain(cut_off);
+        let known = Known {
+            context,
+            torque: uncertainty.torque,
+            largest_torque: largest_torques(context),
+            carried: carried(torque, &solution.parameters),
+            indefinite,
+            bodies,
+            further: of_signals.chain(other).collect(),
+        };
+        let uses = limits.uses(&known, &estimate);
+        let time_s = context.time_s();
+        let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
+        notes.extend(checks.notes);
+        notes.extend(uncertainty.notes);
+        notes.extend(beside_cut_off.into_iter().map(|found| Note::CutOff { found }));
+        notes.extend(perhaps);
+        notes.extend(hardly_stale.into_iter().map(|found| Note::Stale { found }));
+        notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
+        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
+        let measured = torque.measured();
+        let information = Information::new(
+            observations,
+            &analysis,
+            &solution.noise_levels,
+            self.motion,
+            &context.samples,
+            context.experiment.sample_rate_hz(),
+        );
+        let fit = Fit {
+            motion: FitMotion::new(self.motion, &context.samples, &time_s),
+            information,
+            time_s,
+            downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),
+            measured: torque.per_joint(&measured),
+            predicted: torque.per_joint(&(&*measured - residuals)),
+            equation_residuals: observations.per_joint(&solution.residuals),
+            white_noise: filter.autocorrelation_of_white_noise(observations.rows_per_joint(), LAGS),
+        };
+        Ok(Identification { estimate, fit })
+    }
+
+    /// Checks the model on an equation of torques and its solution.
+    fn checks(
+        &self,
+        context: &Context<'_>,
+        torque: &Observations,
+        analysis: &ResidualAnalysis<'_>,
+        parameters: &DVector<f64>,
+        deviations: &DVector<f64>,
+        beside: Supplements<'_>,
+    ) -> Result<(Checks, Uncertainty), IdentificationError> {
+        let fitted = FittedModel {
+            context,
+            method: self.method,
+            motion: self.motion,
+            auxiliary_columns: self.auxiliary_columns,
+            position_error: &self.position_error,
+            outliers: &self.outliers,
+            observations: torque,
+            analysis,
+            parameters,
+            deviations,
+        };
+        let checks = fitted.check()?;
+        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), beside)?;
+        Ok((checks, uncertainty))
+    }
+}
+
+/// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
+fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
+    let (x, y) = (observations.matrix(), observations.measured());
+    let deviation = |joint: usize| {
+        let acting = x.columns_of(joint);
+        let own = covariance.select_rows(&acting).select_columns(&acting);
+        let torque = y.rows_range(observations.joint_rows(joint)).norm();
+        x.gram(joint).dot(&own).max(0.0).sqrt() / torque
+    };
+    (0..observations.joints()).map(deviation).collect()
+}
+
+/// ‖y − Xθ‖ / ‖y‖ of each recording, where there are several.
+fn per_recording(
+    context: &Context<'_>,
+    observations: &Observations,
+    residuals: &DVector<f64>,
+) -> Vec<f64> {
+    let recordings = context.experiment.recordings().len();
+    if recordings < 2 {
+        return Vec::new();
+    }
+    let mut sums = vec![[0.0; 2]; recordings];
+    let measured = observations.measured();
+    for joint in 0..observations.joints() {
+        for (row, &sample) in observations.joint_rows(joint).zip(&context.samples) {
+            let [errors, torques] = &mut sums[context.experiment.recording_of(sample)];
+            *errors += residuals[row].powi(2);
+            *torques += measured[row].powi(2);
+        }
+    }
+    sums.into_iter().map(|[errors, torques]| (errors / torques).sqrt()).collect()
+}
+
+/// The largest torque that was recorded on each joint \[N·m or N\].
+fn largest_torques(context: &Context<'_>) -> Vec<f64> {
+    let torque = context.experiment.torque_nm().column_iter();
+    let largest = |torque: DVectorView<'_, f64>| {
+        let samples = context.experiment.counted_samples();
+        samples.map(|sample| torque[sample].abs()).fold(0.0, f64::max)
+    };
+    torque.map(largest).collect()
+}
+
+/// The share of a joint's torque that each parameter carries, the largest of all joints.
+fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
+    let torque = observations.measured();
+    let share = |(column, value): (usize, &f64)| {
+        let of_joint = |joint: usize| {
+            let own = observations.matrix().column_of(joint, column).unwrap_or_default();
+            let own = DVectorView::from_slice(own, own.len()).norm();
+            own * value.abs() / torque.rows_range(observations.joint_rows(joint)).norm()
+        };
+        (0..observations.joints()).map(of_joint).fold(0.0, f64::max)
+    };
+    parameters.iter().enumerate().map(share).collect()
+}

@@ -1,0 +1,154 @@
+//! How well the result predicts what it was not fitted to: pieces of the motion, each with
+//! parameters found without it.
+//!
+//! The regressor is that of the result; a piece's rows leave the equation, and no loop is simulated
+//! anew.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use serde::Serialize;
+
+use super::folds::Folds;
+use super::quantiles::ResidualQuantiles;
+use crate::identification::observation::Motion;
+use crate::identification::problem::{Context, IdentificationError};
+use crate::regression::{Observations, relative_errors};
+
+/// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some
+/// eight.
+pub(crate) const REACH_ROWS: usize = 10;
+
+/// Torques of the pieces of the motion, each predicted with parameters that were found without it
+/// and without what is like it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// ‖y − Xθ‖ / ‖y‖ over all joints; none where the motion is too short or too poor for it.
+    pub relative_error: Option<f64>,
+    /// The same of each joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// What the residuals of each joint at the sample rate stay below \[N·m or N\].
+    pub quantiles_per_joint: Vec<ResidualQuantiles>,
+}
+
+impl HeldOut {
+    /// `residuals` are those of the parameters in the rows of `torque`. With it, the standard
+    /// deviation of each parameter by how much the pieces disagree; none where nothing can be held
+    /// out.
+    pub(super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        folds: &Folds,
+        torque: &Observations,
+        parameters: &DVector<f64>,
+        residuals: &DVector<f64>,
+    ) -> Result<(Self, Option<DVector<f64>>), IdentificationError> {
+        let Some(changes) = without_each(folds, torque, residuals) else {
+            return Ok((Self::default(), None));
+        };
+        let (rows, measured) = (torque.rows_per_joint(), torque.measured());
+        let mut sums = vec![[0.0; 2]; torque.joints()];
+        for (piece, change) in changes.iter().enumerate() {
+            let remainder = residuals - torque.matrix().times(change);
+            for (joint, [errors, torques]) in sums.iter_mut().enumerate() {
+                let piece_rows = folds.of_row.iter().enumerate().filter(|(_, of)| **of == piece);
+                for (row, _) in piece_rows {
+                    *errors += remainder[joint * rows + row].powi(2);
+                    *torques += measured[joint * rows + row].powi(2);
+                }
+            }
+        }
+        let (relative_error, relative_error_per_joint) = relative_errors(&sums);
+        let without: Vec<_> = changes.iter().map(|change| parameters + change).collect();
+        let piece_of = |sample: usize| {
+            let next = context.samples.partition_point(|&row| row < sample);
+            folds.of_row[next.min(folds.of_row.len() - 1)]
+        };
+        let held_out = Self {
+            relative_error: Some(relative_error),
+            relative_error_per_joint,
+            quantiles_per_joint: ResidualQuantiles::per_joint(
+                context, motion, &without, &piece_of,
+            )?,
+        };
+        Ok((held_out, Some(disagreement(&changes))))
+    }
+}
+
+/// The jackknife's standard deviations (J. W. Tukey, *Bias and confidence in not quite large
+/// samples*, 1958), of what the parameters change by without each piece. It asks nothing of the
+/// residuals: what was there in one piece alone is in it.
+fn disagreement(changes: &[DVector<f64>]) -> DVector<f64> {
+    let count = changes.len() as f64;
+    let deviation = |k: usize| {
+        let mean = changes.iter().map(|change| change[k]).sum::<f64>() / count;
+        let squares: f64 = changes.iter().map(|change| (change[k] - mean).powi(2)).sum();
+        (squares * (count - 1.0) / count).sqrt()
+    };
+    DVector::from_fn(changes.first().map_or(0, DVector::len), |k, _| deviation(k))
+}
+
+/// How the parameters change without each piece; none where one cannot be left out.
+fn without_each(
+    folds: &Folds,
+    torque: &Observations,
+    residuals: &DVector<f64>,
+) -> Option<Vec<DVector<f64>>> {
+    if folds.distinct < folds.count * REACH_ROWS {
+        return None;
+    }
+    let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
+    // Which pieces each row is in or near, one bit for each.
+    let mut near = vec![0_u64; rows];
+    for (row, piece) in folds.of_row.iter().enumerate() {
+        let end = rows.min(row + REACH_ROWS + 1);
+        near[row.saturating_sub(REACH_ROWS)..end].iter_mut().for_each(|near| *near |= 1 << piece);
+    }
+    let levels = torque.noise_levels(residuals);
+    // The equation of the rows of each kind, which is part of several.
+    let of_kind = |kind: u64| {
+        let joint_rows: Vec<usize> = (0..rows).filter(|row| near[*row] == kind).collect();
+        let (mut normal, mut right) =
+            (DMatrix::<f64>::zeros(columns, columns), DVector::<f64>::zeros(columns));
+        for (joint, level) in levels.iter().enumerate() {
+            let x = torque.matrix().selected_rows_of(joint, &joint_rows) / *level;
+            let of_joint: Vec<usize> = joint_rows.iter().map(|row| joint * rows + row).collect();
+            let remainder = residuals.select_rows(&of_joint) / *level;
+            let (products, along) = (x.tr_mul(&x), x.tr_mul(&remainder));
+            for (i, &row) in torque.matrix().columns_of(joint).iter().enumerate() {
+                right[row] += along[i];
+                for (j, &column) in torque.matrix().columns_of(joint).iter().enumerate() {
+                    normal[(row, column)] += products[(i, j)];
+                }
+            }
+        }
+        (normal, right, joint_rows.len())
+    };
+    let mut kinds = near.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let equations: Vec<_> = kinds.into_iter().map(|kind| (kind, of_kind(kind))).collect();
+    (0..folds.count)
+        .map(|piece: usize| {
+            let (mut normal, mut right) =
+                (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+            let mut count = 0;
+            let others = equations.iter().filter(|(kind, _)| kind & (1 << piece) == 0);
+            for (_, (of_kind, right_of_kind, rows)) in others {
+                normal += of_kind;
+                right += right_of_kind;
+                count += rows;
+            }
+            if count * torque.joints() <= columns {
+                return None;
+            }
+            // Parameters of all sizes.
+            let scale = normal.diagonal().map(|square| 1.0 / square.sqrt());
+            if !scale.iter().all(|scale| scale.is_finite()) {
+                return None;
+            }
+            let scaled =
+                DMatrix::from_fn(columns, columns, |i, j| scale[i] * normal[(i, j)] * scale[j]);
+            let solved = Cholesky::new(scaled)?.solve(&right.component_mul(&scale));
+            Some(solved.component_mul(&scale))
+        })
+        .collect()
+}

@@ -1,0 +1,58 @@
+//! Assessment of a solution: its uncertainty, its changes under alternative models, and whether it
+//! may be used.
+
+mod bias;
+mod checks;
+mod chosen_cutoff;
+mod chosen_friction;
+mod clipped_signal;
+mod estimate;
+mod extrapolation;
+mod findings;
+mod folds;
+mod frozen_signal;
+mod held_out;
+mod information;
+mod lagging;
+mod low_passed;
+mod misassignment;
+mod model_uncertainty;
+mod nuisance_parameters;
+mod outliers;
+mod parameter_covariance;
+mod physical_consistency;
+mod quantiles;
+mod reached;
+mod reasons;
+mod refit;
+mod rows;
+mod screening_fit;
+mod uncertainty;
+mod uses;
+mod verdict;
+mod workspace;
+
+pub use bias::PositionBias;
+pub(crate) use checks::PositionError;
+pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
+pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
+pub use clipped_signal::ClippedSignal;
+pub use estimate::{
+    ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
+    ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
+};
+pub use extrapolation::Extrapolation;
+pub(crate) use findings::{Findings, Iteration, TorqueRows};
+pub use frozen_signal::FrozenSignal;
+pub use held_out::HeldOut;
+pub(crate) use held_out::REACH_ROWS;
+pub use information::Information;
+pub use model_uncertainty::{ModelUncertainty, PredictedError};
+pub use nuisance_parameters::{NuisanceEstimate, NuisanceParameter, Quantity};
+pub(crate) use outliers::DownweightedRows;
+pub use parameter_covariance::ParameterCovariance;
+pub use physical_consistency::PhysicalConsistency;
+pub use quantiles::ResidualQuantiles;
+pub use reached::Reached;
+pub use reasons::{ControllerUnchecked, Note, Output, Reason, Slow};
+pub use uses::{UseVerdict, Uses, Verdict};

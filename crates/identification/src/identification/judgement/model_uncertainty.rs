@@ -1,0 +1,248 @@
+//! Model errors that a result has to keep. They predict its error on another motion, and
+//! distinguish model errors from a change of the arm.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::nuisance_parameters::{Along, Columns, Observed};
+use super::rows::Rows;
+use crate::identification::observation::{AuxiliaryObservation, Motion};
+use crate::identification::problem::{Context, IdentificationError};
+use crate::regression::{JointSolution, Observations, gram};
+
+/// Joint information of the data on the parameters and on everything that the model assumes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelUncertainty {
+    pub(super) observed: Observed,
+    /// Prior standard deviation of each nuisance parameter, which is its unit in mean and
+    /// covariance (m).
+    pub(super) deviations: Vec<f64>,
+    /// Parameter changes with the nuisance parameters, then the nuisance parameters themselves (b +
+    /// m).
+    pub(super) mean: Vec<f64>,
+    /// Covariance of `mean`, as the rows of its lower triangle. Single precision suffices and saves
+    /// space.
+    pub(super) covariance: Rows<f32>,
+    /// K: sensitivity of each parameter to a unit of each nuisance parameter (b × m). Empty in
+    /// results of versions that did not store it.
+    #[serde(default)]
+    pub(super) influence: Rows<f32>,
+    /// Root mean square of each joint's residual torque with the nuisance parameters \[N·m or N\].
+    pub(super) noise_nm: Vec<f64>,
+}
+
+/// Error on a recording, predicted by the result before the recording is used. The prediction uses
+/// the motion, and of the measured torque only its size. The actual error is as often larger as
+/// smaller.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PredictedError {
+    /// Over all joints, relative to the measured torque.
+    pub relative_error: f64,
+    /// Of every joint.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+impl ModelUncertainty {
+    /// `influence` is K.
+    pub(super) fn new(
+        columns: &Columns<'_>,
+        noise_nm: Vec<f64>,
+        solution: &JointSolution,
+        influence: &DMatrix<f64>,
+    ) -> Self {
+        let covariance = Rows::<f32>::from_rows(&solution.covariance, |k| k + 1);
+        let influence = Rows::<f32>::from_rows(influence, |_| influence.ncols());
+        Self {
+            observed: columns.observed().clone(),
+            deviations: columns.deviations(),
+            mean: solution.change.iter().chain(&solution.nuisance_parameters).copied().collect(),
+            covariance,
+            influence,
+            noise_nm,
+        }
+    }
+
+    /// Returns the standard deviations of the differences from an earlier result of the same arm,
+    /// due to model errors \[in the unit of each\]. Both results have the same errors, which cancel
+    /// as far as the motions are alike. Returns `None` if either result lacks this information.
+    ///
+    /// A unit of each nuisance parameter moves the parameters by K and K₀. The earlier result knows
+    /// mean μ and covariance P of the nuisance parameters: `(K − K₀)(μμᵀ + P)(K − K₀)ᵀ`. If the
+    /// motions differ so much that their nuisance parameters are not the same, nothing cancels.
+    /// Each result then counts separately.
+    pub fn difference_deviations(&self, earlier: &Self) -> Option<Vec<f64>> {
+        let (now, then) = (self.sensitivity()?, earlier.sensitivity()?);
+        if now.nrows() != then.nrows() {
+            return None;
+        }
+        let alike = now.ncols() == then.ncols() && self.observed.is_like(&earlier.observed);
+        if !alike {
+            let [now, then] =
+                [(self, now), (earlier, then)].map(|(of, shifted)| of.variances(&shifted));
+            return Some(now.iter().zip(then).map(|(now, then)| (now + then).sqrt()).collect());
+        }
+        // In units of the earlier result. A nuisance parameter without size has no effect.
+        let unit = |k: usize| match self.deviations[k] {
+            0.0 => 0.0,
+            deviation => earlier.deviations[k] / deviation,
+        };
+        let difference = DMatrix::from_fn(now.nrows(), now.ncols(), |row, k| {
+            now[(row, k)] * unit(k) - then[(row, k)]
+        });
+        Some(earlier.variances(&difference).into_iter().map(f64::sqrt).collect())
+    }
+
+    /// Returns K, if every matrix has the matching shape.
+    fn sensitivity(&self) -> Option<DMatrix<f64>> {
+        let (own, nuisance_parameters) = (self.influence.len(), self.deviations.len());
+        let width = own + nuisance_parameters;
+        let is_whole = own > 0
+            && self.mean.len() == width
+            && self.influence.has_shape(own, |_| nuisance_parameters)
+            && self.covariance.has_shape(width, |row| row + 1);
+        is_whole.then(|| {
+            DMatrix::from_fn(own, nuisance_parameters, |row, k| self.influence.get(row, k))
+        })
+    }
+
+    /// Returns the diagonal of `M (μμᵀ + P) Mᵀ`, where M maps the nuisance parameters to shifts.
+    fn variances(&self, shifted: &DMatrix<f64>) -> Vec<f64> {
+        let width = self.mean.len() - shifted.ncols();
+        let mean = shifted * DVector::from_column_slice(&self.mean[width..]);
+        let posterior = shifted * self.covariance.symmetric(width..self.mean.len());
+        let variance = |k: usize| mean[k].powi(2) + posterior.row(k).dot(&shifted.row(k));
+        (0..shifted.nrows()).map(|k| variance(k).max(0.0)).collect()
+    }
+
+    /// Returns the columns of the nuisance parameters along a record, each scaled by its prior
+    /// standard deviation. Returns `None` if the context has other nuisance parameters.
+    fn columns<'a>(
+        &self,
+        context: &'a Context<'a>,
+        observations: &Observations,
+        parameters: &'a DVector<f64>,
+    ) -> Option<Columns<'a>> {
+        let width = parameters.len() + self.deviations.len();
+        let fits = self.mean.len() == width
+            && self.covariance.has_shape(width, |row| row + 1)
+            && self.noise_nm.len() == observations.joints()
+            && self.observed.fits(context);
+        let columns = fits.then(|| Columns::new(context, parameters, self.observed.clone()))?;
+        columns.with_deviations(&self.deviations)
+    }
+
+    /// Returns the effect of model errors on the predicted torques of a record. The columns belong
+    /// to independent unknowns of standard deviation 1 (r × m). With C the columns of the nuisance
+    /// parameters along the record,
+    ///
+    /// ```text
+    /// y − X β̂ = X δβ + (C − X K) η,   η ~ (0, μμᵀ + P)
+    /// ```
+    ///
+    /// The errors cancel as far as the motion is like that of the result. `parameters` are those of
+    /// the moving arm, which may have a payload. Returns `None` if the context has other nuisance
+    /// parameters, or the result lacks this information.
+    pub(crate) fn errors_along(
+        &self,
+        context: &Context<'_>,
+        motion: &Motion,
+        auxiliary: &AuxiliaryObservation,
+        observations: &Observations,
+        parameters: &DVector<f64>,
+    ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
+        let Some(shifted) = self.sensitivity() else { return Ok(None) };
+        let columns = self.columns(context, observations, parameters);
+        let Some(columns) = columns.filter(|_| shifted.nrows() == parameters.len()) else {
+            return Ok(None);
+        };
+        let along = Along::new(&columns, motion, auxiliary, observations)?.dense();
+        let mean = DVector::from_column_slice(&self.mean[shifted.nrows()..]);
+        let posterior = self.covariance.symmetric(shifted.nrows()..self.mean.len());
+        // Single precision may move a small eigenvalue below 0.
+        let eigen = (posterior + &mean * mean.transpose()).symmetric_eigen();
+        let deviations = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let root = eigen.eigenvectors * DMatrix::from_diagonal(&deviations);
+        let errors = (along - observations.matrix().dense() * shifted) * root;
+        // A file may contain any values.
+        Ok(errors.iter().all(|value| value.is_finite()).then_some(errors))
+    }
+
+    /// Returns the predicted error of these parameters along a motion. Returns `None` if the
+    /// context has other nuisance parameters, or if the error is not finite.
+    pub(crate) fn expected_error(
+        &self,
+        context: &Context<'_>,
+        motion: &Motion,
+        auxiliary: &AuxiliaryObservation,
+        observations: &Observations,
+        parameters: &DVector<f64>,
+    ) -> Result<Option<PredictedError>, IdentificationError> {
+        let (own, all) = (parameters.len(), parameters.len() + self.deviations.len());
+        let Some(columns) = self.columns(context, observations, parameters) else {
+            return Ok(None);
+        };
+        let along = Along::new(&columns, motion, auxiliary, observations)?;
+        let solution = JointSolution {
+            change: DVector::from_column_slice(&self.mean[..own]),
+            nuisance_parameters: DVector::from_column_slice(&self.mean[own..]),
+            covariance: self.covariance.symmetric(0..all),
+            noise: DMatrix::zeros(0, 0),
+            colour: 1.0,
+        };
+        let measured = observations.measured();
+        let (mut total, mut sums) = (DMatrix::zeros(all, all), [0.0; 2]);
+        let mut relative_error_per_joint = Vec::new();
+        for joint in 0..observations.joints() {
+            let rows = observations.joint_rows(joint);
+            let of_joint = gram(observations.matrix(), &along, joint);
+            let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
+            let torque = measured.rows_range(rows).norm_squared();
+            let error = solution.median_squared_error(&of_joint) + noise;
+            relative_error_per_joint.push((error / torque).sqrt());
+            total += of_joint;
+            sums = [sums[0] + noise, sums[1] + torque];
+        }
+        let error = solution.median_squared_error(&total) + sums[0];
+        let relative_error = (error / sums[1]).sqrt();
+        let predicted = PredictedError { relative_error, relative_error_per_joint };
+        // A file may contain any values.
+        Ok(relative_error.is_finite().then_some(predicted))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a result with one parameter, which a unit of each nuisance parameter moves by `k`.
+    /// Each nuisance parameter is known as 2 ± 2.
+    fn result(k: f32, deviation: f64, nuisance_parameters: usize) -> ModelUncertainty {
+        let row = |row: usize| (0..=row).map(|j| if j == row { 4.0 } else { 0.0 }).collect();
+        ModelUncertainty {
+            observed: Observed::default(),
+            deviations: vec![deviation; nuisance_parameters],
+            mean: vec![2.0; 1 + nuisance_parameters],
+            covariance: Rows::from((0..=nuisance_parameters).map(row).collect::<Vec<_>>()),
+            influence: Rows::from(vec![vec![k; nuisance_parameters]]),
+            noise_nm: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn errors_of_the_model_cancel_as_far_as_two_results_have_the_same() {
+        let close = |found: Option<Vec<f64>>, expected: f64| {
+            assert!((found.unwrap()[0] - expected).abs() < 1e-12, "{expected}");
+        };
+        let earlier = result(1.0, 1.0, 1);
+        close(result(1.0, 1.0, 1).difference_deviations(&earlier), 0.0);
+        // (3 − 1)² (2² + 4), and with a unit twice as large (3/2 − 1)² (2² + 4).
+        close(result(3.0, 1.0, 1).difference_deviations(&earlier), 32_f64.sqrt());
+        close(result(3.0, 2.0, 1).difference_deviations(&earlier), 2_f64.sqrt());
+        // Different nuisance parameters: nothing cancels. One result contributes 8, the other (2 +
+        // 2)² + 4 + 4.
+        close(result(1.0, 1.0, 2).difference_deviations(&earlier), 32_f64.sqrt());
+        let silent = ModelUncertainty { influence: Rows::default(), ..earlier.clone() };
+        assert_eq!(silent.difference_deviations(&earlier), None);
+        assert_eq!(earlier.difference_deviations(&silent), None);
+    }
+}

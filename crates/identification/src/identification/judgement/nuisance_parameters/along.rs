@@ -1,0 +1,310 @@
+//! Columns of the nuisance parameters along the recorded motion, filtered and decimated like the
+//! observation matrix.
+
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::columns::{AtStates, Columns, bend_of, curvature};
+use super::list::{Acts, Column, Motive, PRESLIDING_FACTORS};
+use crate::identification::observation::{
+    AuxiliaryObservation, Motion, MotionGroup, States, hysteresis_along, hysteresis_from,
+    torque_rates,
+};
+use crate::identification::problem::IdentificationError;
+use crate::regression::{FurtherColumn, FurtherColumns, Observations};
+use crate::signal::Group;
+use didim_dynamics::numeric::{Lanes, Scalar};
+
+/// Friction laws of each direction in addition to the model's: the bends and the curvature.
+const LAWS: usize = 4;
+
+/// Numbers of columns of the states that are kept, 16 MB.
+const MOST_STORED: usize = 1 << 21;
+
+/// C (r × m), each column in its standard deviation beforehand. What bends with the speed goes
+/// through the filter itself; what is smooth is that of the filtered motion. Of long records
+/// columns are formed where they are asked for.
+pub(in super::super) struct Along<'a> {
+    columns: &'a Columns<'a>,
+    auxiliary: &'a AuxiliaryObservation,
+    /// The laws of each direction, the sign function of each joint, and where friction that lags
+    /// stands over other ways, behind the filter.
+    laws: DMatrix<f64>,
+    /// The motion behind the filter.
+    states: Motion,
+    /// The torques of the estimate and their rates (r).
+    predicted: DVector<f64>,
+    rates: DVector<f64>,
+    /// Columns of the states (r), by their numbers; nothing of others, and of long records.
+    fixed: Vec<Option<DVector<f64>>>,
+    /// Rows of the equation that are 0, as those of the columns then are.
+    silent: Vec<usize>,
+}
+
+impl<'a> Along<'a> {
+    pub(in super::super) fn new(
+        columns: &'a Columns<'a>,
+        motion: &Motion,
+        auxiliary: &'a AuxiliaryObservation,
+        observations: &Observations,
+    ) -> Result<Self, IdentificationError> {
+        let (context, parameters) = (columns.context, columns.parameters);
+        let along = Self {
+            columns,
+            auxiliary,
+            laws: laws(columns, motion)?,
+            states: decimated(columns, motion)?,
+            predicted: observations.predicted(parameters),
+            rates: torque_rates(context, motion, parameters)?,
+            fixed: Vec::new(),
+            silent: Vec::new(),
+        };
+        Ok(along.with_kept())
+    }
+
+    /// With its columns of the states, where they are few.
+    fn with_kept(mut self) -> Self {
+        let (rows, joints) = self.states.position.shape();
+        let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
+        let several = of_states.iter().filter(|own| **own).count();
+        if several * rows * joints > MOST_STORED {
+            return self;
+        }
+        let mut stored: Vec<_> =
+            of_states.iter().map(|own| own.then(|| DVector::zeros(rows * joints))).collect();
+        self.columns.for_each_state(&self.states, |first, of_state| {
+            for (column, to) in self.columns.columns.iter().zip(&mut stored) {
+                let Some(to) = to else { continue };
+                let Some(torque) = of_state.torque(column) else { continue };
+                for (to, torque) in to.as_mut_slice().chunks_exact_mut(rows).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| *to = value);
+                }
+            }
+        });
+        self.fixed = stored;
+        self
+    }
+
+    /// With these rows 0.
+    #[must_use]
+    pub(in super::super) fn without(mut self, rows: Vec<usize>) -> Self {
+        self.silent = rows;
+        self
+    }
+
+    /// All of it.
+    pub(in super::super) fn dense(&self) -> DMatrix<f64> {
+        let (rows, joints) = self.states.position.shape();
+        let mut dense = DMatrix::zeros(rows * joints, self.count());
+        for joint in 0..joints {
+            for FurtherColumn { number, factor, values } in self.of_joint(joint) {
+                let mut target = dense.view_mut((joint * rows, number), (rows, 1));
+                target.iter_mut().zip(&*values).for_each(|(to, value)| *to = factor * value);
+            }
+        }
+        dense
+    }
+
+    /// Whether a column acts on a joint.
+    fn acts_on(&self, column: &Column, joint: usize) -> bool {
+        match &column.acts {
+            Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
+                self.columns.directions[*direction].shares[joint] != 0.0
+            }
+            Acts::Neighbour { row: own, .. }
+            | Acts::Gain(Some(own))
+            | Acts::Delay(own)
+            | Acts::PreslidingDistance { joint: own, .. }
+            | Acts::KnownTorque { joint: own, .. } => *own == joint,
+            Acts::Gain(None) | Acts::Zero(_) | Acts::Geometry(_) => true,
+            Acts::LeftOut(index) => self.auxiliary.left_out.acts_on(joint, *index),
+        }
+    }
+
+    /// What a column has of the record in the rows of a joint, and that times which factor; none
+    /// where it is that of the states.
+    fn of_record(&self, number: usize, joint: usize) -> Option<(f64, &[f64])> {
+        let rows = self.states.position.nrows();
+        let of_joint = joint * rows..(joint + 1) * rows;
+        if let Some(Some(fixed)) = self.fixed.get(number) {
+            return Some((1.0, &fixed.as_slice()[of_joint]));
+        }
+        let column = &self.columns.columns[number];
+        let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
+        let share = |direction: usize| self.columns.directions[direction].shares[joint];
+        Some(match column.acts {
+            Acts::Bend { direction, bend } => (share(direction), law(LAWS * direction + bend)),
+            Acts::Curvature { direction } => (share(direction), law(LAWS * direction + LAWS - 1)),
+            Acts::Neighbour { of, by: Motive::Sign, .. } => {
+                (1.0, law(LAWS * self.columns.directions.len() + of))
+            }
+            Acts::PreslidingDistance { number, .. } => {
+                (1.0, law(LAWS * self.columns.directions.len() + self.joints() + number))
+            }
+            Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
+            Acts::Delay(_) => (1.0, &self.rates.as_slice()[of_joint]),
+            Acts::LeftOut(index) => (1.0, self.auxiliary.left_out.column_of(joint, index)?),
+            _ => return None,
+        })
+    }
+
+    /// At the states of the record, unless what follows from them is kept.
+    fn for_each_state(&self, visit: impl FnMut(usize, &mut AtStates<'_>)) {
+        if self.fixed.is_empty() {
+            self.columns.for_each_state(&self.states, visit);
+        }
+    }
+
+    fn joints(&self) -> usize {
+        self.states.position.ncols()
+    }
+
+    /// Those columns that act on a joint, each with its number.
+    fn acting(&self, joint: usize) -> impl Iterator<Item = (usize, &Column)> {
+        let numbered = self.columns.columns.iter().enumerate();
+        numbered.filter(move |(_, column)| self.acts_on(column, joint))
+    }
+}
+
+impl FurtherColumns for Along<'_> {
+    fn count(&self) -> usize {
+        self.columns.columns.len()
+    }
+
+    fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>> {
+        let rows = self.states.position.nrows();
+        let mut columns: Vec<_> = self
+            .acting(joint)
+            .map(|(number, column): (usize, &Column)| match self.of_record(number, joint) {
+                Some((share, values)) => FurtherColumn {
+                    number,
+                    factor: column.deviation * share,
+                    values: Cow::Borrowed(values),
+                },
+                None => FurtherColumn {
+                    number,
+                    factor: column.deviation,
+                    values: Cow::Owned(vec![0.0; rows]),
+                },
+            })
+            .collect();
+        self.for_each_state(|first, of_state| {
+            for FurtherColumn { number, values, .. } in &mut columns {
+                let Cow::Owned(to) = values else { continue };
+                let Some(torque) = of_state.torque(&self.columns.columns[*number]) else {
+                    continue;
+                };
+                to[first..].iter_mut().zip(torque[joint].0).for_each(|(to, value)| *to = value);
+            }
+        });
+        for row in self.silent.iter().filter(|row| *row / rows == joint) {
+            columns.iter_mut().for_each(|column| column.values.to_mut()[row % rows] = 0.0);
+        }
+        columns
+    }
+
+    fn times(&self, nuisance_parameters: &DVector<f64>) -> DVector<f64> {
+        let (rows, joints) = self.states.position.shape();
+        let mut sum = DVector::zeros(rows * joints);
+        let terms = || self.columns.columns.iter().zip(nuisance_parameters);
+        for (joint, to) in sum.as_mut_slice().chunks_exact_mut(rows).enumerate() {
+            for (number, (column, nuisance)) in terms().enumerate() {
+                let source = self.acts_on(column, joint).then(|| self.of_record(number, joint));
+                let Some((share, from)) = source.flatten() else { continue };
+                let share = nuisance * column.deviation * share;
+                to.iter_mut().zip(from).for_each(|(to, value)| *to += share * value);
+            }
+        }
+        let of_states: Vec<_> = terms().filter(|(column, _)| is_of_states(column)).collect();
+        self.for_each_state(|first, of_state| {
+            for (column, nuisance) in &of_states {
+                let Some(torque) = of_state.torque(column) else { continue };
+                let share = *nuisance * column.deviation;
+                for (to, torque) in sum.as_mut_slice().chunks_exact_mut(rows).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| {
+                        *to += share * value;
+                    });
+                }
+            }
+        });
+        for row in &self.silent {
+            sum[*row] = 0.0;
+        }
+        sum
+    }
+}
+
+/// Whether a column follows from the state that the arm is in behind the filter.
+fn is_of_states(column: &Column) -> bool {
+    match column.acts {
+        Acts::Neighbour { by, .. } => !matches!(by, Motive::Sign),
+        Acts::KnownTorque { .. } | Acts::Zero(_) | Acts::Geometry(_) => true,
+        Acts::Bend { .. }
+        | Acts::Curvature { .. }
+        | Acts::PreslidingDistance { .. }
+        | Acts::Gain(_)
+        | Acts::Delay(_)
+        | Acts::LeftOut(_) => false,
+    }
+}
+
+/// What is not smooth over the motion, behind the parallel filter: the laws of each direction, and
+/// each joint's sign function.
+fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
+    let joints = motion.position.ncols();
+    let (context, directions) = (columns.context, &columns.directions);
+    let mut group = MotionGroup::of_joints(joints);
+    let ends = context.experiment.ends();
+    let other_ways = PRESLIDING_FACTORS.map(|share| {
+        let state = context.model.history().map(|own| own.with_ways_of(share));
+        hysteresis_along(state, &ends, |k| motion.position_at(k))
+    });
+    let lagging: Vec<usize> = context.model.hysteresis().map(|(joint, _)| joint).collect();
+    let mut read = |first: usize, signals: &mut [Group]| {
+        let (laws, signals) = signals.split_at_mut(LAWS * directions.len());
+        let (signs, presliding) = signals.split_at_mut(joints);
+        let States { dq, hysteresis, .. } = group.read(motion, first);
+        for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(directions) {
+            let mut u = Lanes::zero();
+            for (speed, share) in dq.iter().zip(&direction.shares) {
+                if *share != 0.0 {
+                    u += *speed * Lanes::constant(*share);
+                }
+            }
+            for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
+                *law = bend_of(direction, bend, u);
+            }
+            laws[LAWS - 1] = curvature(direction, u);
+        }
+        for (joint, (sign, speed)) in signs.iter_mut().zip(dq).enumerate() {
+            *sign = context.robot.sign_model(joint).value(*speed);
+        }
+        let Some(own) = hysteresis else { return };
+        let others = PRESLIDING_FACTORS.len();
+        for (other, shares) in other_ways.iter().enumerate() {
+            let Some(shares) = hysteresis_from(shares, first) else { return };
+            for (number, joint) in lagging.iter().enumerate() {
+                presliding[others * number + other] = shares[*joint] - own[*joint];
+            }
+        }
+    };
+    let signals = LAWS * directions.len() + joints + PRESLIDING_FACTORS.len() * lagging.len();
+    let rows = context.decimate(signals, &mut read);
+    rows.map_err(IdentificationError::RegressorFilter)
+}
+
+/// The motion behind the parallel filter.
+fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, IdentificationError> {
+    let joints = motion.position.ncols();
+    let mut group = MotionGroup::of_joints(joints);
+    let mut part = |which: usize| {
+        let mut read = |first: usize, signals: &mut [Group]| {
+            let states = group.read(motion, first);
+            signals.copy_from_slice([states.q, states.dq, states.ddq][which]);
+        };
+        let rows = columns.context.decimate(joints, &mut read);
+        rows.map_err(IdentificationError::RegressorFilter)
+    };
+    Ok(Motion::from_matrices(part(0)?, part(1)?, part(2)?))
+}

@@ -1,0 +1,309 @@
+//! Torques of every nuisance parameter at any state of the arm, and the solution of each.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::list::{Acts, Column, Direction, Motive, Observed, STEP, Sizes};
+use super::{NuisanceEstimate, NuisanceParameter, Quantity};
+use crate::identification::observation::{
+    InverseDynamics, Motion, MotionGroup, States, regressor_rows,
+};
+use crate::identification::problem::{Context, IdentificationError};
+use crate::regression::JointSolution;
+use crate::signal::Group;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::dynamics::Model;
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
+use didim_dynamics::robot::JointKind;
+
+/// Share of a nuisance parameter's variance that the data have to remove before they are taken to
+/// say anything about it.
+const LEAST_IDENTIFIABLE: f64 = 0.1;
+
+/// Nuisance parameters of a fitted model, each column in its prior standard deviations.
+pub(in super::super) struct Columns<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) columns: Vec<Column>,
+    pub(super) directions: Vec<Direction>,
+    /// The regressor's columns that are not selected.
+    left_out: Vec<usize>,
+    pub(super) parameters: &'a DVector<f64>,
+    observed: Observed,
+}
+
+impl<'a> Columns<'a> {
+    /// What was observed has to fit the context.
+    pub(in super::super) fn new(
+        context: &'a Context<'a>,
+        parameters: &'a DVector<f64>,
+        observed: Observed,
+    ) -> Self {
+        let selected = context.selection.columns();
+        let left_out = context.base.columns().iter().filter(|own| !selected.contains(own));
+        let left_out = left_out.copied().collect();
+        let sizes = Sizes { context, parameters, observed: &observed };
+        let directions = sizes.directions();
+        let columns = sizes.columns(&directions);
+        Self { context, columns, directions, left_out, parameters, observed }
+    }
+
+    /// With other standard deviations beforehand, where there are as many.
+    pub(in super::super) fn with_deviations(mut self, deviations: &[f64]) -> Option<Self> {
+        for (column, deviation) in self.columns.iter_mut().zip(deviations) {
+            column.deviation = *deviation;
+        }
+        (self.columns.len() == deviations.len()).then_some(self)
+    }
+
+    /// Standard deviations beforehand, each in the unit of its column's coefficient.
+    pub(in super::super) fn deviations(&self) -> Vec<f64> {
+        self.columns.iter().map(|column| column.deviation).collect()
+    }
+
+    pub(in super::super) fn observed(&self) -> &Observed {
+        &self.observed
+    }
+
+    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    pub(in super::super) fn torque(&self) -> &[f64] {
+        &self.observed.torque_nm
+    }
+
+    /// At the states of a motion, whatever came before them; `left_out` has the columns of the
+    /// parameters that are left out there.
+    ///
+    /// A delay acts on nothing there: it is in the record, not in the arm.
+    pub(in super::super) fn at_states(
+        &self,
+        states: &Motion,
+        left_out: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let (count, joints) = states.position.shape();
+        let mut rows = DMatrix::zeros(count * joints, self.columns.len());
+        self.for_each_state(states, |first, of_state| {
+            for (column, to) in
+                self.columns.iter().zip(rows.as_mut_slice().chunks_mut(count * joints))
+            {
+                let Some(torque) = of_state.torque(column) else { continue };
+                for (to, torque) in to.chunks_exact_mut(count).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| {
+                        *to = column.deviation * value;
+                    });
+                }
+            }
+        });
+        for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
+            if let Acts::LeftOut(index) = column.acts {
+                to.axpy(column.deviation, &left_out.column(index), 0.0);
+            }
+        }
+        rows
+    }
+
+    /// Calls with the first of some neighbouring states at a time, and with what is the same for
+    /// all columns there.
+    pub(super) fn for_each_state(
+        &self,
+        states: &Motion,
+        mut visit: impl FnMut(usize, &mut AtStates<'_>),
+    ) {
+        let (count, joints) = states.position.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
+        for first in (0..count).step_by(WIDTH) {
+            let state = group.read(states, first);
+            let predicted = dynamics.torque(&self.context.model, state);
+            let (context, directions) = (self.context, self.directions.as_slice());
+            visit(
+                first,
+                &mut AtStates { context, directions, dynamics: &mut dynamics, state, predicted },
+            );
+        }
+    }
+
+    /// The columns of the parameters that are left out, at the states of a motion.
+    pub(in super::super) fn left_out_at(
+        &self,
+        states: &Motion,
+    ) -> Result<DMatrix<f64>, IdentificationError> {
+        regressor_rows(&self.context.model, &self.left_out, states)
+    }
+
+    /// Returns the estimate of each nuisance parameter, the largest torques first. `squares` are
+    /// `CᵀC` of this number of rows of each joint. The colour of the residuals determines the
+    /// uncertainty of a quantity.
+    pub(in super::super) fn estimates(
+        &self,
+        squares: &[DMatrix<f64>],
+        rows: usize,
+        solution: &JointSolution,
+    ) -> Vec<NuisanceEstimate> {
+        let width = solution.change.len();
+        let mut estimates: Vec<NuisanceEstimate> = Vec::new();
+        let mut numbers: Vec<NuisanceParameter> = Vec::new();
+        for column in &self.columns {
+            if !numbers.contains(&column.nuisance) {
+                numbers.push(column.nuisance);
+            }
+        }
+        for nuisance in numbers {
+            let columns =
+                || self.columns.iter().enumerate().filter(move |(_, c)| c.nuisance == nuisance);
+            let own_part: Vec<usize> = columns().map(|(k, _)| k).collect();
+            let shares = solution.nuisance_parameters.select_rows(&own_part);
+            let rms = |squares: &DMatrix<f64>| {
+                let part = squares.select_rows(&own_part).select_columns(&own_part);
+                (shares.dot(&(part * &shares)).max(0.0) / rows as f64).sqrt()
+            };
+            let rms: Vec<f64> = squares.iter().map(rms).collect();
+            let relative = |joint: usize| rms[joint] / self.torque()[joint];
+            let Some(joint) = (0..rms.len()).max_by(|&a, &b| relative(a).total_cmp(&relative(b)))
+            else {
+                continue;
+            };
+            let quantity = columns().next().and_then(|(k, column)| {
+                let (scale, unit) = self.unit(&column.acts)?;
+                let size = column.deviation * scale;
+                // What the data alone say: the prior taken out of mean and variance after them.
+                let variance = solution.covariance[(width + k, width + k)];
+                let identified = 1.0 - variance;
+                (identified > LEAST_IDENTIFIABLE).then(|| Quantity {
+                    value: solution.nuisance_parameters[k] / identified * size,
+                    standard_deviation: solution.colour
+                        * (variance / identified).max(0.0).sqrt()
+                        * size,
+                    configured: size,
+                    unit,
+                })
+            });
+            estimates.push(NuisanceEstimate {
+                nuisance,
+                torque_nm: rms[joint],
+                joint: joint + 1,
+                relative_torque: relative(joint),
+                quantity,
+            });
+        }
+        estimates.sort_by(|a, b| b.relative_torque.total_cmp(&a.relative_torque));
+        estimates
+    }
+
+    /// Of which columns something is stated.
+    pub(in super::super) fn has_prior(&self) -> Vec<bool> {
+        self.columns.iter().map(|column| self.unit(&column.acts).is_some()).collect()
+    }
+
+    /// The unit of a column's coefficient, where it is a quantity, and how many there are to one of
+    /// SI.
+    fn unit(&self, acts: &Acts) -> Option<(f64, &'static str)> {
+        let degrees = 1.0_f64.to_degrees();
+        match acts {
+            Acts::Gain(_) | Acts::KnownTorque { .. } => Some((1.0, "1")),
+            Acts::Delay(_) => Some((1.0, "s")),
+            Acts::Zero(joint) => match self.context.model.chain()[*joint].kind {
+                JointKind::Revolute => Some((degrees, "deg")),
+                JointKind::Prismatic => Some((1.0, "m")),
+            },
+            Acts::Geometry(_) => {
+                let is_same = |column: &&Column| core::ptr::eq(&column.acts, acts);
+                match self.columns.iter().find(is_same)?.nuisance {
+                    NuisanceParameter::Twist(_) => Some((degrees, "deg")),
+                    _ => Some((1.0, "m")),
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Some neighbouring states of the arm, with what the columns have in common there.
+pub(super) struct AtStates<'s> {
+    context: &'s Context<'s>,
+    directions: &'s [Direction],
+    dynamics: &'s mut InverseDynamics,
+    state: States<'s>,
+    /// The torques of the estimate.
+    predicted: [Group; MAX_JOINTS],
+}
+
+impl AtStates<'_> {
+    /// The torque of each joint that a unit of a column makes; none where that is no matter of the
+    /// state alone.
+    pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
+        let (States { q, dq, ddq, .. }, model) = (self.state, &self.context.model);
+        let mut torque = [Lanes::zero(); MAX_JOINTS];
+        match &column.acts {
+            Acts::Bend { direction, bend } => {
+                torque = self.along(*direction, |of, u| bend_of(of, *bend, u));
+            }
+            Acts::Curvature { direction } => torque = self.along(*direction, curvature),
+            Acts::Neighbour { row, of, by } => {
+                torque[*row] = match by {
+                    Motive::Speed => dq[*of],
+                    Motive::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
+                    Motive::Acceleration => ddq[*of],
+                };
+            }
+            Acts::Gain(None) => torque = self.predicted,
+            Acts::Gain(Some(joint)) => torque[*joint] = self.predicted[*joint],
+            Acts::KnownTorque { joint, over_range } => {
+                let q = q[*joint];
+                let mut known_torque_nm = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
+                if *over_range {
+                    let limits = model.chain()[*joint].limits;
+                    let middle = 0.5 * (limits.position_max + limits.position_min);
+                    let half = 0.5 * (limits.position_max - limits.position_min);
+                    known_torque_nm *= (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half);
+                }
+                torque[*joint] = -known_torque_nm;
+            }
+            Acts::Zero(shifted) => {
+                let mut q: Vec<Group> = q.to_vec();
+                q[*shifted] += Lanes::constant(STEP);
+                torque = self.step_to(model, &q);
+            }
+            Acts::Geometry(model) => torque = self.step_to(model, q),
+            // Where a joint has gone on for long, whatever the way.
+            Acts::PreslidingDistance { .. } | Acts::Delay(_) | Acts::LeftOut(_) => return None,
+        }
+        Some(torque)
+    }
+
+    /// What a law of a direction's speed makes.
+    fn along(
+        &self,
+        direction: usize,
+        law: impl Fn(&Direction, Group) -> Group,
+    ) -> [Group; MAX_JOINTS] {
+        let direction = &self.directions[direction];
+        let mut u = Lanes::zero();
+        for (share, speed) in direction.shares.iter().zip(self.state.dq) {
+            u += *speed * Lanes::constant(*share);
+        }
+        let (mut torque, value) = ([Lanes::zero(); MAX_JOINTS], law(direction, u));
+        for (torque, share) in torque.iter_mut().zip(&direction.shares) {
+            *torque = value * Lanes::constant(*share);
+        }
+        torque
+    }
+
+    /// The difference that another geometry or position makes, over the step to it.
+    fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
+        let mut torque = self.dynamics.torque(model, States { q, ..self.state });
+        for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
+            *torque = (*torque - predicted) * Lanes::constant(1.0 / STEP);
+        }
+        torque
+    }
+}
+
+/// tanh(u/w) less the model's own sign function.
+#[inline(always)]
+pub(super) fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
+    (u * Lanes::constant(direction.scale(bend))).tanh() - direction.sign.value(u)
+}
+
+/// |u| u over the highest speed.
+#[inline(always)]
+pub(super) fn curvature(direction: &Direction, u: Group) -> Group {
+    u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest)
+}

@@ -1,0 +1,347 @@
+//! Nuisance parameters of an arm, and the prior size of each.
+
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+
+use super::NuisanceParameter;
+use crate::identification::observation::{AuxiliaryObservation, Motion};
+use crate::identification::problem::Context;
+use crate::regression::Observations;
+use didim_dynamics::dynamics::Model;
+use didim_dynamics::robot::{Angle, Joint, JointKind, ParameterKind, Robot, SignModel};
+
+/// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
+const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
+
+/// A friction law may differ by this share of Coulomb friction at each bend.
+const BEND_SHARE: f64 = 0.5;
+
+/// Ways over which friction that lags may turn, as shares of the stated one.
+pub(super) const PRESLIDING_FACTORS: [f64; 2] = [0.5, 2.0];
+
+/// Viscous friction at the highest speed may be larger or smaller by this share.
+const CURVATURE_SHARE: f64 = 0.2;
+
+/// A neighbour may act on a joint with this share of what the joint's own motion does.
+const COUPLING_SHARE: f64 = 0.5;
+
+/// A joint without Coulomb friction in its model may have this share of its torque.
+const UNMODELLED_FRICTION: f64 = 0.1;
+
+/// Each parameter that is left out may be worth this share of a joint's torque.
+const LEFT_OUT_SHARE: f64 = 0.02;
+
+/// Of the largest share of a unit of any, what one needs to be looked at.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// Highest speeds within this factor have friction of the same shapes.
+const LIKE_SPEEDS: f64 = 1.5;
+
+/// Step of the differences over geometry \[rad and m\]: their error is of this order, relative.
+pub(super) const STEP: f64 = 1e-6;
+
+/// One column: a torque over the motion.
+pub(super) struct Column {
+    pub(super) nuisance: NuisanceParameter,
+    /// Its standard deviation beforehand, in the unit of the column's coefficient.
+    pub(super) deviation: f64,
+    pub(super) acts: Acts,
+}
+
+/// How the torque of a column follows from the motion. Joints are counted from 0.
+pub(super) enum Acts {
+    /// tanh(u/w) less the model's own sign function, with u the speed along a direction.
+    Bend { direction: usize, bend: usize },
+    /// |u| u over the highest speed.
+    Curvature { direction: usize },
+    /// z of friction that lags over another way than the stated, less z: that of a joint, by its
+    /// number among all such.
+    PreslidingDistance { joint: usize, number: usize },
+    /// On `row`, as a neighbour moves.
+    Neighbour { row: usize, of: usize, by: Motive },
+    /// The predicted torque of one joint, or of all.
+    Gain(Option<usize>),
+    /// The rate of a joint's predicted torque.
+    Delay(usize),
+    /// Of the predicted torques, what a step of a joint's position makes.
+    Zero(usize),
+    /// Of the predicted torques, the difference that another geometry makes, over the step to it.
+    Geometry(Box<Model>),
+    /// The known torque on a joint, or that times the position within the joint's limits, from −1
+    /// to 1.
+    KnownTorque { joint: usize, over_range: bool },
+    /// The column of a base parameter that is not selected, by its number among these.
+    LeftOut(usize),
+}
+
+/// What of a neighbour's motion acts.
+#[derive(Clone, Copy)]
+pub(super) enum Motive {
+    Speed,
+    Sign,
+    Acceleration,
+}
+
+/// A joint's or a coupled motor's own motion.
+pub(super) struct Direction {
+    /// How much each joint's speed adds to it, and how much of its friction acts on each.
+    pub(super) shares: Vec<f64>,
+    /// The highest speed along the motion.
+    pub(super) highest: f64,
+    /// The model's own law for the sign.
+    pub(super) sign: SignModel,
+    nuisance: NuisanceParameter,
+    coulomb: f64,
+    viscous: f64,
+}
+
+impl Direction {
+    /// w of a bend, inverted.
+    pub(super) fn scale(&self, bend: usize) -> f64 {
+        1.0 / (BENDS[bend] * self.highest)
+    }
+}
+
+/// Properties of a record that decide which nuisance parameters there are and how large they may
+/// be.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in super::super) struct Observed {
+    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    pub(super) torque_nm: Vec<f64>,
+    /// The highest speed along each direction \[rad/s or m/s\].
+    highest_speed: Vec<f64>,
+    /// The largest share of a joint's torque that a unit of each parameter makes that is left out.
+    left_out_shares: Vec<f64>,
+}
+
+impl Observed {
+    pub(in super::super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        auxiliary: &AuxiliaryObservation,
+        observations: &Observations,
+    ) -> Self {
+        let torque_nm = observations.rms_per_joint(&observations.measured());
+        let count = observations.rows_per_joint() as f64;
+        let left_out_shares = (0..auxiliary.left_out.ncols())
+            .map(|column: usize| {
+                torque_nm
+                    .iter()
+                    .enumerate()
+                    .map(|(joint, torque): (usize, &f64)| {
+                        let own_column =
+                            auxiliary.left_out.column_of(joint, column).unwrap_or_default();
+                        let square: f64 = own_column.iter().map(|value| value * value).sum();
+                        (square / count).sqrt() / torque
+                    })
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        let highest = |(_, shares): (Moving, Vec<f64>)| {
+            highest(motion, context.experiment.counted_samples(), &shares)
+        };
+        let highest_speed = speed_shares(context.robot).map(highest).collect();
+        Self { torque_nm, highest_speed, left_out_shares }
+    }
+
+    /// True if the nuisance parameters of another record are the same: the shapes of friction
+    /// depend on the highest speeds.
+    pub(in super::super) fn is_like(&self, other: &Self) -> bool {
+        let alike = |(one, other): (&f64, &f64)| one.max(*other) <= LIKE_SPEEDS * one.min(*other);
+        let acts = |of: &Self| -> Vec<bool> {
+            let least = of.least_share();
+            of.left_out_shares.iter().map(|share| *share > least).collect()
+        };
+        self.highest_speed.len() == other.highest_speed.len()
+            && self.highest_speed.iter().zip(&other.highest_speed).all(alike)
+            && acts(self) == acts(other)
+    }
+
+    /// One that does nothing along this motion may be anything: nobody could say how large.
+    fn least_share(&self) -> f64 {
+        LEAST_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Whether it is of such a robot, and of such parameters.
+    pub(in super::super) fn fits(&self, context: &Context<'_>) -> bool {
+        let (robot, base) = (context.robot, context.base.columns().len());
+        self.torque_nm.len() == robot.joints()
+            && self.highest_speed.len() == speed_shares(robot).count()
+            && self.left_out_shares.len() == base - context.selection.columns().len()
+    }
+}
+
+/// What each joint has of its own, by the estimate or, where that has nothing, by its size.
+pub(super) struct Sizes<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) parameters: &'a DVector<f64>,
+    pub(super) observed: &'a Observed,
+}
+
+impl Sizes<'_> {
+    fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
+        let column = self.context.robot.parameters().column(kind, joint)?;
+        let index = self.context.selection.columns().iter().position(|own| *own == column)?;
+        Some(self.parameters[index].abs())
+    }
+
+    /// What a joint has of it as it begins to move \[N·m or N\].
+    fn coulomb(&self, joint: usize) -> f64 {
+        let coulomb = self.value(ParameterKind::Fc, joint);
+        let coulomb = coulomb.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
+        let by_load = self.value(ParameterKind::FcLoad, joint).unwrap_or_default();
+        let by_load = by_load * self.observed.torque_nm[joint];
+        let others = [ParameterKind::Fs, ParameterKind::Fh].map(|kind| self.value(kind, joint));
+        coulomb + by_load + others.into_iter().flatten().sum::<f64>()
+    }
+
+    /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]:
+    /// however it is shared out among the laws that the joint has.
+    fn viscous(&self, joint: usize) -> f64 {
+        use ParameterKind::{Fv, FvAsymmetric, FvCubic, FvQuadratic};
+
+        let highest = self.observed.highest_speed[joint];
+        let at_highest = [Fv, FvAsymmetric, FvQuadratic, FvCubic].into_iter().zip([0, 0, 1, 2]);
+        let viscous = at_highest
+            .map(|(kind, power)| self.value(kind, joint).unwrap_or_default() * highest.powi(power));
+        viscous.sum()
+    }
+
+    /// Those along which the arm moves.
+    pub(super) fn directions(&self) -> Vec<Direction> {
+        let speeds = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
+        let moving = speeds.filter(|(_, highest)| **highest > 0.0);
+        moving
+            .map(|((of, shares), highest): ((Moving, Vec<f64>), &f64)| {
+                let (nuisance, coulomb, viscous) = match of {
+                    Moving::Motor(motor) => {
+                        let value = |kind| self.value(kind, motor).unwrap_or_default();
+                        let friction = [ParameterKind::FcMotor, ParameterKind::FvMotor].map(value);
+                        (NuisanceParameter::MotorFriction(motor + 1), friction[0], friction[1])
+                    }
+                    Moving::Joint(joint) => {
+                        let nuisance = NuisanceParameter::JointFriction(joint + 1);
+                        (nuisance, self.coulomb(joint), self.viscous(joint))
+                    }
+                };
+                let (Moving::Joint(index) | Moving::Motor(index)) = of;
+                let sign = self.context.robot.sign_model(index);
+                Direction { shares, highest: *highest, sign, nuisance, coulomb, viscous }
+            })
+            .collect()
+    }
+
+    /// Every column.
+    pub(super) fn columns(&self, directions: &[Direction]) -> Vec<Column> {
+        let context = self.context;
+        let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
+        let mut columns = Vec::new();
+        let mut add = |nuisance, deviation: f64, acts| {
+            columns.push(Column { nuisance, deviation, acts });
+        };
+        for (index, direction) in directions.iter().enumerate() {
+            for bend in 0..BENDS.len() {
+                let acts = Acts::Bend { direction: index, bend };
+                add(direction.nuisance, BEND_SHARE * direction.coulomb, acts);
+            }
+            let acts = Acts::Curvature { direction: index };
+            add(direction.nuisance, CURVATURE_SHARE * direction.viscous, acts);
+        }
+        for (number, (joint, _)) in context.model.hysteresis().enumerate() {
+            let size = BEND_SHARE * self.value(ParameterKind::Fh, joint).unwrap_or_default();
+            for factor_index in 0..PRESLIDING_FACTORS.len() {
+                let acts = Acts::PreslidingDistance {
+                    joint,
+                    number: PRESLIDING_FACTORS.len() * number + factor_index,
+                };
+                add(NuisanceParameter::JointFriction(joint + 1), size, acts);
+            }
+        }
+        for row in 0..joints {
+            for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
+                let Some(of) = of else { continue };
+                let nuisance = NuisanceParameter::Coupling { joint: row + 1, neighbour: of + 1 };
+                let sizes = [
+                    (Motive::Speed, self.viscous(row)),
+                    (Motive::Sign, self.value(ParameterKind::Fc, row).unwrap_or_default()),
+                    (Motive::Acceleration, self.value(ParameterKind::Ia, row).unwrap_or_default()),
+                ];
+                for (by, size) in sizes {
+                    add(nuisance, COUPLING_SHARE * size, Acts::Neighbour { row, of, by });
+                }
+            }
+        }
+        add(NuisanceParameter::CommonGain, tolerances.torque_gain, Acts::Gain(None));
+        for joint in 0..joints {
+            let number = joint + 1;
+            let (gain, delay) = (Acts::Gain(Some(joint)), Acts::Delay(joint));
+            add(NuisanceParameter::TorqueGain(number), tolerances.torque_gain, gain);
+            add(NuisanceParameter::TorqueDelay(number), tolerances.torque_delay_s, delay);
+            if context.robot.known_torques()[joint].is_some() {
+                for over_range in [false, true] {
+                    let acts = Acts::KnownTorque { joint, over_range };
+                    add(NuisanceParameter::KnownTorque(number), tolerances.known_torque, acts);
+                }
+            }
+            let link = context.model.chain()[joint];
+            let zero = match link.kind {
+                JointKind::Revolute => tolerances.zero_deg.to_radians(),
+                JointKind::Prismatic => tolerances.length_m,
+            };
+            add(NuisanceParameter::Zero(number), zero, Acts::Zero(joint));
+            let geometry =
+                |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
+            let twist = geometry(Joint { alpha: rotated(link.alpha, STEP), ..link });
+            add(NuisanceParameter::Twist(number), tolerances.twist_deg.to_radians(), twist);
+            let distance = geometry(Joint { d_m: link.d_m + STEP, ..link });
+            add(NuisanceParameter::Distance(number), tolerances.length_m, distance);
+            // That of a prismatic joint is its zero.
+            if link.kind == JointKind::Revolute {
+                let offset = geometry(Joint { r_m: link.r_m + STEP, ..link });
+                add(NuisanceParameter::Offset(number), tolerances.length_m, offset);
+            }
+        }
+        let left_out = &self.observed.left_out_shares;
+        let least = self.observed.least_share();
+        for (index, share) in left_out.iter().enumerate().filter(|(_, share)| **share > least) {
+            add(NuisanceParameter::LeftOutParameters, LEFT_OUT_SHARE / share, Acts::LeftOut(index));
+        }
+        columns
+    }
+}
+
+fn rotated(angle: Angle, by: f64) -> Angle {
+    let (sin, cos) = by.sin_cos();
+    Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
+}
+
+/// What moves along a direction, counted from 0.
+#[derive(Clone, Copy)]
+enum Moving {
+    Joint(usize),
+    Motor(usize),
+}
+
+/// Directions along which friction may act: of every joint, and of every motor that is geared to
+/// several; with how much each joint's speed adds to it.
+fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ {
+    let (joints, transmission) = (robot.joints(), robot.transmission());
+    let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
+    let of_motor =
+        move |motor| (Moving::Motor(motor), transmission.direction(motor)[..joints].to_vec());
+    (0..joints)
+        .map(move |joint| {
+            let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
+            (Moving::Joint(joint), shares)
+        })
+        .chain(coupled.map(of_motor))
+}
+
+/// The highest speed along a direction.
+fn highest(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
+    let speed = |k: usize| -> f64 {
+        let joints = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);
+        joints.map(|(joint, share)| motion.velocity(k, joint) * share).sum()
+    };
+    counted.map(|k| speed(k).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,107 @@
+//! What the model takes for known and may be otherwise: each with its size beforehand, the torque
+//! that it causes, and what the data say of it.
+
+mod along;
+mod columns;
+mod list;
+
+use core::fmt;
+
+use serde::{Serialize, Serializer};
+
+pub(super) use along::Along;
+pub(super) use columns::Columns;
+pub(super) use list::Observed;
+
+/// What the model takes for known. Joints and motors are numbered from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NuisanceParameter {
+    /// The shape of friction over speed at a joint.
+    JointFriction(usize),
+    /// The same at a motor that is geared to several joints.
+    MotorFriction(usize),
+    /// Friction and inertia that act on a joint as its neighbour moves.
+    Coupling {
+        /// The joint on which they act.
+        joint: usize,
+        /// The joint that moves.
+        neighbour: usize,
+    },
+    /// The torque gain of one joint.
+    TorqueGain(usize),
+    /// A torque gain common to all joints.
+    CommonGain,
+    /// When the torque of a joint acts.
+    TorqueDelay(usize),
+    /// The zero of a joint's position.
+    Zero(usize),
+    /// The angle between the axes of a joint and the one before.
+    Twist(usize),
+    /// The distance between these axes, along their common normal.
+    Distance(usize),
+    /// The offset of a joint's link along its axis.
+    Offset(usize),
+    /// The known torque on a joint: its size, and how it grows over the joint's range.
+    KnownTorque(usize),
+    /// The base parameters that are not identified.
+    LeftOutParameters,
+}
+
+impl fmt::Display for NuisanceParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointFriction(joint) => write!(f, "friction law of joint {joint}"),
+            Self::MotorFriction(motor) => write!(f, "friction law of motor {motor}"),
+            Self::Coupling { joint, neighbour } => {
+                write!(f, "coupling of joint {joint} to joint {neighbour}")
+            }
+            Self::TorqueGain(joint) => write!(f, "torque gain of joint {joint}"),
+            Self::CommonGain => f.write_str("torque gain of all joints"),
+            Self::TorqueDelay(joint) => write!(f, "torque delay of joint {joint}"),
+            Self::Zero(joint) => write!(f, "zero of joint {joint}"),
+            Self::Twist(joint) => write!(f, "twist before joint {joint}"),
+            Self::Distance(joint) => write!(f, "axis distance before joint {joint}"),
+            Self::Offset(joint) => write!(f, "link offset of joint {joint}"),
+            Self::KnownTorque(joint) => write!(f, "known torque on joint {joint}"),
+            Self::LeftOutParameters => f.write_str("parameters left out"),
+        }
+    }
+}
+
+impl Serialize for NuisanceParameter {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// Estimate of one nuisance parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NuisanceEstimate {
+    /// Which one.
+    #[serde(rename = "freedom")]
+    pub nuisance: NuisanceParameter,
+    /// Root mean square of the torque that it causes along the motion, at the joint where that is
+    /// largest relative to the joint's own \[N·m or N\].
+    pub torque_nm: f64,
+    /// That joint, numbered from 1.
+    pub joint: usize,
+    /// The same torque relative to the joint's own.
+    pub relative_torque: f64,
+    /// The quantity itself, if the nuisance parameter is one and the data identify it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<Quantity>,
+}
+
+/// How far a stated quantity is from what is stated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    /// By so much, as the data have it, whatever was stated of this one.
+    pub value: f64,
+    /// Its standard deviation.
+    pub standard_deviation: f64,
+    /// The standard deviation that was stated.
+    #[serde(rename = "stated")]
+    pub configured: f64,
+    /// `deg`, `m`, `s`, or `1` for a share.
+    pub unit: &'static str,
+}

@@ -1,0 +1,127 @@
+//! Quantiles of the residuals at the sample rate, which distinguish a contact from model errors.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, delayed};
+use crate::identification::problem::{Context, IdentificationError};
+use didim_dynamics::numeric::WIDTH;
+
+/// Shares of the residuals that are below each quantile.
+const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
+
+/// Quantiles of the absolute residuals of one joint \[N·m or N\].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ResidualQuantiles {
+    /// 99 %.
+    #[serde(rename = "99 %")]
+    pub of_99: f64,
+    /// 99.9 %.
+    #[serde(rename = "99.9 %")]
+    pub of_999: f64,
+    /// 99.99 %.
+    #[serde(rename = "99.99 %")]
+    pub of_9999: f64,
+}
+
+impl ResidualQuantiles {
+    /// Returns the quantiles of each joint's residual torque at every counted sample. `which`
+    /// selects the parameters that predict a sample, and is called for each.
+    pub(crate) fn per_joint(
+        context: &Context<'_>,
+        motion: &Motion,
+        parameters: &[DVector<f64>],
+        which: &dyn Fn(usize) -> usize,
+    ) -> Result<Vec<Self>, IdentificationError> {
+        let mut dynamics: Vec<InverseDynamics> =
+            (parameters.iter()).map(|own| InverseDynamics::of_the_estimate(context, own)).collect();
+        let experiment = context.experiment;
+        let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+        let torque = delayed(experiment, delay)?;
+        let samples: Vec<usize> = (experiment.counted_samples())
+            .filter(|sample| !experiment.is_held_out(*sample))
+            .collect();
+        let joints = experiment.joints();
+        let mut residuals = vec![Largest::new(samples.len()); joints];
+        let mut group = MotionGroup::of_joints(joints);
+        let mut next = 0;
+        while let Some(&first) = samples.get(next) {
+            let neighbours = which(first);
+            // Neighbours that are predicted with the same parameters.
+            let together = samples[next..].iter().take(WIDTH).enumerate();
+            let count = together
+                .take_while(|(k, sample)| **sample == first + k && which(**sample) == neighbours)
+                .count();
+            let predicted = dynamics[neighbours].torque(&context.model, group.read(motion, first));
+            let torques = torque.column_iter().zip(&predicted);
+            for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
+                let torques = torque.as_slice()[first..first + count].iter().zip(predicted.0);
+                for (torque, predicted) in torques {
+                    residuals.add((torque - predicted).abs());
+                }
+            }
+            next += count;
+        }
+        Ok(residuals
+            .into_iter()
+            .map(|residuals: Largest| {
+                let [of_99, of_999, of_9999] = residuals.quantiles();
+                ResidualQuantiles { of_99, of_999, of_9999 }
+            })
+            .collect())
+    }
+}
+
+/// The largest of many values, as many as the quantiles need.
+#[derive(Clone)]
+struct Largest {
+    /// Number of all values.
+    count: usize,
+    /// The largest values and others, at most twice the needed number.
+    values: Vec<f64>,
+}
+
+impl Largest {
+    fn new(count: usize) -> Self {
+        Self { count, values: Vec::with_capacity(2 * Self::needed(count)) }
+    }
+
+    /// Returns the number of values from the smallest quantile up.
+    fn needed(count: usize) -> usize {
+        count - Self::place(count, QUANTILES[0])
+    }
+
+    /// Returns the index, in rising order, of the value that this share of all values stays below.
+    fn place(count: usize, share: f64) -> usize {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a share of a length"
+        )]
+        let below = (share * count as f64).ceil() as usize;
+        below.clamp(1, count.max(1)) - 1
+    }
+
+    fn add(&mut self, value: f64) {
+        self.values.push(value);
+        if self.values.len() == self.values.capacity().max(1) {
+            self.forget();
+        }
+    }
+
+    fn forget(&mut self) {
+        let needed = Self::needed(self.count);
+        if self.values.len() > needed {
+            let first = self.values.len() - needed;
+            self.values.select_nth_unstable_by(first, f64::total_cmp);
+            self.values.drain(..first);
+        }
+    }
+
+    fn quantiles(mut self) -> [f64; QUANTILES.len()] {
+        self.forget();
+        self.values.sort_unstable_by(f64::total_cmp);
+        let forgotten = self.count - self.values.len();
+        QUANTILES.map(|share| self.values[Self::place(self.count, share) - forgotten])
+    }
+}

@@ -1,0 +1,662 @@
+//! Reasons against a result, and notes on it. Their wording is defined only here.
+
+use core::fmt::{self, Display};
+use core::ops::Range;
+
+use serde::{Serialize, Serializer};
+
+use super::bias::PositionBias;
+use super::clipped_signal::ClippedSignal;
+use super::frozen_signal::FrozenSignal;
+use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
+use crate::feasibility::{FarBody, NoBodies};
+use crate::identification::problem::Failure;
+
+/// Reason against the use of a result. Joints are numbered from 1. Errors and deviations are shares
+/// of the torque unless stated otherwise.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(
+    missing_docs,
+    reason = "each fact has its figure, and the limit that it exceeds if it has one"
+)]
+pub enum Reason {
+    /// The described controller does not reproduce the recorded command.
+    Controller { joint: usize, error: f64 },
+    /// The motion does not distinguish the parameters.
+    ConditionNumber { value: f64, limit: f64 },
+    /// The parameters leave the torque of a joint uncertain.
+    PredictionDeviation { joint: usize, deviation: f64, limit: f64 },
+    /// The model does not describe the torques.
+    RelativeError { error: f64, limit: f64 },
+    /// The model does not describe the torque of a joint.
+    JointError { joint: usize, error: f64, limit: f64 },
+    /// Too few independent rows for each parameter.
+    FewRows { per_parameter: f64, limit: f64 },
+    /// Identified without the decimation filter.
+    NotDecimated,
+    /// A parameter that is no combination and cannot be negative is negative.
+    Negative { quantity: &'static str, name: String, value: f64, standard_deviation: f64 },
+    /// The mass matrix is not positive definite at a posture \[rad or m\], by this number of
+    /// standard deviations.
+    Indefinite { posture: Vec<f64>, deviations: f64 },
+    /// No physically consistent bodies have these parameters.
+    NoBodies(NoBodies),
+    /// The described controller commands the opposite of the recorded command, or three times as
+    /// much.
+    OppositeCommand { joint: usize },
+    /// Parameters that cannot be negative are negative: their number, and that of all such
+    /// parameters.
+    WrongSigns { negative: usize, of: usize },
+    /// The residual is far smaller with the signals of these two motors swapped.
+    Swapped { motors: [usize; 2] },
+    /// The residual is far smaller with gravity from another side \[m/s²\].
+    Gravity { gravity_m_s2: [f64; 3] },
+    /// All identifiable quantities of a joint (numbered from 1) that cannot be negative are
+    /// negative. They are two at least.
+    WrongSignsOfJoint { joint: usize, negative: usize },
+    /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
+    /// model does not explain a joint of that motor.
+    CutOff { found: ClippedSignal },
+    /// Positions of motors freeze and then jump, and the model does not explain one of their
+    /// joints.
+    FrozenSignal { found: FrozenSignal },
+    /// The torque of a joint is many times its limit \[N·m or N\].
+    OtherUnit { joint: usize, torque: f64, limit: f64 },
+    /// The data contradict a configured value.
+    Contradicted { nuisance: NuisanceEstimate },
+    /// The torque is uncertain outside the recorded motion. `freedoms` are the nuisance parameters
+    /// with the largest torques in the data.
+    Elsewhere { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
+    /// The torque of one joint is uncertain outside the recorded motion.
+    JointElsewhere { joint: usize, error: f64, limit: f64 },
+    /// A joint, numbered from 1, moves no further than this in any recording.
+    Unmoved { joint: usize, moved: f64, unit: &'static str },
+    /// Parameters found without a fold predict it badly.
+    HeldOut { error: f64, limit: f64 },
+    /// The motion cannot be split into folds for cross-validation.
+    TooFewMotions,
+    /// Parameters with their combined uncertainty, relative to their values.
+    Uncertain { parameters: Vec<(String, f64)>, limit: f64 },
+    /// Torques along the simulated motion give other parameters than the positions.
+    OtherParameters { name: String, deviations: f64 },
+    /// The instruments are barely correlated with the measured motion.
+    WeakInstruments { correlation: f64 },
+    /// The simulated torques differ by this many times the noise of IDIM-LS.
+    AboveNoise { ratio: f64 },
+    /// The criterion barely depends on the parameters.
+    Insensitive { output: Output, deviation: f64, loss: f64, singular_value: f64 },
+}
+
+/// Fact that the user of a result must know and that does not speak against its use.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "each fact has its figures")]
+pub enum Note {
+    /// The filtered measured position was used as the reference.
+    NoReference,
+    /// The substitute loop had to be slower than configured. The bandwidth is the smallest of a
+    /// joint.
+    SlowerLoop { bandwidth_hz: f64 },
+    /// These parameters may be zero.
+    Insignificant { names: Vec<String> },
+    /// The residuals of these joints, numbered from 1, are not white.
+    ColouredResiduals { joints: Vec<usize>, decimated: bool },
+    /// The position filter is too close to half the sample rate to be checked.
+    PositionFilterUnchecked { cutoff_hz: f64 },
+    /// The method does not check the effect of position noise.
+    PositionNoiseIgnored,
+    /// The loop could not be simulated with position noise.
+    PositionNoiseNotSimulated,
+    /// The torque delays could not be checked.
+    DelayUnchecked,
+    /// The described controller could not be compared with the recorded torques.
+    ControllerUnchecked { why: ControllerUnchecked },
+    /// Position filter and position noise shift a parameter.
+    PositionBias { bias: PositionBias },
+    /// A signal of a motor, numbered from 1, looks low-passed with this time constant \[s\].
+    LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
+    /// The torque of a motor repeatedly stands at its largest value.
+    CutOff { found: ClippedSignal },
+    /// Share of the squares that the model leaves with the signals of these two motors swapped.
+    Exchanged { motors: [usize; 2], left: f64 },
+    /// Positions of motors freeze and then jump.
+    Stale { found: FrozenSignal },
+    /// All signals look low-passed with this time constant \[s\].
+    AllLowPassed { time_constant_s: f64 },
+    /// Isolated groups of rows were downweighted: the times \[s\] of the first groups, and the
+    /// number of further groups.
+    Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
+    /// Rows were downweighted throughout the motion: joints, numbered from 1, each with its number
+    /// of such rows.
+    DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
+    /// Largest model error, if it is more than small.
+    ModelError { nuisance: NuisanceEstimate },
+    /// Bodies with these parameters are far from the nominal ones.
+    FarFromNominal { far: FarBody },
+    /// The bus layout counts frames and ignores their time stamps.
+    RateUnchecked,
+    /// The robot file does not specify the torque limits of these joints, numbered from 1.
+    TorqueLimitOpen { joints: Vec<usize> },
+}
+
+/// Reason why the described controller could not be compared with the recorded torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControllerUnchecked {
+    /// Its gains substitute for those of the cabinet.
+    StandIn,
+    /// No reference was recorded.
+    NoReference,
+    /// It is sampled, and the recorded torque is not its command.
+    NoCommand,
+    /// It computes more often than the recording samples.
+    BetweenSamples,
+    /// There are too few rows to distinguish it from noise.
+    TooFewRows,
+}
+
+/// Which signal of a motor is low-passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slow {
+    /// Its torque.
+    Torque,
+    /// Its position.
+    Position,
+}
+
+/// The output of the closed loop whose error a method minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// CLIE: the torque.
+    Torque,
+    /// CLOE: the position.
+    Position,
+}
+
+impl Display for Output {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Torque => "torque",
+            Self::Position => "position",
+        })
+    }
+}
+
+impl Reason {
+    /// True if the reason reports something unidentifiable, and nothing against the result.
+    pub fn is_unidentifiable(&self) -> bool {
+        matches!(self, Self::TooFewMotions)
+    }
+
+    /// Returns the failure of the method, if the reason is one.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::AboveNoise { .. } => Some(Failure::LocalMinimum),
+            Self::Insensitive { .. } => Some(Failure::Insensitive),
+            _ => None,
+        }
+    }
+}
+
+impl Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Controller { joint, error } => write!(
+                f,
+                "the command of the described controller of joint {joint} differs from the \
+                 recorded one by {:.2} %: check its gains and timing, the reference and the \
+                 drive's torque gain first; the other reasons may follow from it",
+                100.0 * error
+            ),
+            Self::OppositeCommand { joint } => write!(
+                f,
+                "the command of the described controller of joint {joint} differs from the \
+                 recorded one by twice its size: the sign of its torque or position is wrong, or \
+                 its gain three times too large; the other reasons may follow from it"
+            ),
+            Self::ConditionNumber { value, limit } => write!(
+                f,
+                "condition number {value:.0} is above {limit}: the motion does not distinguish \
+                 these parameters; move along a richer trajectory or identify fewer"
+            ),
+            Self::PredictionDeviation { joint, deviation, limit } => write!(
+                f,
+                "the parameters leave the torque of joint {joint} uncertain by {:.1} %, above \
+                 {:.1} %: move longer or more, or identify fewer parameters",
+                100.0 * deviation,
+                100.0 * limit
+            ),
+            Self::RelativeError { error, limit } => write!(
+                f,
+                "relative error {:.1} % is above {:.1} %: the model does not describe the \
+                 measured torques; check drive gains, signs and timing",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::JointError { joint, error, limit } => write!(
+                f,
+                "relative error {:.1} % of joint {joint} is above {:.1} %: check its gear \
+                 ratio, coupling and drive gain",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::FewRows { per_parameter, limit } => write!(
+                f,
+                "{:.1} independent rows for each parameter are fewer than {limit}: too \
+                 few to say how uncertain they are; move longer or identify fewer parameters",
+                // Never rounded up to the limit.
+                (10.0 * per_parameter).floor() / 10.0
+            ),
+            Self::NotDecimated => f.write_str(
+                "identified without the decimation filter, which is for comparison only: the \
+                 loop's response to the quantised reference stays in the regressor; decimate",
+            ),
+            Self::Negative { quantity, name, value, standard_deviation } => write!(
+                f,
+                "{quantity} {name} is negative, {value:.4} with a standard deviation of \
+                 {standard_deviation:.2e}: check the signs of torque and transmission"
+            ),
+            Self::Indefinite { posture, deviations } => write!(
+                f,
+                "the mass matrix is not positive definite at q = ({}), by {deviations:.1} standard \
+                 deviations: no arm has these inertias; move along a richer trajectory or identify \
+                 fewer parameters",
+                listed(posture.iter().map(|q| format!("{q:.2}")))
+            ),
+            Self::NoBodies(no_bodies) => no_bodies.fmt(f),
+            Self::WrongSigns { negative, of } => write!(
+                f,
+                "{negative} of {of} drive inertias and friction coefficients are negative: the \
+                 torques have the wrong sign, or the positions; turn the sign of one of the two"
+            ),
+            Self::OtherUnit { joint, torque, limit } => write!(
+                f,
+                "the torque of joint {joint} reaches {torque:.4}, {:.0} times its limit of \
+                 {limit:.4} in the robot file: check the unit of the torques and the drive's gain, \
+                 or correct the limit",
+                torque / limit
+            ),
+            Self::Contradicted { nuisance } => contradicted(f, nuisance),
+            Self::Elsewhere { error, limit, freedoms } => {
+                write!(
+                    f,
+                    "the torque is uncertain by {:.1} % where the arm has not been, above {:.1} %: \
+                     record more and other motions, all joints over their range",
+                    100.0 * error,
+                    100.0 * limit
+                )?;
+                let wanted = |found: &NuisanceEstimate| {
+                    let percent = 100.0 * found.relative_torque;
+                    format!(
+                        "{} ({:.3} N·m, {percent:.0} % at joint {})",
+                        found.nuisance, found.torque_nm, found.joint
+                    )
+                };
+                write!(f, "; the data want most of: {}", listed(freedoms.iter().map(wanted)))
+            }
+            Self::JointElsewhere { joint, error, limit } => write!(
+                f,
+                "the torque of joint {joint} is uncertain by {:.1} % where the arm has not been, \
+                 above {:.1} %: move this joint more, together with the others",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::Unmoved { joint, moved, unit } => write!(
+                f,
+                "joint {joint} does not move ({moved:.4} {unit}): what it takes to move it is not \
+                 known; record it moving over its range, or do not ask for prediction"
+            ),
+            Self::HeldOut { error, limit } => write!(
+                f,
+                "parts of the motion are predicted with an error of {:.1} % by parameters that \
+                 were found without them, above {:.1} %: record more and other motions",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::TooFewMotions => f.write_str(
+                "there are fewer than two distinct motions that tell the parameters, one without \
+                the other, so that it undecided how well others are predicted: record more and \
+                other motions",
+            ),
+            Self::Uncertain { parameters, limit } => write!(
+                f,
+                "uncertain by more than {:.0} % with what is stated and what the model lacks: {}",
+                100.0 * limit,
+                listed(
+                    parameters
+                        .iter()
+                        .map(|(name, share)| { format!("{name} ({:.0} %)", 100.0 * share) })
+                )
+            ),
+            Self::OtherParameters { name, deviations } => write!(
+                f,
+                "the torques along the simulated motion give other parameters than the positions: \
+                 {name} differs by {deviations:.1} standard deviations; check the described \
+                 controller and the model, or identify from the torques (clie, didim)"
+            ),
+            Self::Swapped { motors: [one, other] } => write!(
+                f,
+                "the model leaves far less of the torques with the drives of motors {one} and \
+                 {other} exchanged: check which is which"
+            ),
+            Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
+                f,
+                "the model leaves far less of the torques with gravity along [{x:.2}, {y:.2}, \
+                 {z:.2}] m/s² in the base: check gravity_m_s2 of the robot file, and whether the \
+                 arm is on the floor, a wall or the ceiling"
+            ),
+            Self::WrongSignsOfJoint { joint, negative } => write!(
+                f,
+                "all {negative} drive inertias and friction coefficients that the data tell of \
+                 joint {joint} are negative: its torque has the wrong sign, or its position; turn \
+                 the sign of one of the two"
+            ),
+            Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
+            Self::CutOff { found } if found.is_constant() => write!(
+                f,
+                "the torque of motor {} is {:.4} in all samples: it was not measured; check the \
+                signal, or record it",
+                found.motor, found.torque
+            ),
+            Self::CutOff { found } => write!(
+                f,
+                "{}, and the model does not explain it: it looks cut off; {CHECK_THE_RANGE}",
+                Standing(found)
+            ),
+            Self::WeakInstruments { correlation } => write!(
+                f,
+                "a combination of parameters has instruments with a correlation of \
+                 {correlation:.2} only: the simulated motion is not the measured one; check \
+                 reference and controller"
+            ),
+            Self::AboveNoise { ratio } => write!(
+                f,
+                "the simulated torques differ by {ratio:.1} times the noise of IDIM-LS: a local \
+                 minimum, or a described loop that is not the arm's; choose another start, and \
+                 check reference and controller"
+            ),
+            Self::Insensitive { output, deviation, loss, singular_value } => write!(
+                f,
+                "the simulated {output}s hardly depend on the parameters, half of which stay \
+                 uncertain by more than {:.0} %, and {loss:.0} times as uncertain as with IDIM-LS \
+                 (smallest singular value {singular_value:.1e}): {}",
+                100.0 * deviation,
+                match output {
+                    Output::Position => "identify from the torques (clie)",
+                    Output::Torque => "identify from the measured motion (idim-ls)",
+                }
+            ),
+        }
+    }
+}
+
+/// Remedy for a clipped torque.
+const CHECK_THE_RANGE: &str = "check the range of the signal and the limit of the drive";
+
+/// Text: when a position is frozen and how far it jumps.
+struct Jumping<'a>(&'a FrozenSignal);
+
+impl fmt::Display for Jumping<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FrozenSignal { motors, recording, from_s, until_s, jump, share } = self.0;
+        let (percent, several) = (100.0 * share, motors.len() > 1);
+        let motors: Vec<String> = motors.iter().map(ToString::to_string).collect();
+        let (these, stand, jump_by, go) = match several {
+            true => ("positions of motors", "stand", "jump by up to", "they go"),
+            false => ("position of motor", "stands", "jumps by", "it goes"),
+        };
+        write!(
+            f,
+            "the {these} {} {stand} still from {from_s:.3} to {until_s:.3} s of recording \
+             {recording} and then {jump_by} {jump:.0} times what {go} in a sample at the fastest; \
+             {percent:.2} % of the samples are such: the log repeats old values there; take its \
+             rows out of a table, which is then read in pieces, or record again",
+            motors.join(", ")
+        )
+    }
+}
+
+/// Text: how often a torque stands at its largest value.
+struct Standing<'a>(&'a ClippedSignal);
+
+impl fmt::Display for Standing<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ClippedSignal { motor, torque, share } = self.0;
+        let percent = 100.0 * share;
+        write!(
+            f,
+            "the torque of motor {motor} stands at its largest value, {torque:.4}, in {percent:.0} \
+            % of the samples of a recording"
+        )
+    }
+}
+
+/// Writes the deviation of a configured quantity, and the remedy.
+fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Result {
+    let Some(quantity) = found.quantity else { return write!(f, "{}", found.nuisance) };
+    let (value, sd, stated) = (quantity.value, quantity.standard_deviation, quantity.configured);
+    let freedom = found.nuisance;
+    match quantity.unit {
+        // Measured torques are the acting torques times the gain.
+        "1" => write!(
+            f,
+            "the {freedom} would be {:.3} ± {sd:.3} of what is stated (to {:.1} %): check {}",
+            1.0 + value,
+            100.0 * stated,
+            match freedom {
+                NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
+                _ => "the drive's gain and the gear ratio",
+            }
+        )?,
+        "s" => write!(
+            f,
+            "the {freedom} would be {:.2} ± {:.2} ms more than stated (to {:.2} ms): check hold \
+             and delay of the torques",
+            1e3 * value,
+            1e3 * sd,
+            1e3 * stated
+        )?,
+        unit => write!(
+            f,
+            "the {freedom} would be {value:.3} ± {sd:.2} {unit} off (stated to {stated:.3} \
+             {unit}): check it"
+        )?,
+    }
+    write!(f, "; it makes {:.3} N·m at joint {}", found.torque_nm, found.joint)
+}
+
+impl Note {
+    /// True if the note is about a friction law of the model.
+    pub fn is_about_friction_laws(&self) -> bool {
+        let Self::ModelError { nuisance } = self else { return false };
+        matches!(
+            nuisance.nuisance,
+            NuisanceParameter::JointFriction(_) | NuisanceParameter::MotorFriction(_)
+        )
+    }
+}
+
+/// Writes the model error, its size, and the remedy.
+fn lacking(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Result {
+    let (freedom, joint) = (found.nuisance, found.joint);
+    write!(
+        f,
+        "what the model lacks most looks like this: {freedom}, {:.3} N·m or {:.1} % of the torque \
+         of joint {joint}",
+        found.torque_nm,
+        100.0 * found.relative_torque
+    )?;
+    f.write_str(match freedom {
+        NuisanceParameter::JointFriction(_) | NuisanceParameter::MotorFriction(_) => {
+            "; `friction = \"auto\"` tries other laws on a recording"
+        }
+        NuisanceParameter::Coupling { .. } => {
+            "; check the rows of both motors in `transmission.rows`"
+        }
+        NuisanceParameter::LeftOutParameters => {
+            "; `identify --essential` finds those that a motion needs"
+        }
+        _ => "",
+    })
+}
+
+impl Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ModelError { nuisance } => lacking(f, nuisance),
+            Self::FarFromNominal { far } => far.fmt(f),
+            Self::NoReference => f.write_str(
+                "no reference was recorded: the filtered measured position is used instead, which \
+                 the simulated loop follows with a lag of its own; at best this result is nearly \
+                 that of IDIM-LS",
+            ),
+            Self::Insignificant { names } => write!(
+                f,
+                "not significantly different from zero with this motion: {}; leave them out, or \
+                 move the joints concerned more",
+                names.join(", ")
+            ),
+            Self::ColouredResiduals { joints, decimated } => write!(
+                f,
+                "the residuals of joint {} are not white{}; the standard deviations allow for it",
+                listed(joints),
+                if *decimated { " behind the decimation filter" } else { "" }
+            ),
+            Self::PositionFilterUnchecked { cutoff_hz } => write!(
+                f,
+                "the effect of the position filter at {cutoff_hz} Hz could not be checked, because \
+                 the cut-off is too close to half the sample rate"
+            ),
+            Self::SlowerLoop { bandwidth_hz } => write!(
+                f,
+                "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at some joint, less \
+                 than is stated: a faster one did not hold the arm at this sample rate"
+            ),
+            Self::LowPassed { motor, slow, time_constant_s } => write!(
+                f,
+                "the {} of motor {motor} looks low-passed, with a time constant of some {:.0} ms: \
+                 check {}; what friction and inertia of its joints would be without is in their \
+                 combined uncertainty",
+                match slow {
+                    Slow::Torque => "torque",
+                    Slow::Position => "position",
+                },
+                1e3 * time_constant_s,
+                match slow {
+                    Slow::Torque => "the filters of its drive",
+                    Slow::Position =>
+                        "the filters of its drive, and whether the cell's position \
+                        filter is too low",
+                }
+            ),
+            Self::CutOff { found } => write!(
+                f,
+                "{}: where it is cut off there, the parameters are wrong; {CHECK_THE_RANGE}",
+                Standing(found)
+            ),
+            Self::Exchanged { motors: [one, other], left } => write!(
+                f,
+                "with the drives of motors {one} and {other} exchanged the model leaves {:.0} % \
+                 less of the torques, in squares: check which is which",
+                100.0 * (1.0 - left)
+            ),
+            Self::Stale { found } => write!(f, "{}", Jumping(found)),
+            Self::AllLowPassed { time_constant_s } => write!(
+                f,
+                "all positions and torques look low-passed, with a time constant of some {:.0} ms: \
+                 record them without a filter; what the parameters would be without is in their \
+                 combined uncertainty",
+                1e3 * time_constant_s
+            ),
+            Self::PositionNoiseIgnored => {
+                f.write_str("this method does not check the effect of the noise of the positions")
+            }
+            Self::PositionNoiseNotSimulated => f.write_str(
+                "the effect of the noise of the positions on the loop could not be simulated",
+            ),
+            Self::DelayUnchecked => f.write_str(
+                "the delay of the torques could not be checked: too few rows are left over, or \
+                 nothing moves",
+            ),
+            Self::ControllerUnchecked { why } => write!(
+                f,
+                "the described controller could not be held against the recorded torques: {}",
+                match why {
+                    ControllerUnchecked::StandIn => "its gains stand in for unknown ones",
+                    ControllerUnchecked::NoReference => "no reference was recorded",
+                    ControllerUnchecked::NoCommand =>
+                        "it is sampled, and the torques are not stated to be held commands",
+                    ControllerUnchecked::BetweenSamples =>
+                        "it computes with another period than that of the record",
+                    ControllerUnchecked::TooFewRows =>
+                        "there are too few rows to tell it from noise",
+                }
+            ),
+            Self::PositionBias { bias } => write!(
+                f,
+                "{} moves {} by {:.1} standard deviations, which its combined uncertainty allows \
+                 for: {}",
+                if bias.by_filter {
+                    "the position filter distorts the motion and"
+                } else {
+                    "the noise of the positions distorts the friction law and"
+                },
+                bias.parameter,
+                bias.deviations.abs(),
+                if bias.by_filter {
+                    "raise its cut-off"
+                } else {
+                    "measure positions with less noise; with idim-ls, lower the cut-off of the \
+                     position filter"
+                }
+            ),
+            Self::Outliers { rows, of, times_s, more } => {
+                let times = times_s.iter().map(|t| format!("{:.2} to {:.2} s", t.start, t.end));
+                write!(f, "{rows} of {of} rows were weighted down, at {}", listed(times))?;
+                if *more > 0 {
+                    write!(f, " and at {more} more times")?;
+                }
+                f.write_str(": check there, an encoder, a connector or a contact may be at fault")
+            }
+            Self::TorqueLimitOpen { joints } => write!(
+                f,
+                "no torque limit is known of joint {}: the unit of the torques is not checked \
+                 against it, and what is little torque is judged by the largest recorded; state \
+                 torque_max_nm in the robot file",
+                listed(joints.iter().map(ToString::to_string))
+            ),
+            Self::RateUnchecked => f.write_str(
+                "the sample rate is taken as stated, for the frames or rows count and no time: \
+                 neither it nor a lost sample can be checked",
+            ),
+            Self::DownweightedThroughout { joints, of } => {
+                let share = |(joint, rows): &(usize, usize)| {
+                    let percent = 100.0 * *rows as f64 / *of as f64;
+                    format!("{percent:.0} % of the rows of joint {joint}")
+                };
+                write!(
+                    f,
+                    "{} were weighted down throughout the motion, which is too much for outliers: \
+                     look at the residuals, the model may not describe this motion",
+                    listed(joints.iter().map(share))
+                )
+            }
+        }
+    }
+}
+
+/// `a, b, c`
+fn listed(items: impl IntoIterator<Item = impl Display>) -> String {
+    let items: Vec<String> = items.into_iter().map(|item| item.to_string()).collect();
+    items.join(", ")
+}
+
+impl Serialize for Reason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Serialize for Note {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

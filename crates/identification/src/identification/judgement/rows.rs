@@ -1,0 +1,100 @@
+//! Matrices in result files.
+
+use core::fmt::{LowerExp, Write as _};
+use core::ops::Range;
+use core::str::FromStr;
+
+use nalgebra::DMatrix;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Numbers in rows, in single or double precision. JSON stores each row as one text, because
+/// separate numbers would take three times the space in an indented file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Rows<T>(Vec<Vec<T>>);
+
+/// No rows, for any number type.
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> From<Vec<Vec<T>>> for Rows<T> {
+    fn from(rows: Vec<Vec<T>>) -> Self {
+        Self(rows)
+    }
+}
+
+impl Rows<f32> {
+    /// Takes the first `length(row)` numbers of each row of a matrix, in single precision.
+    #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
+    pub(super) fn from_rows(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
+        Self::taken(matrix, length, |value| value as f32)
+    }
+}
+
+impl Rows<f64> {
+    /// Takes the lower triangle of a matrix.
+    pub(super) fn lower_triangle(matrix: &DMatrix<f64>) -> Self {
+        Self::taken(matrix, |row| row + 1, |value| value)
+    }
+}
+
+impl<T: Copy + Into<f64>> Rows<T> {
+    fn taken(
+        matrix: &DMatrix<f64>,
+        length: impl Fn(usize) -> usize,
+        to: impl Fn(f64) -> T,
+    ) -> Self {
+        let row = |k| matrix.row(k).iter().take(length(k)).map(|value| to(*value)).collect();
+        Self((0..matrix.nrows()).map(row).collect())
+    }
+
+    /// Number of rows.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// One number.
+    pub(super) fn get(&self, row: usize, column: usize) -> f64 {
+        self.0[row][column].into()
+    }
+
+    /// True if there are this number of rows, each with its given length.
+    pub(super) fn has_shape(&self, rows: usize, length: impl Fn(usize) -> usize) -> bool {
+        self.0.len() == rows && self.0.iter().enumerate().all(|(k, row)| row.len() == length(k))
+    }
+
+    /// Returns part of the symmetric matrix whose lower triangle this is.
+    pub(super) fn symmetric(&self, part: Range<usize>) -> DMatrix<f64> {
+        DMatrix::from_fn(part.len(), part.len(), |i, j| {
+            self.get(part.start + i.max(j), part.start + i.min(j))
+        })
+    }
+}
+
+impl<T: LowerExp> Serialize for Rows<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(|row: &Vec<T>| {
+            let mut text = String::new();
+            for (k, value) in row.iter().enumerate() {
+                // Writing to a String cannot fail.
+                let _ = write!(text, "{}{value:e}", if k > 0 { " " } else { "" });
+            }
+            text
+        }))
+    }
+}
+
+impl<'de, T: FromStr> Deserialize<'de> for Rows<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let number = |text: &str| {
+            text.parse()
+                .map_err(|_| D::Error::custom(format!("`{text}` in a row of numbers is none")))
+        };
+        let rows = Vec::<String>::deserialize(deserializer)?;
+        let rows = rows.iter().map(|row| row.split_whitespace().map(number).collect());
+        Ok(Self(rows.collect::<Result<_, _>>()?))
+    }
+}

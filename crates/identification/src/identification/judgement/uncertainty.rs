@@ -1,0 +1,166 @@
+//! Uncertainty of a result, including the model and the configured values.
+//!
+//! The least-squares value ignores the nuisance parameters η. They are solved for together with the
+//! parameters, with a prior for each. This gives their posterior mean μ and covariance P. A unit of
+//! η moves the value by K, so that its uncertainty is
+//!
+//! ```text
+//! u² = noise + K (μ μᵀ + P) Kᵀ
+//! ```
+//!
+//! The noise is that of the residuals' spectrum, or the disagreement of the folds if that is
+//! larger. If a low-pass explains much of the residual, its shift of the value is added.
+//!
+//! If the data contradict the configured value of a nuisance parameter, its μ and P come from the
+//! data alone.
+//!
+//! The value stays that of the method. With the nuisance parameters it would be more uncertain, and
+//! wrong by the part that they absorb.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::checks::FittedModel;
+use super::extrapolation::Extrapolation;
+use super::model_uncertainty::ModelUncertainty;
+use super::nuisance_parameters::{Along, Columns, NuisanceEstimate, Observed};
+use super::reasons::Note;
+use crate::identification::problem::{IdentificationError, Tolerances};
+use crate::regression::{FurtherColumns as _, JointSolution};
+
+/// Residual share of a joint's torque with a rigid model and named friction, however quiet the data
+/// are.
+const NOISE_FLOOR: f64 = 0.01;
+
+/// Effect of the nuisance parameters on a result.
+pub(super) struct Uncertainty {
+    /// Combined standard uncertainty of each parameter.
+    pub(super) combined: DVector<f64>,
+    /// Estimates of the nuisance parameters, largest torques first.
+    pub(super) nuisance_parameters: Vec<NuisanceEstimate>,
+    pub(super) extrapolation: Extrapolation,
+    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    pub(super) torque: Vec<f64>,
+    pub(super) model: Option<ModelUncertainty>,
+    /// Notes for the user.
+    pub(super) notes: Vec<Note>,
+}
+
+/// Information on a result, in addition to the checked equation.
+#[derive(Clone, Copy)]
+pub(super) struct Supplements<'a> {
+    /// Number of rows with the same information that count as one.
+    pub(super) repeats: f64,
+    /// Standard deviation of each parameter from the disagreement of the folds.
+    pub(super) disagreement: Option<&'a DVector<f64>>,
+    /// Difference of the checked parameters from those of the result, if they are not the same.
+    pub(super) other: Option<&'a DVector<f64>>,
+}
+
+impl Uncertainty {
+    /// `bias` is the possible error of each parameter due to the position filter.
+    pub(super) fn new(
+        fitted: &FittedModel<'_>,
+        bias: Option<&DVector<f64>>,
+        further: Supplements<'_>,
+    ) -> Result<Self, IdentificationError> {
+        let FittedModel {
+            context,
+            motion,
+            auxiliary_columns: auxiliary,
+            observations,
+            analysis,
+            parameters,
+            ..
+        } = *fitted;
+        let Supplements { repeats, disagreement, other } = further;
+        let observed = Observed::new(context, motion, auxiliary, observations);
+        let columns = Columns::new(context, parameters, observed);
+        // Rows that an M-estimate removed from the equation do not inform the nuisance parameters
+        // either.
+        let along = Along::new(&columns, motion, auxiliary, observations)?
+            .without(analysis.rows_without_equation());
+        let products = analysis.products(&along);
+        let solved = |floors: &[f64]| {
+            let solution = analysis.with_prior(&along, &products, floors, repeats);
+            solution.map_err(IdentificationError::Regression)
+        };
+        let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
+        let mut solution = solved(&floors)?;
+        let (own, all) = (parameters.len(), solution.covariance.ncols());
+        let sensitivity = &products.shifted;
+        let residuals = observations.residuals(parameters);
+        let residual_rms = observations.rms_per_joint(&residuals);
+        let low_passed = fitted.low_passed(&residuals, &residual_rms);
+        let of_motion = floors_of_motion(fitted, columns.torque(), &residuals)?;
+        drop(residuals);
+        let by_low_passes =
+            |k: usize| low_passed.iter().map(|of| of.shifted[k].powi(2)).sum::<f64>();
+        let combined_by = |solution: &JointSolution| {
+            // A configured value that the data contradict does not limit the error of the estimate.
+            let unstated =
+                solution.without_contradicted(&columns.has_prior(), Tolerances::CONTRADICTED);
+            let after = unstated.covariance.view((own, own), (all - own, all - own));
+            let mean_shift = sensitivity * &unstated.nuisance_parameters;
+            let spread: DMatrix<f64> = sensitivity * after;
+            DVector::from_fn(own, |k, _| {
+                let posterior = spread.row(k).dot(&sensitivity.row(k));
+                let bias = bias.map_or(0.0, |bias| bias[k]);
+                let difference = disagreement.map_or(0.0, |of| of[k].powi(2));
+                let noise = solution.noise[(k, k)].max(difference);
+                (noise + mean_shift[k].powi(2) + posterior + bias * bias + by_low_passes(k))
+                    .max(0.0)
+                    .sqrt()
+            })
+        };
+        let mut combined = combined_by(&solution);
+        // Configured values are judged without this doubt, which could itself be the cause of a
+        // contradiction.
+        if let Some(of_motion) = of_motion.filter(|of| *of != floors) {
+            combined = combined.sup(&combined_by(&solved(&of_motion)?));
+        }
+        let rows = observations.rows_per_joint();
+        let nuisance_parameters = columns.estimates(&products.squares, rows, &solution);
+        let remaining = observations.residuals(&(parameters + &solution.change))
+            - along.times(&solution.nuisance_parameters);
+        if let Some(other) = other {
+            solution.change += other;
+        }
+        // A record is predicted behind the filter. The residual of unfiltered rows is much larger.
+        let model = (!context.decimation.is_none()).then(|| {
+            let noise = observations.rms_per_joint(&remaining);
+            ModelUncertainty::new(&columns, noise, &solution, sensitivity)
+        });
+        let extrapolation = Extrapolation::new(context, motion, &columns, parameters, &solution)?;
+        let torque = columns.torque().to_vec();
+        let notes = low_passed.into_iter().map(|of| of.note).collect();
+        Ok(Self { combined, nuisance_parameters, extrapolation, torque, model, notes })
+    }
+}
+
+/// Returns the noise floor of each joint's rows \[N·m or N\] if the positions of motors are in
+/// doubt. `torque` and `residuals` are those of all joints. A motor that is geared to two joints
+/// takes part in the motion of both. The residual of one joint may be an error of the motion. The
+/// other joint then has this error too, but its parameters may hide it. Returns `None` without such
+/// a motor.
+fn floors_of_motion(
+    fitted: &FittedModel<'_>,
+    torque: &[f64],
+    residuals: &DVector<f64>,
+) -> Result<Option<Vec<f64>>, IdentificationError> {
+    let (joints, transmission) = (torque.len(), fitted.context.robot.transmission());
+    let turns = |motor: usize, joint: usize| transmission.direction(motor)[joint] != 0.0;
+    let coupled: Vec<usize> = (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
+    if coupled.is_empty() {
+        return Ok(None);
+    }
+    let residual_rms = fitted.left_but_for_lag(residuals)?;
+    let share = |joint: usize| {
+        let geared = |other: &usize| {
+            coupled.iter().any(|&motor| turns(motor, joint) && turns(motor, *other))
+        };
+        let shares = (0..joints).filter(geared).map(|other| residual_rms[other] / torque[other]);
+        // A joint without torque has no share.
+        shares.filter(|share| share.is_finite()).fold(NOISE_FLOOR, f64::max)
+    };
+    Ok(Some((0..joints).map(|joint| share(joint) * torque[joint]).collect()))
+}

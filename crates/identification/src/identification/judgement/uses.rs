@@ -1,0 +1,123 @@
+//! Verdict for each use: the deciding figure, its limit, and the reasons against the use.
+
+use serde::Serialize;
+
+use super::quantiles::ResidualQuantiles;
+use super::reasons::{Note, Reason};
+use crate::identification::problem::{Failure, Use};
+
+/// Verdict on the use of a result, with the reasons against it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Verdict {
+    /// True if nothing speaks against the uses that the cell asks for.
+    pub applicable: bool,
+    /// Reasons against one of these uses.
+    pub reasons: Vec<Reason>,
+    /// Verdict for each use, including those that the cell does not ask for.
+    pub uses: Uses,
+    /// Notes on the result that do not speak against its use.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+    /// Failure of the method despite a result, if any: that of the first reason that reports one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<Failure>,
+}
+
+/// The verdict for each use.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[expect(missing_docs, reason = "named as the uses")]
+pub struct Uses {
+    pub monitoring: UseVerdict,
+    pub prediction: UseVerdict,
+    pub contact_detection: UseVerdict,
+    pub physical_values: UseVerdict,
+    pub rigid_body: UseVerdict,
+}
+
+/// Returns the verdict for one use.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct UseVerdict {
+    /// True if the result is usable for it; `None` if that cannot be decided.
+    pub applicable: Option<bool>,
+    /// What decides.
+    pub figure: Option<f64>,
+    /// Unit of the figure; `1` is a share.
+    pub unit: &'static str,
+    /// Largest permitted figure.
+    pub limit: Option<f64>,
+    /// Reasons against the use.
+    pub reasons: Vec<Reason>,
+    /// Residual quantiles of each joint, if the use is about residuals.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub quantiles_per_joint: Vec<ResidualQuantiles>,
+}
+
+impl UseVerdict {
+    /// Creates the verdict from a figure with its limit, and the reasons against the use.
+    pub(super) fn new(
+        figure: Option<f64>,
+        unit: &'static str,
+        limit: Option<f64>,
+        reasons: Vec<Reason>,
+    ) -> Self {
+        // All reasons report only that the use cannot be judged.
+        let unidentifiable = !reasons.is_empty() && reasons.iter().all(Reason::is_unidentifiable);
+        let applicable = (!unidentifiable).then_some(reasons.is_empty());
+        Self { applicable, figure, unit, limit, reasons, quantiles_per_joint: Vec::new() }
+    }
+}
+
+impl Uses {
+    /// The verdict for one use.
+    pub fn get(&self, wanted: Use) -> &UseVerdict {
+        match wanted {
+            Use::Monitoring => &self.monitoring,
+            Use::Prediction => &self.prediction,
+            Use::ContactDetection => &self.contact_detection,
+            Use::PhysicalValues => &self.physical_values,
+            Use::RigidBody => &self.rigid_body,
+        }
+    }
+}
+
+impl Verdict {
+    /// Creates the verdict for the required uses.
+    pub(super) fn new(uses: Uses, required: &[Use], notes: Vec<Note>) -> Self {
+        let mut reasons: Vec<Reason> = Vec::new();
+        for reason in required.iter().flat_map(|of| &uses.get(*of).reasons) {
+            if !reasons.contains(reason) {
+                reasons.push(reason.clone());
+            }
+        }
+        // Reasons that others may follow from come first.
+        reasons.sort_by_key(|reason| {
+            !matches!(reason, Reason::OppositeCommand { .. } | Reason::Controller { .. })
+        });
+        let failure = reasons.iter().find_map(Reason::failure);
+        Self { applicable: reasons.is_empty(), reasons, uses, notes, failure }
+    }
+
+    /// Returns the same verdict with further reasons against every use.
+    #[must_use]
+    pub(crate) fn with_reasons(
+        self,
+        required: &[Use],
+        more: impl IntoIterator<Item = Reason>,
+    ) -> Self {
+        let Self { mut uses, notes, .. } = self;
+        let more: Vec<Reason> = more.into_iter().collect();
+        for of in [
+            &mut uses.monitoring,
+            &mut uses.prediction,
+            &mut uses.physical_values,
+            &mut uses.rigid_body,
+        ] {
+            let reasons = of.reasons.iter().chain(&more).cloned().collect();
+            let UseVerdict { figure, unit, limit, .. } = *of;
+            *of = UseVerdict::new(figure, unit, limit, reasons);
+        }
+        uses.contact_detection.reasons.extend(more);
+        Self::new(uses, required, notes)
+    }
+}

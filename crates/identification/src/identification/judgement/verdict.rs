@@ -1,0 +1,473 @@
+//! Permitted uses of a result: which figure exceeds which limit.
+
+use nalgebra::DVector;
+
+use super::estimate::{Estimate, ReferenceSource};
+use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
+use super::reasons::{Note, Reason};
+use super::uses::{UseVerdict, Uses};
+use super::workspace::Indefinite;
+use crate::feasibility::Outcome;
+use crate::identification::problem::{Context, Tolerances, VerdictLimits};
+use didim_dynamics::robot::{FrictionLaw, Parameter, ParameterKind};
+
+/// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
+/// no model error.
+const TURNED: usize = 2;
+
+/// A parameter within this many standard deviations of zero could be zero.
+const INSIGNIFICANT: f64 = 2.0;
+
+/// Negligible share of a joint's torque, smaller than the residual of a rigid model.
+const DUST: f64 = 0.01;
+
+/// Smallest share of a joint's torque at which a model error is worth a note.
+const LACKING: f64 = 0.03;
+
+/// A parameter with at least this share of a joint's torque is checked for its value.
+const CARRYING: f64 = 0.05;
+
+/// A torque up to this share of a joint's capability is small and need not be known better.
+const SMALL: f64 = 0.05;
+
+/// Robot files state limits that are never reached. A joint's capability is at most this many times
+/// the largest recorded torque.
+const REACHED: f64 = 3.0;
+
+/// Residual share of a joint's torque above which an unnamed effect is missing in the model.
+pub(super) const UNEXPLAINED: f64 = 0.05;
+
+/// Torques beyond this many times the limit of a joint are in another unit.
+const OTHER_UNIT: f64 = 20.0;
+
+/// Relative distance of a command from one with the opposite sign, apart from friction and noise.
+const OPPOSITE: core::ops::RangeInclusive<f64> = 1.9..=2.1;
+
+/// A joint that moves less than this share of its range does not move. The range counts as 1 rad or
+/// m at most.
+const UNMOVED: f64 = 0.01;
+
+/// Information that the verdict needs in addition to the estimate.
+pub(super) struct Known<'a> {
+    pub(super) context: &'a Context<'a>,
+    /// Root mean square of the torque of each joint along the motion \[N·m or N\].
+    pub(super) torque: Vec<f64>,
+    /// Largest recorded torque of each joint \[N·m or N\].
+    pub(super) largest_torque: Vec<f64>,
+    /// Contribution of each parameter to a joint's torque, as a share: the largest of all joints.
+    pub(super) carried: Vec<f64>,
+    /// Posture where the mass matrix is furthest from positive definite, if it is not positive
+    /// definite everywhere.
+    pub(super) indefinite: Option<Indefinite>,
+    /// Nearest bodies, if the robot file has nominal ones.
+    pub(super) bodies: Option<Outcome>,
+    /// Reasons that only some methods find.
+    pub(super) further: Vec<Reason>,
+}
+
+impl Known<'_> {
+    /// True if a torque of a joint, numbered from 1, is small compared with the joint's capability.
+    fn is_small(&self, joint: usize, torque_nm: f64) -> bool {
+        let reached = self.largest_torque[joint - 1];
+        // A joint can reach the recorded torque. Without a configured limit, nothing shows that it
+        // can do more.
+        let can = match self.context.robot.chain()[joint - 1].limits.torque_max {
+            Some(limit) => limit.min(REACHED * reached),
+            None => reached,
+        };
+        torque_nm <= SMALL * can
+    }
+}
+
+impl VerdictLimits {
+    /// Returns the verdict for each use. A figure that is not a number fails.
+    pub(super) fn uses(&self, known: &Known<'_>, estimate: &Estimate) -> Uses {
+        let wrong = self.wrong(known, estimate);
+        Uses {
+            monitoring: self.monitoring(known, estimate, &wrong),
+            prediction: self.prediction(known, estimate, &wrong),
+            contact_detection: contact_detection(estimate, &wrong),
+            physical_values: self.physical_values(known, estimate, &wrong),
+            rigid_body: self.rigid_body(known, &wrong),
+        }
+    }
+
+    /// Returns the reasons that make a result useless: the method failed, or the data have another
+    /// unit or sign.
+    fn wrong(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
+        let mut reasons = known.further.clone();
+        let limits = known.context.robot.limits().map(|limits| limits.torque_max);
+        let joints = (1..).zip(known.largest_torque.iter().zip(limits));
+        reasons.extend(
+            joints
+                .filter_map(|(joint, (&torque, limit))| Some((joint, torque, limit?)))
+                .filter(|(_, torque, limit)| *torque > OTHER_UNIT * limit)
+                .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
+        );
+        // Joint, and true if the quantity is negative.
+        let positive: Vec<(usize, bool)> = (estimate.parameters.iter().enumerate())
+            .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
+            .filter(|(_, p)| p.value.abs() > self.negative_deviations * p.standard_deviation)
+            .map(|(index, p)| (parameter(known.context, index).joint, p.value < 0.0))
+            .collect();
+        let negative = positive.iter().filter(|(_, negative)| *negative).count();
+        if 2 * negative > positive.len() {
+            reasons.push(Reason::WrongSigns { negative, of: positive.len() });
+        } else {
+            reasons.extend((0..known.torque.len()).filter_map(|joint| {
+                let own = || positive.iter().filter(|(of, _)| *of == joint);
+                let is_turned = own().count() >= TURNED && own().all(|(_, negative)| *negative);
+                let (joint, negative) = (joint + 1, own().count());
+                is_turned.then_some(Reason::WrongSignsOfJoint { joint, negative })
+            }));
+        }
+        reasons
+    }
+
+    /// True if there are enough rows.
+    pub(super) fn are_rows_enough(&self, context: &Context<'_>, estimate: &Estimate) -> bool {
+        !exceeds(self.rows_per_parameter, rows_per_parameter(context, estimate))
+    }
+
+    /// Judges monitoring by the information of the data in this cell. Model errors do not count,
+    /// because windows of the same motion have the same errors.
+    fn monitoring(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        let (value, limit) = (estimate.condition_number, self.condition_number);
+        if exceeds(value, limit) {
+            reasons.push(Reason::ConditionNumber { value, limit });
+        }
+        let deviations = &estimate.relative_prediction_deviation_per_joint;
+        let limit = self.prediction_deviation;
+        let in_nm = |joint: usize, share: f64| share * known.torque[joint - 1];
+        reasons.extend(
+            exceeding(deviations, limit)
+                .filter(|&(joint, share)| !known.is_small(joint, in_nm(joint, share)))
+                .map(|(joint, deviation)| Reason::PredictionDeviation { joint, deviation, limit }),
+        );
+        let decimation = &known.context.decimation;
+        let per_parameter = rows_per_parameter(known.context, estimate);
+        if exceeds(self.rows_per_parameter, per_parameter) {
+            reasons.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
+        }
+        if decimation.is_none() {
+            reasons.push(Reason::NotDecimated);
+        }
+        // Without the joints that exceed the limit by a small torque only.
+        let judged: Vec<f64> = (1..)
+            .zip(deviations)
+            .filter(|&(joint, &share)| {
+                !exceeds(share, limit) || !known.is_small(joint, in_nm(joint, share))
+            })
+            .map(|(_, share)| *share)
+            .collect();
+        let figure = largest(if judged.is_empty() { deviations } else { &judged });
+        UseVerdict::new(figure, "1", Some(limit), reasons)
+    }
+
+    /// Judges prediction by the torque uncertainty outside the recorded motion, and by held-out
+    /// data.
+    fn prediction(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        // The first reason is one that others may follow from.
+        let errors = estimate.controller_error_per_joint.iter().flatten();
+        // Without a simulated loop, the controller only checks the torques, as precisely as their
+        // gain is configured.
+        let limit = match estimate.simulations {
+            0 => self.controller_error.max(known.context.options.tolerances.torque_gain),
+            _ => self.controller_error,
+        };
+        reasons.extend(exceeding(errors, limit).map(
+            |(joint, error)| match OPPOSITE.contains(&error) {
+                true => Reason::OppositeCommand { joint },
+                false => Reason::Controller { joint, error },
+            },
+        ));
+        // Friction hysteresis looks like a delay, and a delay belongs to the record.
+        let of_the_arm = |found: &&NuisanceEstimate| {
+            !matches!(found.nuisance, NuisanceParameter::TorqueDelay(_))
+        };
+        reasons.extend(contradicted(estimate.nuisance_parameters.iter().filter(of_the_arm)));
+        reasons.extend(self.negative(known, estimate, wrong));
+        let (error, limit) = (estimate.relative_error, self.relative_error);
+        if exceeds(error, limit) {
+            reasons.push(Reason::RelativeError { error, limit });
+        }
+        let (errors, limit) = (&estimate.relative_error_per_joint, self.relative_error_per_joint);
+        reasons.extend(
+            exceeding(errors, limit)
+                .filter(|(joint, _)| {
+                    !known.is_small(*joint, estimate.rms_error_per_joint_nm[joint - 1])
+                })
+                .map(|(joint, error)| Reason::JointError { joint, error, limit }),
+        );
+        // The error outside the recorded motion covers speeds up to those of the record. A joint
+        // that does not move has no speed there.
+        reasons.extend(unmoved(known.context));
+        let (elsewhere, limit) = (&estimate.extrapolation, self.error_of_extrapolation);
+        if exceeds(elsewhere.relative_error, limit) {
+            let error = elsewhere.relative_error;
+            let freedoms = estimate.nuisance_parameters.iter().take(3).cloned().collect();
+            reasons.push(Reason::Elsewhere { error, limit, freedoms });
+        } else {
+            let joints =
+                exceeding(&elsewhere.relative_error_per_joint, limit).filter(|(joint, _)| {
+                    !known.is_small(*joint, elsewhere.error_per_joint_nm[joint - 1])
+                });
+            reasons.extend(joints.map(|(joint, error)| Reason::JointElsewhere {
+                joint,
+                error,
+                limit,
+            }));
+        }
+        match estimate.held_out.relative_error {
+            Some(error) if exceeds(error, self.held_out_error) => {
+                reasons.push(Reason::HeldOut { error, limit: self.held_out_error });
+            }
+            Some(_) => {}
+            None => reasons.push(Reason::TooFewMotions),
+        }
+        UseVerdict::new(Some(elsewhere.relative_error), "1", Some(limit), reasons)
+    }
+
+    /// Returns reasons for negative friction and drive inertia, regardless of model errors.
+    fn negative(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        wrong: &[Reason],
+    ) -> impl Iterator<Item = Reason> {
+        // A regrouped parameter may be negative, because it subtracts others.
+        let alone = estimate.parameters.iter().enumerate().filter(|(_, p)| !p.regrouped);
+        let follows = has_wrong_signs(wrong);
+        alone.filter(move |_| !follows).filter_map(|(index, parameter)| {
+            let quantity = positive_quantity(known.context, index)?;
+            let (value, standard_deviation) =
+                (parameter.value, parameter.combined_standard_deviation);
+            exceeds(-value, self.negative_deviations * standard_deviation).then(|| {
+                let name = parameter.name.clone();
+                Reason::Negative { quantity, name, value, standard_deviation }
+            })
+        })
+    }
+
+    /// Judges physical values by the combined uncertainty of the parameters that contribute to the
+    /// torque.
+    fn physical_values(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        wrong: &[Reason],
+    ) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        reasons.extend(contradicted(estimate.nuisance_parameters.iter()));
+        reasons.extend(self.negative(known, estimate, wrong));
+        let options = known.context.options;
+        let asked = |index: usize| match &options.required_parameters {
+            Some(names) => names.contains(&estimate.parameters[index].name),
+            None => known.carried[index] >= CARRYING,
+        };
+        let uncertain = |index: usize| {
+            let parameter = &estimate.parameters[index];
+            parameter.combined_standard_deviation / parameter.value.abs()
+        };
+        let asked: Vec<usize> = (0..estimate.parameters.len()).filter(|&k| asked(k)).collect();
+        let limit = self.parameter_uncertainty;
+        let names: Vec<(String, f64)> = (asked.iter())
+            .filter(|&&index| exceeds(uncertain(index), limit))
+            .map(|&index| (estimate.parameters[index].name.clone(), uncertain(index)))
+            .collect();
+        if !names.is_empty() {
+            reasons.push(Reason::Uncertain { parameters: names, limit });
+        }
+        let figures: Vec<f64> = asked.into_iter().map(uncertain).collect();
+        UseVerdict::new(largest(&figures), "1", Some(limit), reasons)
+    }
+
+    /// Judges the rigid body by the mass matrix, and by the existence of bodies that explain it.
+    fn rigid_body(&self, known: &Known<'_>, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        let limit = self.negative_deviations;
+        let figure = known.indefinite.as_ref().map_or(0.0, |found| found.deviations);
+        let follows = has_wrong_signs(wrong);
+        if let Some(found) =
+            known.indefinite.as_ref().filter(|_| !follows && exceeds(figure, limit))
+        {
+            let posture = found.posture.clone();
+            reasons.push(Reason::Indefinite { posture, deviations: figure });
+        }
+        let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
+        reasons.extend(no_bodies.filter(|_| !follows).map(Reason::NoBodies));
+        UseVerdict::new(Some(figure), "standard deviations below zero", Some(limit), reasons)
+    }
+
+    /// Returns a reason if the torques along the simulated motion give other parameters than the
+    /// positions. With the correct model and controller both give those of the arm. `deviations`
+    /// are those of their `difference` as if they had no common errors, which makes them too large.
+    pub(super) fn other_parameters(
+        &self,
+        names: &[String],
+        difference: &DVector<f64>,
+        deviations: &DVector<f64>,
+    ) -> Option<Reason> {
+        let (name, deviations) = (names.iter())
+            .zip(difference.component_div(deviations).abs().iter().copied())
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        exceeds(deviations, self.model_shift_deviations)
+            .then(|| Reason::OtherParameters { name: name.clone(), deviations })
+    }
+
+    /// Returns the notes that the user of a result must know and that do not speak against its use.
+    pub(super) fn notes(
+        &self,
+        context: &Context<'_>,
+        estimate: &Estimate,
+        bodies: Option<&Outcome>,
+    ) -> Vec<Note> {
+        let mut notes = Vec::new();
+        let far = bodies.and_then(Outcome::far_body);
+        notes.extend(far.map(|far| Note::FarFromNominal { far }));
+        let joints: Vec<usize> = (1..)
+            .zip(context.robot.limits())
+            .filter(|(_, limits)| limits.torque_max.is_none())
+            .map(|(joint, _)| joint)
+            .collect();
+        if !joints.is_empty() {
+            notes.push(Note::TorqueLimitOpen { joints });
+        }
+        if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
+            notes.push(Note::NoReference);
+        }
+        if let Some(bandwidth_hz) = estimate.slower_bandwidth_hz {
+            notes.push(Note::SlowerLoop { bandwidth_hz });
+        }
+        if let Some(bias) = &estimate.position_bias
+            && exceeds(bias.deviations.abs(), self.position_filter_deviations)
+        {
+            notes.push(Note::PositionBias { bias: bias.clone() });
+        }
+        let names: Vec<String> = (estimate.parameters.iter())
+            .filter(|p| exceeds(INSIGNIFICANT * p.standard_deviation, p.value.abs()))
+            .map(|p| p.name.clone())
+            .collect();
+        if !names.is_empty() {
+            notes.push(Note::Insignificant { names });
+        }
+        let joints = (1..).zip(&estimate.whiteness_per_joint);
+        let joints: Vec<usize> = joints
+            .filter(|(_, probability)| exceeds(self.model_probability, **probability))
+            .map(|(joint, _)| joint)
+            .collect();
+        if !joints.is_empty() {
+            let decimated = !context.decimation.is_none();
+            notes.push(Note::ColouredResiduals { joints, decimated });
+        }
+        // A contradicted configured value already has a reason.
+        let most = estimate.nuisance_parameters.first().filter(|found| found.quantity.is_none());
+        notes.extend(
+            most.filter(|found| found.relative_torque >= LACKING)
+                .map(|freedom| Note::ModelError { nuisance: freedom.clone() }),
+        );
+        notes
+    }
+}
+
+/// Judges contact detection by the held-out residuals, which serve to set thresholds.
+fn contact_detection(estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+    let quantiles = &estimate.held_out.quantiles_per_joint;
+    let of_999: Vec<f64> = quantiles.iter().map(|of| of.of_999).collect();
+    let mut reasons = wrong.to_vec();
+    reasons.extend(quantiles.is_empty().then_some(Reason::TooFewMotions));
+    UseVerdict {
+        applicable: None,
+        quantiles_per_joint: quantiles.clone(),
+        ..UseVerdict::new(largest(&of_999), "N·m", None, reasons)
+    }
+}
+
+/// Returns reasons for configured values that the data contradict, the largest torques first.
+fn contradicted<'a>(
+    freedoms: impl Iterator<Item = &'a NuisanceEstimate>,
+) -> impl Iterator<Item = Reason> {
+    freedoms.filter_map(|found| {
+        let quantity = found.quantity?;
+        let least =
+            Tolerances::CONTRADICTED * quantity.configured.hypot(quantity.standard_deviation);
+        (found.relative_torque >= DUST && quantity.value.abs() > least)
+            .then(|| Reason::Contradicted { nuisance: found.clone() })
+    })
+}
+
+fn has_wrong_signs(reasons: &[Reason]) -> bool {
+    reasons.iter().any(|reason| {
+        matches!(reason, Reason::WrongSigns { .. } | Reason::WrongSignsOfJoint { .. })
+    })
+}
+
+fn largest(values: &[f64]) -> Option<f64> {
+    values.iter().copied().reduce(f64::max)
+}
+
+/// Returns the joints, numbered from 1, whose value exceeds the limit.
+fn exceeding<'a>(
+    values: impl IntoIterator<Item = &'a f64>,
+    limit: f64,
+) -> impl Iterator<Item = (usize, f64)> {
+    (1..).zip(values).map(|(joint, &value)| (joint, value)).filter(move |of| exceeds(of.1, limit))
+}
+
+/// True if a value exceeds its limit, or is not a number.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value.is_nan() || value > limit
+}
+
+/// Returns a selected parameter by its number.
+fn parameter(context: &Context<'_>, index: usize) -> Parameter {
+    context.robot.parameters().parameters()[context.selection.columns()[index]]
+}
+
+/// Returns the name of a selected parameter, by its number, if the parameter cannot be negative.
+fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
+    use ParameterKind::{FvAsymmetric, FvCubic, FvQuadratic};
+
+    let Parameter { kind, joint } = parameter(context, index);
+    // In nonlinear viscous friction, the linear part may have either sign.
+    let bends = |law: &FrictionLaw| matches!(law.kind(), FvQuadratic | FvCubic | FvAsymmetric);
+    if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {
+        return None;
+    }
+    match kind {
+        ParameterKind::Ia => Some("drive inertia"),
+        ParameterKind::Fv | ParameterKind::FvMotor => Some("viscous friction"),
+        ParameterKind::Fc | ParameterKind::FcMotor => Some("Coulomb friction"),
+        ParameterKind::FcLoad => Some("friction that grows with the load"),
+        ParameterKind::Fs => Some("Stribeck friction"),
+        ParameterKind::Fh => Some("friction that lags at reversals"),
+        _ => None,
+    }
+}
+
+/// Independent rows.
+fn rows_per_parameter(context: &Context<'_>, estimate: &Estimate) -> f64 {
+    context.decimation.cutoff_ratio() * estimate.rows as f64 / estimate.parameters.len() as f64
+}
+
+/// Returns reasons for joints that do not move in any recording.
+fn unmoved(context: &Context<'_>) -> impl Iterator<Item = Reason> {
+    let (positions, recordings) =
+        (context.experiment.position_rad(), context.experiment.recordings());
+    let moved = |joint: usize| {
+        let ranges = recordings.iter().map(|of| {
+            let of_samples = of.counted.clone().map(|k| positions[(k, joint)]);
+            let [low, high] =
+                of_samples.fold([f64::MAX, f64::MIN], |[low, high], q| [low.min(q), high.max(q)]);
+            high - low
+        });
+        ranges.fold(0.0, f64::max)
+    };
+    (0..).zip(context.robot.chain()).filter_map(move |(joint, own)| {
+        let (moved, range) = (moved(joint), own.limits.position_max - own.limits.position_min);
+        let (number, unit) = (joint + 1, own.kind.position_unit());
+        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint: number, moved, unit })
+    })
+}

@@ -1,0 +1,151 @@
+//! Observation matrix of equations 7 and 8.
+
+use core::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::group::{MotionGroup, States};
+use super::motion::Motion;
+use crate::identification::problem::{Context, IdentificationError, Selection};
+use crate::regression::ObservationMatrix;
+use crate::signal::{Group, ParallelDecimation};
+use didim_dynamics::dynamics::{Model, RegressorColumns, Workspace};
+
+/// Returns the filtered, decimated observation matrix X of a motion: the rows of each joint
+/// together, one column per selected parameter. Equation 6 filters each column like the torque.
+///
+/// # Errors
+/// [`IdentificationError::RegressorFilter`] when the record is too short for the filter,
+/// [`IdentificationError::Regressor`] when the regressor is not finite.
+///
+/// # Panics
+/// When model, selection and motion are not of the same robot.
+pub fn observation_matrix(
+    model: &Model,
+    selection: &Selection,
+    motion: &Motion,
+    decimation: &ParallelDecimation,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let columns = model.regressor_entries(selection.columns());
+    let entries = entries(model, &columns, motion, decimation, counted)?;
+    Ok(matrix_of(&columns, model.joints(), entries))
+}
+
+/// Returns the observation matrix of the fitted rows.
+///
+/// # Errors
+/// Those of [`observation_matrix`].
+pub(crate) fn fitted_matrix(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<ObservationMatrix, IdentificationError> {
+    fitted_matrix_of(context, &context.model, motion)
+}
+
+/// Returns the observation matrix of the fitted rows for a model with other loads.
+///
+/// # Errors
+/// Those of [`observation_matrix`].
+pub(crate) fn fitted_matrix_of(
+    context: &Context<'_>,
+    model: &Model,
+    motion: &Motion,
+) -> Result<ObservationMatrix, IdentificationError> {
+    let columns = model.regressor_entries(context.selection.columns());
+    let mut read = entries_along(model, &columns, motion);
+    let entries = context
+        .decimate(columns.entries().len(), &mut read)
+        .map_err(IdentificationError::of_regressor)?;
+    let base_entries = columns.entries().iter().copied();
+    Ok(ObservationMatrix::of_entries(model.joints(), columns.width(), base_entries, entries))
+}
+
+/// Returns the rows of each joint together, of these regressor columns at the states of a motion
+/// (states · n × columns).
+///
+/// # Errors
+/// [`IdentificationError::Regressor`] when the regressor is not finite.
+pub(crate) fn regressor_rows(
+    model: &Model,
+    columns: &[usize],
+    states: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let columns = model.regressor_entries(columns);
+    let (all, none) = (0..states.position.nrows(), ParallelDecimation::none());
+    let entries = entries(model, &columns, states, &none, all)?;
+    Ok(matrix_of(&columns, model.joints(), entries))
+}
+
+/// Columns of all base parameters along a motion, behind the parallel filter, at the fitted rows.
+pub(crate) struct BaseColumns {
+    /// Columns of the selected parameters, the observation matrix X.
+    pub(crate) selected: ObservationMatrix,
+    pub(crate) auxiliary: AuxiliaryObservation,
+}
+
+/// Auxiliary data for checking the model, in addition to the observation matrix.
+pub(crate) struct AuxiliaryObservation {
+    /// Columns of the base parameters that are not selected.
+    pub(crate) left_out: ObservationMatrix,
+}
+
+impl BaseColumns {
+    pub(crate) fn new(context: &Context<'_>, motion: &Motion) -> Result<Self, IdentificationError> {
+        let Context { model, base, selection, .. } = context;
+        let width = selection.columns().len();
+        let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
+        let all_columns: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
+        let columns = model.regressor_entries(&all_columns);
+        let mut read = entries_along(model, &columns, motion);
+        let entries = context.decimate(columns.entries().len(), &mut read);
+        let mut entries = entries.map_err(IdentificationError::of_regressor)?;
+        // The entries are stored column by column.
+        let count = columns.entries().partition_point(|(_, column)| *column < width);
+        let left_out = ObservationMatrix::of_entries(
+            model.joints(),
+            all_columns.len() - width,
+            columns.entries()[count..].iter().map(|(joint, column)| (*joint, column - width)),
+            entries.columns_range(count..).into_owned(),
+        );
+        entries = entries.resize_horizontally(count, 0.0);
+        let base_entries = columns.entries()[..count].iter().copied();
+        let selected = ObservationMatrix::of_entries(model.joints(), width, base_entries, entries);
+        Ok(Self { selected, auxiliary: AuxiliaryObservation { left_out } })
+    }
+}
+
+/// Returns the entries of these columns along a motion, filtered and decimated.
+fn entries(
+    model: &Model,
+    columns: &RegressorColumns,
+    motion: &Motion,
+    decimation: &ParallelDecimation,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut read = entries_along(model, columns, motion);
+    let (samples, signals) = (motion.position.nrows(), columns.entries().len());
+    decimation
+        .decimate_groups(samples, signals, counted, &mut read)
+        .map_err(IdentificationError::of_regressor)
+}
+
+/// Returns the entries of these regressor columns, by lanes of samples from the first on.
+fn entries_along<'a>(
+    model: &'a Model,
+    columns: &'a RegressorColumns,
+    motion: &'a Motion,
+) -> impl FnMut(usize, &mut [Group]) + use<'a> {
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
+    move |first, entries| {
+        let States { q, dq, ddq, hysteresis } = group.read(motion, first);
+        workspace.set_hysteresis(hysteresis.copied());
+        model.selected_regressor(&mut workspace, columns, q, dq, ddq, entries);
+    }
+}
+
+/// Arranges rows of the entries so that the rows of each joint are together.
+fn matrix_of(columns: &RegressorColumns, joints: usize, entries: DMatrix<f64>) -> DMatrix<f64> {
+    let all_entries = columns.entries().iter().copied();
+    ObservationMatrix::of_entries(joints, columns.width(), all_entries, entries).dense()
+}

@@ -1,0 +1,69 @@
+//! Measured torque at the instants of the positions, behind the parallel filter.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::identification::problem::{Context, Experiment, IdentificationError};
+use crate::signal::delay_linear;
+
+/// Returns the measurements y of equation 7: torques shifted to the instants of the positions,
+/// filtered, and decimated, the rows of each joint together.
+///
+/// A delayed or held value counts at an instant as the value logged one mean delay before, linear
+/// between samples. For a command held over one period, this is the mean of the commands before and
+/// after the instant.
+///
+/// At either end up to one sample may be missing, such as the command before the first one. The
+/// nearest is then used. A longer gap would require a torque that was not measured.
+///
+/// # Errors
+/// [`IdentificationError::TorqueOutside`] and [`IdentificationError::Signal`].
+pub(crate) fn filtered_torque(context: &Context<'_>) -> Result<DVector<f64>, IdentificationError> {
+    let experiment = context.experiment;
+    let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    delayed_torque(context, delay)
+}
+
+/// Returns [`filtered_torque`] with a delay of the caller's choice \[samples\].
+pub(crate) fn delayed_torque(
+    context: &Context<'_>,
+    delay: f64,
+) -> Result<DVector<f64>, IdentificationError> {
+    check_inside(context.experiment, delay)?;
+    context.rows_of(&delayed(context.experiment, delay)?, "torque")
+}
+
+/// Returns the torques logged this number of samples before every sample, samples × joints,
+/// separately for each recording.
+///
+/// # Errors
+/// [`IdentificationError::Signal`].
+pub(crate) fn delayed(
+    experiment: &Experiment,
+    delay: f64,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut torque = experiment.torque_nm().clone();
+    for (joint, mut signal) in (1..).zip(torque.column_iter_mut()) {
+        for of in experiment.recordings() {
+            let rows = &mut signal.as_mut_slice()[of.samples.clone()];
+            let delayed = delay_linear(rows, delay).map_err(|cause| {
+                let cause = cause.later_by(of.samples.start);
+                IdentificationError::Signal { signal: "torque", joint, cause }
+            })?;
+            rows.copy_from_slice(&delayed);
+        }
+    }
+    Ok(torque)
+}
+
+/// Checks that the record holds the torque of every counted sample, except for one at either end.
+fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
+    for of in experiment.recordings() {
+        let first = of.counted.start as f64 - shift_samples;
+        let last = of.counted.end as f64 - 1.0 - shift_samples;
+        if first < of.samples.start as f64 - 1.0 || last > of.samples.end as f64 {
+            let (counted, samples) = (of.counted.clone(), experiment.samples());
+            return Err(IdentificationError::TorqueOutside { shift_samples, counted, samples });
+        }
+    }
+    Ok(())
+}

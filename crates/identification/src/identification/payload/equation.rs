@@ -1,0 +1,171 @@
+//! Identifiable sums of a load's ten parameters for an arm, and their effect on the torques.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::PayloadError;
+use crate::regression::RegressionError;
+use didim_dynamics::dynamics::{BaseParameters, format_sum, select_columns};
+use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
+
+/// Order in which parameters are chosen, by index among the ten: mass and centre, which are needed
+/// first, then inertia. Later ones are regrouped into earlier ones.
+const PREFERENCE: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
+
+/// Sums of the ten parameters that motions of an arm make identifiable, like [`BaseParameters`] for
+/// a whole arm.
+pub struct LoadSums {
+    /// k × 10: sums = S φ.
+    pub(super) regrouping: DMatrix<f64>,
+    /// Parameter whose column represents each sum, ascending.
+    chosen: Vec<usize>,
+    /// Parameters that no motion makes identifiable.
+    without_effect: Vec<usize>,
+    /// b' × k: change of the selected base parameters with each sum.
+    change: DMatrix<f64>,
+}
+
+impl LoadSums {
+    /// Creates the sums of the last link. All base parameters that a load changes must be
+    /// identified.
+    ///
+    /// # Errors
+    /// [`PayloadError::NotIdentified`], [`PayloadError::Unseen`] and [`PayloadError::Ambiguous`].
+    pub fn new(
+        robot: &Robot,
+        base: &BaseParameters,
+        identified: &[String],
+    ) -> Result<Self, PayloadError> {
+        let last = robot.joints() - 1;
+        let column = |kind| robot.parameters().column(kind, last);
+        // A link has all ten.
+        let columns: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
+        let load_columns = base.regrouping().select_columns(&columns);
+        let is_changed = |row: &usize| load_columns.row(*row).iter().any(|entry| *entry != 0.0);
+        let missing = (0..load_columns.nrows()).filter(is_changed).map(|row| &base.names()[row]);
+        let names: Vec<String> =
+            missing.filter(|name| !identified.contains(name)).cloned().collect();
+        if !names.is_empty() {
+            return Err(PayloadError::NotIdentified { names });
+        }
+        let sums = select_columns(&load_columns, &PREFERENCE)?;
+        if sums.fixed.is_empty() {
+            return Err(PayloadError::Unseen);
+        }
+        let rows: Vec<usize> = identified.iter().filter_map(|name| base.find(name)).collect();
+        Ok(Self {
+            change: load_columns.select_rows(&rows).select_columns(&sums.fixed),
+            regrouping: sums.regrouping,
+            chosen: sums.fixed,
+            without_effect: sums.without_effect,
+        })
+    }
+
+    /// Returns the sums that a record distinguishes, by the observation matrix of its motion (r ×
+    /// b'). The others are regrouped into these, or have no effect there.
+    ///
+    /// # Errors
+    /// [`PayloadError::Unseen`].
+    pub fn identifiable_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
+        let preference = PREFERENCE.into_iter().filter_map(|parameter| self.place(parameter));
+        // If rounding decides, the regression reports the fault.
+        let preference: Vec<usize> = preference.collect();
+        let Ok(identifiable) = select_columns(&self.along(matrix), &preference) else {
+            return Ok(self);
+        };
+        if identifiable.fixed.is_empty() {
+            return Err(PayloadError::Unseen);
+        }
+        Ok(Self {
+            regrouping: identifiable.regrouping * self.regrouping,
+            chosen: identifiable.fixed.iter().map(|sum| self.chosen[*sum]).collect(),
+            change: self.change.select_columns(&identifiable.fixed),
+            ..self
+        })
+    }
+
+    /// Returns the expression of each sum, its representative parameter first: `xx - yy`.
+    pub(super) fn names(&self) -> Vec<String> {
+        let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
+        self.chosen
+            .iter()
+            .enumerate()
+            .map(|(row, chosen): (usize, &usize)| {
+                let others = (0..symbols.len()).filter(|column| column != chosen);
+                let terms = core::iter::once(*chosen).chain(others);
+                let terms = terms.map(|column| (self.regrouping[(row, column)], symbols[column]));
+                format_sum(terms.filter(|(coefficient, _)| *coefficient != 0.0))
+            })
+            .collect()
+    }
+
+    /// Returns the unit of each sum. Units of a link are the same at any joint.
+    pub(super) fn units(&self) -> impl Iterator<Item = &'static str> {
+        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
+    }
+
+    /// Returns the parameter of the last link whose regressor column is that of each sum.
+    pub fn kinds(&self) -> impl Iterator<Item = ParameterKind> {
+        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen])
+    }
+
+    /// Returns the parameters of the ten that no motion makes identifiable, and those that this
+    /// record does not identify by themselves.
+    pub(super) fn unidentifiable(&self) -> [Vec<&'static str>; 2] {
+        let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
+        let is_open = |parameter: &usize| {
+            !self.without_effect.contains(parameter) && self.alone(*parameter).is_none()
+        };
+        [
+            self.without_effect.iter().map(symbol).collect(),
+            (0..10).filter(is_open).map(|parameter| symbol(&parameter)).collect(),
+        ]
+    }
+
+    /// Returns the base parameters (b') of an arm with this load, from those without.
+    pub(super) fn loaded(&self, arm: &DVector<f64>, values: &DVector<f64>) -> DVector<f64> {
+        arm + &self.change * values
+    }
+
+    /// Returns Z (r × k): the torques of each sum, along the motion of this observation matrix (r ×
+    /// b').
+    pub(super) fn along(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        matrix * &self.change
+    }
+
+    /// Converts the failure of a regression, with columns called by their names.
+    pub(super) fn named(&self, error: RegressionError) -> PayloadError {
+        match error {
+            RegressionError::ZeroColumns { columns }
+            | RegressionError::DependentColumns { columns } => PayloadError::NotIdentifiable {
+                names: columns.into_iter().filter_map(|k| self.names().get(k).cloned()).collect(),
+            },
+            other => PayloadError::Regression(other),
+        }
+    }
+
+    /// Returns the sum that a parameter of the ten represents.
+    fn place(&self, parameter: usize) -> Option<usize> {
+        self.chosen.iter().position(|chosen| *chosen == parameter)
+    }
+
+    /// Returns the sum that consists of this parameter of the ten alone, if there is one.
+    pub(super) fn alone(&self, parameter: usize) -> Option<usize> {
+        let row = self.place(parameter)?;
+        let terms = self.regrouping.row(row).iter().filter(|entry| **entry != 0.0).count();
+        (terms == 1).then_some(row)
+    }
+
+    /// Returns the ten (φ, and their covariance) for these sums: those that are sums by themselves,
+    /// every other 0.
+    pub(super) fn ten(
+        &self,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let alone: Vec<Option<usize>> = (0..10).map(|k| self.alone(k)).collect();
+        let value = |k: usize, _| alone[k].map_or(0.0, |row| values[row]);
+        let both = |i: usize, j: usize| Some(covariance[(alone[i]?, alone[j]?)]);
+        let covariance = DMatrix::from_fn(10, 10, |i, j| both(i, j).unwrap_or_default());
+        (DVector::from_fn(10, value), covariance)
+    }
+}

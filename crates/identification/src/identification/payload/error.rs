@@ -1,0 +1,58 @@
+//! Errors of the payload estimate.
+
+use thiserror::Error;
+
+use crate::feasibility::FeasibilityError;
+use crate::identification::problem::IdentificationError;
+use crate::regression::RegressionError;
+use didim_dynamics::dynamics::BaseParametersError;
+
+/// Reason why no load is found. Each message says what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PayloadError {
+    /// The result contains no uncertainty.
+    #[error(
+        "the result has no covariance of its parameters: it is of an earlier version, or was \
+         changed; identify again, and give what comes of it"
+    )]
+    NoCovariance,
+    /// The covariance has directions without variance.
+    #[error(
+        "the covariance of the result is not positive definite; give the result as it was stored, \
+        to all its digits"
+    )]
+    Covariance,
+    /// A load changes base parameters that were not identified.
+    #[error(
+        "a load changes {}, which the result has not identified. The arm's own share is unknown \
+        and would count as load. Identify all base parameters, with the arm empty", .names.join(" ")
+    )]
+    NotIdentified {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// No motion of this arm makes a load identifiable.
+    #[error("no motion of this arm shows a load on its last link; nothing can be found")]
+    Unseen,
+    /// The record does not distinguish parameters of a load.
+    #[error(
+        "the record does not tell {} of a load from the others; record with all joints moving, the \
+         last ones in several orientations to gravity", .names.join(" ")
+    )]
+    NotIdentifiable {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// The geometry does not decide which of the ten an arm makes identifiable.
+    #[error(transparent)]
+    Ambiguous(#[from] BaseParametersError),
+    /// The equation has no solution.
+    #[error("the load: {0}")]
+    Regression(RegressionError),
+    /// Robot, record and options do not form an identification.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// No body was found.
+    #[error(transparent)]
+    Feasibility(#[from] FeasibilityError),
+}

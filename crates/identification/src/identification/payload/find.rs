@@ -1,0 +1,306 @@
+//! Load estimate from the residual torques of a record.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use serde::Serialize;
+
+use super::equation::LoadSums;
+use super::error::PayloadError;
+use super::load::{Load, LoadBody, LoadParameter, Uncertain};
+use super::presence::{Comparison, Declared, Presence, cost_limit};
+use crate::feasibility::{Body, nearest_body};
+use crate::identification::judgement::ParameterCovariance;
+use crate::identification::observation::{
+    BaseColumns, Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
+};
+use crate::identification::prediction::{KnownModel, PredictionError};
+use crate::identification::problem::{Context, Experiment, Options};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::Robot;
+
+/// Smallest noise of a joint, as a share of its torque.
+const LEAST_NOISE: f64 = 1e-6;
+/// A joint that moves less than this along a record is at rest \[rad or m\]. In a held posture,
+/// gears and filters cause no larger motion.
+const STANDS: f64 = 5e-3;
+/// Factor on the rows of a joint at rest. It makes them negligible compared with those of the
+/// others.
+const FAINT: f64 = 1e-6;
+
+/// Arm without load, from a result.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownArm<'a> {
+    /// Its parameters, and the available information on model errors.
+    pub model: KnownModel<'a>,
+    /// Covariance of the parameters, in their order. `None` is refused.
+    pub covariance: Option<&'a ParameterCovariance>,
+}
+
+/// Load on the last link.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Payload {
+    /// Presence of the load.
+    pub presence: Presence,
+    /// Identifiable values of the load.
+    pub load: Load,
+    /// Sums from which the load is formed.
+    pub parameters: Vec<LoadParameter>,
+    /// Parameters of the ten that no motion of this arm makes identifiable.
+    pub without_effect: Vec<&'static str>,
+    /// Others of the ten that the arm or record identifies only in sums with others, or not at all.
+    #[serde(rename = "not_told")]
+    pub not_identifiable: Vec<&'static str>,
+    /// Joints at rest along the record, counted from 1. Static friction holds any torque below its
+    /// own, so their torques do not count.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub standing: Vec<usize>,
+    /// Physically consistent body; `None` without a mass that is seen or declared.
+    pub body: Option<LoadBody>,
+    /// Comparison of the estimated and the declared load; `None` if no estimated value is declared.
+    pub declared: Option<Comparison>,
+    /// True if the uncertainty includes the effect of errors in the arm's model. False if the
+    /// result does not contain them.
+    pub with_model_errors: bool,
+    /// Difference of the torques from those of the arm without load.
+    pub before: PredictionError,
+    /// Difference of the torques from those of the arm with the load.
+    pub after: PredictionError,
+}
+
+/// Estimates the load on the last link of an arm with known base parameters β̂ and their covariance
+/// C. The record is one of the arm with the load:
+///
+/// ```text
+/// y − X β̂ = Z φ + X δβ + E u + ε,   δβ ~ N(0, C),   u ~ N(0, 1),   Z = X K
+/// ```
+///
+/// K regroups the ten parameters φ of the load in the frame of the last link like those of the link
+/// itself (W. Khalil, M. Gautier and P. Lemoine, *Identification of the payload inertial parameters
+/// of industrial manipulators*, ICRA 2007). E is the effect of errors in the arm's model on the
+/// torques. The unknowns of the arm are solved for together with the load. Friction changes with
+/// the load by the robot's laws (`fcl`).
+///
+/// # Errors
+/// [`PayloadError`].
+pub fn payload(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+    arm: KnownArm<'_>,
+    declared: Declared,
+) -> Result<Payload, PayloadError> {
+    let KnownArm { model, covariance } = arm;
+    let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
+    let covariance = covariance.ok_or(PayloadError::NoCovariance)?;
+    let options = model.options(options);
+    let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
+    let sums = LoadSums::new(robot, base, context.selection.names())?;
+    let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+    let stands: Vec<bool> =
+        (0..robot.joints()).map(|joint| stands(experiment, &motion, joint)).collect();
+    let equation = |context: &Context<'_>, matrix| {
+        torque_equation(context, matrix, filtered_torque(context)?, &motion)
+    };
+    let with_auxiliary = |context: &Context<'_>| {
+        let BaseColumns { selected, auxiliary } = BaseColumns::new(context, &motion)?;
+        Ok::<_, PayloadError>((equation(context, selected)?, auxiliary))
+    };
+    let (mut arm, mut auxiliary_columns) = with_auxiliary(&context)?;
+    let before = PredictionError::from_residuals(&arm, &arm.residuals(&parameters));
+    let mut matrix = arm.matrix().dense();
+    let mut moving = matrix.clone();
+    standing_rows(&stands, &arm).for_each(|rows| moving.rows_mut(rows.start, rows.len()).fill(0.0));
+    let sums = sums.identifiable_by(&moving)?;
+    drop(moving);
+    // The friction grows with the payload.
+    if context.model.feels_loads() {
+        context.settle_loads(|context| {
+            let arm = equation(context, fitted_matrix(context, &motion)?)?;
+            let matrix = arm.matrix().dense();
+            let unexplained = arm.residuals(&parameters);
+            let values_and_deviations =
+                Equation::new(&sums, &arm, &stands, matrix, unexplained)?.ordinary()?;
+            Ok::<_, PayloadError>(sums.loaded(&parameters, &values_and_deviations))
+        })?;
+        (arm, auxiliary_columns) = with_auxiliary(&context)?;
+        matrix = arm.matrix().dense();
+    }
+    let unexplained = arm.residuals(&parameters);
+
+    let equation = Equation::new(&sums, &arm, &stands, matrix, unexplained)?;
+    // A wrong torque gain or length also affects the torques of the load.
+    let loaded = sums.loaded(&parameters, &equation.ordinary()?);
+    let errors = model.uncertainty.map_or(Ok(None), |arm_context| {
+        arm_context.errors_along(&context, &motion, &auxiliary_columns, &arm, &loaded)
+    })?;
+    let of_arm = &equation.matrix * uncertain_arm(&context, model, &covariance)?;
+    let of_arm = with_errors(of_arm, errors.as_ref(), &stands, &arm);
+    let floors = noise_floors(&stands, &arm);
+    let (values, covariance) = equation.solved(&context, of_arm, &floors)?;
+
+    let after = arm.residuals(&sums.loaded(&parameters, &values));
+    let load = Load::from_sums(&sums, &values, &covariance);
+    let values_found = (0..values.len()).map(|k| Uncertain {
+        value: values[k],
+        standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
+    });
+    let [without_effect, unidentifiable] = sums.unidentifiable();
+    Ok(Payload {
+        presence: Presence::limit(load.mass_kg, &values, &covariance)?,
+        body: body(&sums, &load, &values, &covariance, declared)?,
+        declared: Comparison::compare(declared, &sums, &values, &covariance)?,
+        load,
+        parameters: (sums.names().into_iter().zip(sums.units()).zip(values_found))
+            .map(|((name, unit), found)| LoadParameter { name, unit, found })
+            .collect(),
+        without_effect,
+        not_identifiable: unidentifiable,
+        standing: (1..).zip(&stands).filter(|(_, stands)| **stands).map(|(of, _)| of).collect(),
+        with_model_errors: errors.is_some(),
+        before,
+        after: PredictionError::from_residuals(&arm, &after),
+    })
+}
+
+/// Appends columns of the model errors. They hardly count in the rows of joints at rest.
+fn with_errors(
+    mut of_arm: DMatrix<f64>,
+    errors: Option<&DMatrix<f64>>,
+    stands: &[bool],
+    arm: &Observations,
+) -> DMatrix<f64> {
+    if let Some(errors) = errors {
+        let width = of_arm.ncols();
+        of_arm = of_arm.resize_horizontally(width + errors.ncols(), 0.0);
+        of_arm.columns_mut(width, errors.ncols()).copy_from(errors);
+        for rows in standing_rows(stands, arm) {
+            of_arm.view_mut((rows.start, width), (rows.len(), errors.ncols())).scale_mut(FAINT);
+        }
+    }
+    of_arm
+}
+
+/// Returns the least noise of each joint \[N·m or N\], as a share of its measured torque.
+fn noise_floors(stands: &[bool], arm: &Observations) -> Vec<f64> {
+    let torques = arm.rms_per_joint(&arm.measured());
+    let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { LEAST_NOISE };
+    torques.iter().zip(stands).map(floor).collect()
+}
+
+/// Returns the rows of each joint at rest.
+fn standing_rows(stands: &[bool], arm: &Observations) -> impl Iterator<Item = Range<usize>> {
+    let standing = (0..stands.len()).filter(|joint| stands[*joint]);
+    standing.map(|joint| arm.joint_rows(joint))
+}
+
+/// True if a joint is at rest along the counted samples.
+fn stands(experiment: &Experiment, motion: &Motion, joint: usize) -> bool {
+    let places = experiment.counted_samples().map(|k| motion.position[(k, joint)]);
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = places.fold(none, |[low, high], q| [low.min(q), high.max(q)]);
+    high - low < STANDS
+}
+
+/// Returns L (b × b) of C = L Lᵀ in the order of the equation: δβ = L u with u ~ N(0, 1).
+fn uncertain_arm(
+    context: &Context<'_>,
+    model: KnownModel<'_>,
+    covariance: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, PayloadError> {
+    let ordered = model.ordered(context, covariance);
+    Ok(ordered.cholesky().ok_or(PayloadError::Covariance)?.unpack())
+}
+
+/// unexplained = Z sums + ….
+struct Equation<'a> {
+    sums: &'a LoadSums,
+    /// X, with faint rows for joints at rest.
+    matrix: DMatrix<f64>,
+    system: Observations,
+}
+
+impl<'a> Equation<'a> {
+    fn new(
+        sums: &'a LoadSums,
+        arm: &Observations,
+        stands: &[bool],
+        mut matrix: DMatrix<f64>,
+        mut unexplained: DVector<f64>,
+    ) -> Result<Self, PayloadError> {
+        for rows in standing_rows(stands, arm) {
+            matrix.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
+            unexplained.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
+        }
+        let system = Observations::new(sums.along(&matrix), unexplained, arm.joints());
+        let system = system.map_err(|error| sums.named(error))?;
+        Ok(Self { sums, matrix, system })
+    }
+
+    /// Returns the sums alone, with the same weight for every row.
+    fn ordinary(&self) -> Result<DVector<f64>, PayloadError> {
+        let solution = self.system.ordinary().map_err(|error| self.sums.named(error))?;
+        Ok(solution.parameters)
+    }
+
+    /// Returns the sums and their covariance, solved together with the unknowns of the arm:
+    /// `of_arm` (r × m) times independent unknowns of standard deviation 1. Noise is at least that
+    /// of the floors.
+    fn solved(
+        &self,
+        context: &Context<'_>,
+        of_arm: DMatrix<f64>,
+        floors: &[f64],
+    ) -> Result<(DVector<f64>, DMatrix<f64>), PayloadError> {
+        let named = |error| self.sums.named(error);
+        let residuals = self.system.residuals(&self.ordinary()?);
+        let levels = self.system.noise_levels(&residuals);
+        let levels: Vec<f64> =
+            levels.iter().zip(floors).map(|(of, floor)| of.max(*floor)).collect();
+        let solution = self.system.weighted(&levels).map_err(named)?;
+        let filter = context.row_filter();
+        let analysis = ResidualAnalysis::new(&self.system, &solution, &filter);
+        let of_arm = ObservationMatrix::from_dense(of_arm, self.system.joints());
+        // Every row counts once.
+        let products = analysis.products(&of_arm);
+        let joint = analysis.with_prior(&of_arm, &products, floors, 1.0).map_err(named)?;
+        Ok((&solution.parameters + &joint.change, joint.coloured_covariance()))
+    }
+}
+
+/// Returns the estimate if it is a body, else the nearest body. Declared values replace
+/// unidentifiable ones. Returns `None` if no mass is seen or declared.
+fn body(
+    sums: &LoadSums,
+    load: &Load,
+    values: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    declared: Declared,
+) -> Result<Option<LoadBody>, PayloadError> {
+    let (ten, _) = sums.ten(values, covariance);
+    let estimate = Body::from_parameters(core::array::from_fn(|k| ten[k]));
+    let seen = load.mass_kg.filter(Uncertain::is_seen).map(|mass| mass.value);
+    let is_the_estimate = values.len() == 10 && seen.is_some() && estimate.is_possible();
+    let (body, cost) = if is_the_estimate {
+        (estimate, 0.0)
+    } else {
+        // A declared load that is not above that of the result is no body.
+        let declared_kg = declared.mass_kg.filter(|kg| *kg > 0.0);
+        let Some(mass) = seen.or(declared_kg) else { return Ok(None) };
+        let identified = |k: usize| load.centre_m[k].map(|of| of.value);
+        let declared_centre = declared.centre_m.unwrap_or_default();
+        let centre = Vector3::from([0, 1, 2].map(|k| identified(k).unwrap_or(declared_centre[k])));
+        let nearest = nearest_body(&sums.regrouping, values, covariance, mass, centre)?;
+        (nearest.body, nearest.cost)
+    };
+    Ok(body.centre_of_mass_m().zip(body.inertia_about_centre()).map(|(centre, inertia)| LoadBody {
+        mass_kg: body.mass_kg,
+        centre_m: centre.into(),
+        inertia_kg_m2: [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| inertia[at]),
+        is_the_estimate,
+        cost,
+        cost_limit: cost_limit(values.len()),
+    }))
+}

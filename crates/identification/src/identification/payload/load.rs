@@ -1,0 +1,133 @@
+//! Load values with their uncertainty.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::equation::LoadSums;
+
+/// A mass below this number of its standard deviations may be zero, and has no centre.
+const SEEN: f64 = 3.0;
+
+/// Value with its standard deviation, in one unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertain {
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub standard_deviation: f64,
+}
+
+impl Uncertain {
+    /// Returns the distance from a given value, in standard deviations.
+    pub fn deviations_from(&self, configured: f64) -> f64 {
+        (self.value - configured) / self.standard_deviation
+    }
+}
+
+/// One of the sums of the ten parameters that this arm makes identifiable, in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoadParameter {
+    /// Expression of the sum: `m`, or `xx - yy`.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    #[serde(flatten)]
+    pub found: Uncertain,
+}
+
+/// Mass, centre and inertia from the record and the result. Values are `None` if they are
+/// identifiable only in sums with others, or not at all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Load {
+    /// Mass \[kg\].
+    pub mass_kg: Option<Uncertain>,
+    /// Centre of mass in the frame of the last link \[m\]; `None` without a mass that is seen.
+    pub centre_m: [Option<Uncertain>; 3],
+    /// Inertia about the centre of mass, xx xy xz yy yz zz, along the axes of that frame \[kg·m²\].
+    /// Entry xy is minus the integral of xy.
+    pub inertia_kg_m2: [Option<Uncertain>; 6],
+}
+
+/// Body nearest to the estimate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoadBody {
+    /// Mass \[kg\].
+    pub mass_kg: f64,
+    /// Centre of mass in the frame of the last link \[m\].
+    pub centre_m: [f64; 3],
+    /// Inertia about the centre of mass, xx xy xz yy yz zz \[kg·m²\].
+    pub inertia_kg_m2: [f64; 6],
+    /// True if all ten parameters are identifiable and belong to a body without any change. The
+    /// body is then the estimate.
+    pub is_the_estimate: bool,
+    /// Squared distance from the estimate, in the metric of its covariance.
+    pub cost: f64,
+    /// Limit that the cost of the true body stays below (χ², 99 %).
+    pub cost_limit: f64,
+}
+
+impl Load {
+    /// Creates the load from the sums and their covariance, by first order if a value is no sum.
+    pub(super) fn from_sums(
+        sums: &LoadSums,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Self {
+        // Indices among the ten.
+        const MX: usize = 6;
+        const M: usize = 9;
+
+        let (ten, covariance) = sums.ten(values, covariance);
+        // With its gradient, which contains everything it depends on.
+        let uncertain = |value: f64, gradient: &[(usize, f64)]| {
+            let is_identifiable = gradient.iter().all(|(k, _)| sums.alone(*k).is_some());
+            let both = |(i, a): &(usize, f64)| -> f64 {
+                gradient.iter().map(|(j, b)| a * b * covariance[(*i, *j)]).sum()
+            };
+            let variance: f64 = gradient.iter().map(both).sum();
+            is_identifiable
+                .then(|| Uncertain { value, standard_deviation: variance.max(0.0).sqrt() })
+        };
+        let m = ten[M];
+        let mass_kg = uncertain(m, &[(M, 1.0)]);
+        let Some(mass) = mass_kg.filter(Uncertain::is_seen) else {
+            return Self { mass_kg, centre_m: [None; 3], inertia_kg_m2: [None; 6] };
+        };
+        let c = [0, 1, 2].map(|k| ten[MX + k] / mass.value);
+        let centre = |k: usize| uncertain(c[k], &[(MX + k, 1.0 / m), (M, -c[k] / m)]);
+        // I − m (cᵀc 1 − c cᵀ)
+        let inertia = |entry: usize, [i, j]: [usize; 2]| {
+            if i == j {
+                let [a, b] = [(i + 1) % 3, (i + 2) % 3];
+                let square = c[a].powi(2) + c[b].powi(2);
+                let terms = [(MX + a, -2.0 * c[a]), (MX + b, -2.0 * c[b]), (M, square)];
+                uncertain(ten[entry] - m * square, &[(entry, 1.0), terms[0], terms[1], terms[2]])
+            } else {
+                let terms = [(MX + i, c[j]), (MX + j, c[i]), (M, -c[i] * c[j])];
+                uncertain(
+                    ten[entry] + m * c[i] * c[j],
+                    &[(entry, 1.0), terms[0], terms[1], terms[2]],
+                )
+            }
+        };
+        let places = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+        Self {
+            mass_kg,
+            centre_m: [0, 1, 2].map(centre),
+            inertia_kg_m2: core::array::from_fn(|entry| inertia(entry, places[entry])),
+        }
+    }
+}
+
+impl Uncertain {
+    /// True if the value is significantly above 0.
+    pub fn is_seen(&self) -> bool {
+        self.value > SEEN * self.standard_deviation
+    }
+
+    /// True if the value differs significantly from 0, in either direction.
+    pub fn differs_from_none(&self) -> bool {
+        self.value.abs() > SEEN * self.standard_deviation
+    }
+}

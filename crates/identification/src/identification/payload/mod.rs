@@ -1,0 +1,13 @@
+//! Load on the last link, from a record of the loaded arm.
+
+mod equation;
+mod error;
+mod find;
+mod load;
+mod presence;
+
+pub use equation::LoadSums;
+pub use error::PayloadError;
+pub use find::{KnownArm, Payload, payload};
+pub use load::{Load, LoadBody, LoadParameter, Uncertain};
+pub use presence::{Comparison, Declared, Distance, Presence};

@@ -1,0 +1,160 @@
+//! Presence of a load, and its agreement with the declared load.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+use super::equation::LoadSums;
+use super::error::PayloadError;
+use super::load::Uncertain;
+
+/// Probability of reporting a correct load as wrong or an absent load as present: that of 3
+/// standard deviations.
+const SELDOM: f64 = 0.0027;
+/// Share of the masses compatible with the estimate that is below the limit.
+const BELOW_LIMIT: f64 = 0.95;
+/// Share of all records in which the cost of the true body stays below the χ² limit.
+const CONSISTENT_PROBABILITY: f64 = 0.99;
+
+/// Declared values of the load, which are compared with the estimate. If the estimate has no such
+/// value, the search for bodies starts there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Declared {
+    /// Mass \[kg\].
+    pub mass_kg: Option<f64>,
+    /// Centre of mass in the frame of the last link \[m\].
+    pub centre_m: Option<[f64; 3]>,
+}
+
+/// Distance of several values from others, by their covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Distance {
+    /// χ².
+    pub chi_squared: f64,
+    /// Degrees of freedom of χ².
+    pub degrees_of_freedom: usize,
+    /// Probability of a χ² this large by chance.
+    pub probability: f64,
+}
+
+impl Distance {
+    pub(crate) fn mass_presence(
+        values: &DVector<f64>,
+        covariance: DMatrix<f64>,
+    ) -> Result<Self, PayloadError> {
+        let factor = covariance.cholesky().ok_or(PayloadError::Covariance)?;
+        let (chi_squared, degrees_of_freedom) = (values.dot(&factor.solve(values)), values.len());
+        let distribution = ChiSquared::new(degrees_of_freedom as f64);
+        let probability = distribution.map_or(1.0, |of| of.sf(chi_squared));
+        Ok(Self { chi_squared, degrees_of_freedom, probability })
+    }
+
+    /// True if the distance is not by chance.
+    pub fn is_significant(&self) -> bool {
+        self.probability < SELDOM
+    }
+}
+
+/// Presence of a load.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Presence {
+    /// True if a load is present: its mass is more than 3 standard deviations. If the mass is
+    /// unidentifiable, true if the torques are not those of the arm alone.
+    pub seen: bool,
+    /// Mass over its standard deviation; `None` if the mass is unidentifiable.
+    pub mass_deviations: Option<f64>,
+    /// Upper limit of an unseen mass with a probability of 95 %, as no mass is negative \[kg\].
+    /// `None` if the estimate is so negative that no mass agrees with it.
+    pub mass_limit_kg: Option<f64>,
+    /// Distance of all identifiable load values from zero.
+    pub from_none: Distance,
+}
+
+impl Presence {
+    pub(super) fn limit(
+        mass_kg: Option<Uncertain>,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Result<Self, PayloadError> {
+        let from_none = Distance::mass_presence(values, covariance.clone())?;
+        let seen = mass_kg.map_or(from_none.is_significant(), |mass| mass.is_seen());
+        Ok(Self {
+            seen,
+            mass_deviations: mass_kg.map(|mass| mass.deviations_from(0.0)),
+            mass_limit_kg: mass_kg.filter(|of| !of.differs_from_none()).map(limit),
+            from_none,
+        })
+    }
+}
+
+/// Returns the quantile of a normal variable that is known to be non-negative.
+fn limit(mass: Uncertain) -> f64 {
+    let normal = Normal::standard();
+    // Probability above the limit: this share of the probability above 0.
+    let above = (1.0 - BELOW_LIMIT) * normal.sf(-mass.deviations_from(0.0));
+    mass.value - mass.standard_deviation * normal.inverse_cdf(above)
+}
+
+/// Comparison of the estimated and the declared load.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Excess of the mass over the declared one, in its standard deviations; `None` if it is
+    /// unidentifiable or not declared.
+    pub mass_deviations: Option<f64>,
+    /// Same deviations of the first moments. The declared centre and the estimated mass give the
+    /// declared moments, so this works for a mass that is not seen.
+    pub centre_deviations: [Option<f64>; 3],
+    /// Distance of all values together.
+    pub together: Distance,
+    /// True if the declared load lies within the uncertainty: such a distance is not rarer by
+    /// chance than one of 3 σ.
+    pub within: bool,
+}
+
+impl Comparison {
+    /// Returns `None` if no identifiable value is declared.
+    pub(super) fn compare(
+        declared: Declared,
+        sums: &LoadSums,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Result<Option<Self>, PayloadError> {
+        const MASS: usize = 9;
+        const FIRST_MOMENT: usize = 6;
+
+        let mass = sums.alone(MASS);
+        // Sums with their weights, and the declared total.
+        let of_mass = declared.mass_kg.zip(mass).map(|(kg, m)| (vec![(m, 1.0)], kg));
+        let of_centre = [0, 1, 2].map(|k| {
+            let (centre, m) = (declared.centre_m?, mass?);
+            Some((vec![(sums.alone(FIRST_MOMENT + k)?, 1.0), (m, -centre[k])], 0.0))
+        });
+        let rows: Vec<_> = core::iter::once(&of_mass).chain(&of_centre).flatten().collect();
+        if rows.is_empty() {
+            return Ok(None);
+        }
+        let mut weights = DMatrix::zeros(rows.len(), values.len());
+        for (row, (terms, _)) in rows.iter().enumerate() {
+            terms.iter().for_each(|(sum, weight)| weights[(row, *sum)] += weight);
+        }
+        let declared_values =
+            DVector::from_iterator(rows.len(), rows.iter().map(|(_, configured)| *configured));
+        let off = &weights * values - declared_values;
+        let covariance = &weights * covariance * weights.transpose();
+        let mut deviations = (0..off.len()).map(|row| off[row] / covariance[(row, row)].sqrt());
+        let mass_deviations = of_mass.as_ref().and_then(|_| deviations.next());
+        let centre_deviations = of_centre.each_ref().map(|of| {
+            of.as_ref()?;
+            deviations.next()
+        });
+        let together = Distance::mass_presence(&off, covariance.clone())?;
+        let within = !together.is_significant();
+        Ok(Some(Self { mass_deviations, centre_deviations, together, within }))
+    }
+}
+
+/// Returns the limit that the cost of the true body stays below, for this number of identifiable
+/// sums.
+pub(super) fn cost_limit(sums: usize) -> f64 {
+    ChiSquared::new(sums as f64).map_or(f64::INFINITY, |of| of.inverse_cdf(CONSISTENT_PROBABILITY))
+}

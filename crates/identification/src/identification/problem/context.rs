@@ -1,0 +1,287 @@
+//! Input of every method: the arguments of an identification, checked against each other.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::IdentificationError;
+use super::experiment::{Experiment, Recording};
+use super::method::Method;
+use super::options::Options;
+use super::selection::Selection;
+use crate::regression::RowFilter;
+use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
+
+/// Entries of an observation matrix without decimation, those included that are 0: 160 MB at most.
+const MOST_ENTRIES: usize = 20_000_000;
+
+/// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the
+/// loads about the share by which friction grows with them, a few hundredths.
+const LOAD_PASSES: usize = 8;
+
+/// Input of every method.
+#[derive(Clone)]
+pub(crate) struct Context<'a> {
+    pub(crate) robot: &'a Robot,
+    pub(crate) base: &'a BaseParameters,
+    pub(crate) experiment: &'a Experiment,
+    pub(crate) options: &'a Options,
+    pub(crate) model: Model,
+    pub(crate) selection: Selection,
+    pub(crate) decimation: ParallelDecimation,
+    /// The sample of each row of a joint.
+    pub(crate) samples: Vec<usize>,
+    /// Indices of the fitted rows among those behind the decimation; `None` for all.
+    fitted: Option<Vec<usize>>,
+}
+
+impl<'a> Context<'a> {
+    /// Creates the context of a method. Its rows are behind the decimation filter unless it
+    /// simulates and the options leave the filter out.
+    ///
+    /// # Errors
+    /// Robot, experiment and options that allow no identification.
+    pub(crate) fn new(
+        robot: &'a Robot,
+        base: &'a BaseParameters,
+        experiment: &'a Experiment,
+        options: &'a Options,
+        method: Method,
+    ) -> Result<Self, IdentificationError> {
+        if method.simulates() {
+            options.simulation.validate()?;
+        }
+        let decimated = options.simulation.decimated || !method.simulates();
+        let decimation = if decimated {
+            options.decimation_filter.design().map_err(IdentificationError::DecimationFilter)?
+        } else {
+            ParallelDecimation::none()
+        };
+        options.validate_robust(method)?;
+        if robot.joints() != experiment.joints() {
+            return Err(IdentificationError::JointCount {
+                robot: robot.name().to_owned(),
+                joints: robot.joints(),
+                experiment: experiment.joints(),
+            });
+        }
+        options.limits.validate()?;
+        options.tolerances.validate()?;
+        let selection = options.selection(robot, base)?;
+        options.validate_required(&selection)?;
+        let rows_kept: Vec<usize> = (experiment.recordings().iter())
+            .flat_map(|Recording { samples, counted }| {
+                let start = samples.start;
+                let range = counted.start - start..counted.end - start;
+                decimation.kept_samples(range).map(move |sample| start + sample)
+            })
+            .collect();
+        let fitted = experiment.has_held_out().then(|| {
+            (0..rows_kept.len())
+                .filter(|&row| !experiment.is_held_out(rows_kept[row]))
+                .collect::<Vec<_>>()
+        });
+        let samples = match &fitted {
+            None => rows_kept,
+            Some(fitted) => fitted.iter().map(|&row| rows_kept[row]).collect(),
+        };
+        let (rows, parameters) = (samples.len() * experiment.joints(), selection.names().len());
+        if rows <= parameters {
+            return Err(IdentificationError::TooFewRows { rows, parameters });
+        }
+        if decimation.is_none() && rows * parameters > MOST_ENTRIES {
+            return Err(IdentificationError::TooManyRows { rows, parameters });
+        }
+        let model = Model::new(robot);
+        Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
+    }
+
+    /// The same with the loads of a final estimate, which is judged with its own.
+    #[must_use]
+    pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {
+        let mut judged = self.clone();
+        judged.set_loads(parameters);
+        judged
+    }
+
+    /// Gives the model the loads of the arm with these selected parameters, where friction grows
+    /// with them.
+    pub(crate) fn set_loads(&mut self, parameters: &DVector<f64>) {
+        if self.model.feels_loads() {
+            self.model = self.with_loads(parameters);
+        }
+    }
+
+    /// Gives the model the loads that `find` returns for the selected parameters, if friction grows
+    /// with them.
+    ///
+    /// # Errors
+    /// Those of `find`.
+    pub(crate) fn settle_loads<E>(
+        &mut self,
+        mut find: impl FnMut(&Self) -> Result<DVector<f64>, E>,
+    ) -> Result<(), E> {
+        if self.model.feels_loads() {
+            for _ in 0..LOAD_PASSES {
+                let loads = find(self)?;
+                self.set_loads(&loads);
+            }
+        }
+        Ok(())
+    }
+
+    /// The model with these loads.
+    pub(crate) fn with_loads(&self, parameters: &DVector<f64>) -> Model {
+        self.model.clone().with_load(self.selection.standard(parameters))
+    }
+
+    /// Decimates a number of signals, each recording separately, and returns the fitted rows (rows
+    /// × signals). `read` is that of [`decimate_groups`](ParallelDecimation::decimate_groups) for
+    /// the whole experiment.
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let [rows] = self.decimate_each(|decimation, samples, counted, first| {
+            let mut read_from_first = |at: usize, group: &mut [Group]| read(first + at, group);
+            decimation
+                .decimate_groups(samples, signals, counted, &mut read_from_first)
+                .map(|rows| [rows])
+        })?;
+        Ok(rows)
+    }
+
+    /// Decimates signals that are known a sample at a time
+    /// ([`decimate`](ParallelDecimation::decimate)).
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate_samples(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [f64]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let [rows] = self.decimate_each(|decimation, samples, counted, first| {
+            let mut read_from_first = |at: usize, values: &mut [f64]| read(first + at, values);
+            decimation.decimate(samples, signals, counted, &mut read_from_first).map(|rows| [rows])
+        })?;
+        Ok(rows)
+    }
+
+    /// As [`decimate`](Self::decimate), and the differences of
+    /// [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate_with_differences(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
+        self.decimate_each(|decimation, samples, counted, first| {
+            let mut read_from_first = |at: usize, group: &mut [Group]| read(first + at, group);
+            decimation.decimate_with_differences(samples, signals, counted, &mut read_from_first)
+        })
+    }
+
+    /// What a filter makes of each recording, which it takes for the whole record: its samples,
+    /// those that count, and where it begins in the experiment.
+    fn decimate_each<const N: usize>(
+        &self,
+        mut filter: impl FnMut(
+            &ParallelDecimation,
+            usize,
+            Range<usize>,
+            usize,
+        ) -> Result<[DMatrix<f64>; N], SignalError>,
+    ) -> Result<[DMatrix<f64>; N], SignalError> {
+        let mut parts: Vec<[DMatrix<f64>; N]> = Vec::new();
+        for Recording { samples, counted } in self.experiment.recordings() {
+            let first = samples.start;
+            let counted = counted.start - first..counted.end - first;
+            let rows = filter(&self.decimation, samples.len(), counted, first);
+            parts.push(rows.map_err(|error| error.later_by(first))?);
+        }
+        // Most experiments need no copy.
+        if let [one] = parts.as_mut_slice() {
+            return Ok(one.each_mut().map(core::mem::take).map(|rows| self.fitted(rows)));
+        }
+        Ok(core::array::from_fn(|which: usize| {
+            let rows = parts.iter().map(|of| of[which].nrows()).sum();
+            let mut stacked = DMatrix::zeros(rows, parts.first().map_or(0, |of| of[which].ncols()));
+            let mut next = 0;
+            for part in parts.iter().map(|of| &of[which]) {
+                stacked.rows_mut(next, part.nrows()).copy_from(part);
+                next += part.nrows();
+            }
+            self.fitted(stacked)
+        }))
+    }
+
+    /// Returns the fitted rows of those behind the decimation filter.
+    fn fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
+        match &self.fitted {
+            None => rows,
+            Some(fitted) => rows.select_rows(fitted),
+        }
+    }
+
+    /// The rows of one signal per joint (samples × joints), filtered, decimated and fitted, joint
+    /// after joint.
+    ///
+    /// # Errors
+    /// [`IdentificationError::Signal`] with this name.
+    pub(crate) fn rows_of(
+        &self,
+        signals: &DMatrix<f64>,
+        signal: &'static str,
+    ) -> Result<DVector<f64>, IdentificationError> {
+        let samples = signals.nrows();
+        let mut read = |first: usize, group: &mut [Group]| {
+            for (group, signal) in group.iter_mut().zip(signals.as_slice().chunks(samples)) {
+                *group = group_of(signal, first);
+            }
+        };
+        let rows = self.decimate(signals.ncols(), &mut read);
+        let rows = rows.map_err(|cause| {
+            let joint = match cause {
+                SignalError::NotFinite { index } => {
+                    signals.row(index).iter().position(|value| !value.is_finite())
+                }
+                _ => None,
+            };
+            let joint = joint.unwrap_or_default() + 1;
+            IdentificationError::Signal { signal, joint, cause }
+        })?;
+        Ok(DVector::from_column_slice(rows.as_slice()))
+    }
+
+    /// Returns the filter of a joint's rows.
+    pub(crate) fn row_filter(&self) -> RowFilter {
+        let passband = self.decimation.cutoff_ratio().min(1.0);
+        RowFilter::new(self.samples.len(), passband, |ratio| self.decimation.noise_power(ratio))
+    }
+
+    /// The same with another model of the arm.
+    #[must_use]
+    pub(crate) fn with_model(&self, model: Model) -> Self {
+        Self { model, ..self.clone() }
+    }
+
+    /// Returns the rate of a joint's rows \[Hz\].
+    pub(crate) fn rows_hz(&self) -> f64 {
+        self.experiment.sample_rate_hz() / self.decimation.factor() as f64
+    }
+
+    /// Time of each row of a joint since the first sample \[s\].
+    pub(crate) fn time_s(&self) -> Vec<f64> {
+        let rate_hz = self.experiment.sample_rate_hz();
+        self.samples.iter().map(|&k| k as f64 / rate_hz).collect()
+    }
+}

@@ -1,0 +1,344 @@
+//! Why an identification is refused.
+
+use core::ops::Range;
+
+use thiserror::Error;
+
+use super::experiment_error::ExperimentError;
+use super::failure::Failure;
+use super::iteration_error::IterationError;
+use super::limits::LimitError;
+use super::method::Method;
+use super::tolerances::ToleranceError;
+use crate::feasibility::FeasibilityError;
+use crate::regression::RegressionError;
+use crate::signal::SignalError;
+use didim_dynamics::simulation::SetupError;
+use didim_dynamics::trajectory::TrajectoryError;
+
+/// Why an identification is refused or fails; each message ends with the remedy.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IdentificationError {
+    /// Experiment and robot are not the same arm. Remedy: check the robot named in the cell file.
+    #[error(
+        "the experiment has {experiment} joints, robot {robot:?} has {joints}; \
+         choose the robot that was recorded"
+    )]
+    JointCount {
+        /// The robot.
+        robot: String,
+        /// Its joints.
+        joints: usize,
+        /// Joints of the experiment.
+        experiment: usize,
+    },
+    /// The base parameters belong to another robot. Remedy: compute them from this one's model.
+    #[error("the base parameters are not those of robot {robot:?}; compute them from its model")]
+    OtherBaseParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// No base parameter has this name. Remedy: use one of those listed.
+    #[error("{name:?} is no base parameter of this robot; known are: {}", available.join(" "))]
+    UnknownParameter {
+        /// The name given.
+        name: String,
+        /// Every base parameter.
+        available: Vec<String>,
+    },
+    /// Parameters shall keep their nominal values, and there are none. Remedy: give the robot's
+    /// file some.
+    #[error(
+        "identification.keep_nominal keeps nominal values, and the file of robot {robot:?} has no \
+         [nominal]; add it, or leave keep_nominal out"
+    )]
+    NothingNominal {
+        /// The robot.
+        robot: String,
+    },
+    /// A parameter shall keep its nominal value and has none. Remedy: give the robot's file one.
+    #[error(
+        "{name:?} shall keep its nominal value, and the robot's file has none or 0; add it to \
+         [nominal], or take it out of identification.keep_nominal"
+    )]
+    NoNominalValue {
+        /// The name.
+        name: String,
+    },
+    /// A parameter shall keep its nominal value and is identified. Remedy: one of the two.
+    #[error(
+        "{name:?} is identified and shall keep its nominal value as well; take it out of \
+         identification.keep_nominal or of identification.parameters"
+    )]
+    KeptAndIdentified {
+        /// The name.
+        name: String,
+    },
+    /// A parameter is listed more than once. Remedy: list it once.
+    #[error("parameter {name:?} is listed more than once; list it once")]
+    RepeatedParameter {
+        /// The name.
+        name: String,
+    },
+    /// What is `"auto"` is chosen by what it predicts, and no piece of the motion can be held out.
+    /// Remedy: a longer or a richer motion, or a statement.
+    #[error(
+        "\"auto\" needs held-out parts of the motion to choose by, and none can be left out of \
+        this one. Record longer, with all joints moving, or set the cut-off in the cell file and \
+        the friction laws in the robot file"
+    )]
+    NothingHeldOut,
+    /// The list of parameters is empty. Remedy: leave it out to identify all base parameters.
+    #[error("the list of parameters is empty; leave it out to identify every base parameter")]
+    NoParameter,
+    /// The filter of the positions cannot be designed. Remedy: the cut-off must lie below half the
+    /// sample rate.
+    #[error("position filter: {0}")]
+    PositionFilter(SignalError),
+    /// The filter for decimation cannot be designed. Remedy: as the cause says.
+    #[error("decimation filter: {0}")]
+    DecimationFilter(SignalError),
+    /// A joint's signal cannot be filtered or differentiated. Remedy: as the cause says; usually a
+    /// longer record.
+    #[error("{signal} of joint {joint}: {cause}")]
+    Signal {
+        /// Which signal.
+        signal: &'static str,
+        /// Joint, from 1.
+        joint: usize,
+        /// What is wrong.
+        cause: SignalError,
+    },
+    /// The columns of the regressor cannot be filtered. Remedy: as the cause says; usually a longer
+    /// record.
+    #[error("regressor: {0}")]
+    RegressorFilter(SignalError),
+    /// Counted samples need torques from before or after the record: the torque acts that much
+    /// later or earlier than it was logged. Remedy: count only samples that lie inside by the
+    /// shift.
+    #[error(
+        "the torque acts {shift_samples} samples after it was logged, so samples {} to {} need \
+         torques outside of the record's {samples} samples; count fewer samples at its ends",
+        counted.start, counted.end
+    )]
+    TorqueOutside {
+        /// The shift \[samples\]; negative where the torque acted before.
+        shift_samples: f64,
+        /// The counted samples.
+        counted: Range<usize>,
+        /// Samples of the record.
+        samples: usize,
+    },
+    /// A limit of the verdict makes no sense. Remedy: correct the named limit.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// A tolerance makes no sense.
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
+    /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
+    /// near that sample.
+    #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]
+    Regressor {
+        /// Sample, from 0.
+        sample: usize,
+    },
+    /// Too few rows remain after decimation. Remedy: record longer, count more samples, or decimate
+    /// less.
+    #[error(
+        "{rows} rows after decimation are too few for {parameters} parameters; record longer, \
+         count more samples or decimate less"
+    )]
+    TooFewRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The motion does not excite some parameters at all. Remedy: move the joints concerned, or
+    /// leave the parameters out.
+    #[error(
+        "the motion does not excite {}; move the joints concerned or leave these parameters out",
+        parameters.join(", ")
+    )]
+    NotExcited {
+        /// Their names.
+        parameters: Vec<String>,
+    },
+    /// Only combinations of some parameters can be identified from this motion. Remedy: a richer
+    /// trajectory, or leave some of them out.
+    #[error(
+        "the motion does not distinguish {}; move along a richer trajectory or leave some out",
+        parameters.join(", ")
+    )]
+    RankDeficient {
+        /// Every parameter that takes part.
+        parameters: Vec<String>,
+    },
+    /// A joint's torque is zero in every row. Remedy: check that it is recorded.
+    #[error("the torque of joint {joint} is zero throughout; check that it is recorded")]
+    NoTorque {
+        /// Joint, from 1.
+        joint: usize,
+    },
+    /// A limit of the iteration makes no sense. Remedy: correct the named key.
+    #[error("convergence.{key} = {value} must be {expected}")]
+    Convergence {
+        /// The key in the file.
+        key: &'static str,
+        /// The value given.
+        value: f64,
+        /// Allowed range.
+        expected: &'static str,
+    },
+    /// The iterations of DIDIM before CLIE or CLOE leave none for these. Remedy: fewer of them (one
+    /// or two are of use), or more simulations.
+    #[error(
+        "didim_steps = {steps} must be less than convergence.max_simulations = {max_simulations}, \
+         which counts them too; one or two are of use"
+    )]
+    DidimSteps {
+        /// The iterations of DIDIM asked for.
+        steps: u32,
+        /// The simulations allowed.
+        max_simulations: u32,
+    },
+    /// Samples of the simulated controller do not fall on those of the record. Remedy: state the
+    /// real controller's period; the record's must be a whole multiple of it.
+    #[error(
+        "a controller period of {:.3} µs does not divide the record's sample period of {:.3} µs \
+         into 1 to 200 whole parts; state the controller's own period (timing.sample_period_s)",
+        1e6 * controller_period_s, 1e6 * sample_period_s
+    )]
+    ControllerPeriod {
+        /// Period of the simulated controller \[s\].
+        controller_period_s: f64,
+        /// Sample period of the record \[s\].
+        sample_period_s: f64,
+    },
+    /// Without the decimation filter every sample is a row, and there are too many. Remedy:
+    /// decimate.
+    #[error(
+        "{rows} rows of {parameters} parameters without the decimation filter take too much \
+         memory; decimate, or take a shorter part"
+    )]
+    TooManyRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// A torque command that is held acts when the controller says so, and layout and controller
+    /// say different things. Remedy: make them agree.
+    #[error(
+        "the logged torque is held from {:.3} µs after its sample on (delay_us in the layout), the \
+         simulated controller's from {:.3} µs on (computation_delay_s); make the two agree",
+        1e6 * logged_s, 1e6 * simulated_s
+    )]
+    TorqueDelay {
+        /// Delay of the logged torque \[s\].
+        logged_s: f64,
+        /// Computation delay of the simulated controller \[s\].
+        simulated_s: f64,
+    },
+    /// The simulated loop cannot be built. Remedy: as the cause says.
+    #[error("simulated loop: {0}")]
+    Setup(SetupError),
+    /// The recorded reference cannot be followed. Remedy: as the cause says.
+    #[error(transparent)]
+    Reference(TrajectoryError),
+    /// The robot's file has no nominal parameters to start from. Remedy: another start, or state
+    /// them.
+    #[error("robot {robot:?} states no [nominal] parameters to start from; choose another start")]
+    NoNominalParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// The steps cannot be held to bodies. Remedy: as the cause says, or leave `simulation.bodies`
+    /// out.
+    #[error("simulation.bodies: {0}")]
+    Consistency(FeasibilityError),
+    /// The iteration with simulated loops failed. Remedy: as the cause says.
+    #[error(transparent)]
+    Iteration(#[from] IterationError),
+    /// The arm's controller is not described. Remedy: describe it, or choose IDIM-LS.
+    #[error(
+        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
+         describe its [controller], or choose idim-ls"
+    )]
+    NoController {
+        /// The method.
+        method: Method,
+    },
+    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
+    /// method, or no robust weights.
+    #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
+    NotRobust {
+        /// The method.
+        method: Method,
+    },
+    /// No use is asked for. Remedy: name one, or leave `required_uses` out.
+    #[error("required_uses is empty; name a use, or leave it out for monitoring and prediction")]
+    NoUse,
+    /// A parameter is asked for that is not identified. Remedy: name one that is, or leave
+    /// `required_parameters` out.
+    #[error(
+        "required_parameters: `{name}` is not identified; available are {}; leave the key out for \
+         those that carry torque", available.join(", ")
+    )]
+    NotIdentified {
+        /// Its name, empty where none is given.
+        name: String,
+        /// The names there are.
+        available: Vec<String>,
+    },
+    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
+    Level {
+        /// The level given.
+        level: f64,
+    },
+    /// Too few counted samples for the blocks. Remedy: two blocks or more, each longer than what
+    /// the filters mix at its ends.
+    #[error(
+        "{samples} counted samples are too few for {blocks} held-out blocks; at least 2 are \
+         needed, each of more than {guard} samples"
+    )]
+    Blocks {
+        /// Blocks wanted.
+        blocks: usize,
+        /// Counted samples.
+        samples: usize,
+        /// Samples that the filters reach over.
+        guard: usize,
+    },
+    /// Samples cannot be held out. Remedy: as the cause says.
+    #[error("held-out samples: {0}")]
+    HeldOut(ExperimentError),
+    /// Any other failure of the least squares. Remedy: as the cause says.
+    #[error("least squares: {0}")]
+    Regression(RegressionError),
+}
+
+impl IdentificationError {
+    /// The failure of a filter over what the model makes of a motion.
+    pub(crate) fn of_regressor(cause: SignalError) -> Self {
+        match cause {
+            SignalError::NotFinite { index } => Self::Regressor { sample: index },
+            cause => Self::RegressorFilter(cause),
+        }
+    }
+
+    /// Returns how the identification failed; `None` if options, robot and experiment do not fit
+    /// each other, so that there was none.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::Iteration(error) => Some(error.failure()),
+            Self::TooFewRows { .. }
+            | Self::NotExcited { .. }
+            | Self::RankDeficient { .. }
+            | Self::NoTorque { .. }
+            | Self::Regression(_) => Some(Failure::Refused),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,504 @@
+//! Recorded signals, and the times at which each is valid.
+
+use core::ops::Range;
+use std::borrow::Cow;
+
+use nalgebra::DMatrix;
+
+use super::experiment_error::ExperimentError;
+use crate::signal::neighbours;
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::SignalTiming;
+use didim_dynamics::Signals;
+use didim_dynamics::robot::Transmission;
+
+/// One recording in an experiment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Recording {
+    /// Its samples.
+    pub(crate) samples: Range<usize>,
+    /// Samples of them that count.
+    pub(crate) counted: Range<usize>,
+}
+
+/// Joint-side signals of one window on a uniform grid, or of several one after the other: one row
+/// per sample, one column per joint.
+///
+/// Everything is finite, sizes agree, and the counted samples lie inside: guaranteed by its
+/// constructors. Positions are measured at the instants of the grid. No filter goes from one
+/// recording to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    sample_rate_hz: f64,
+    position_rad: DMatrix<f64>,
+    torque_nm: DMatrix<f64>,
+    reference_rad: Option<DMatrix<f64>>,
+    torque_timing: SignalTiming,
+    reference_timing: SignalTiming,
+    /// In the order of their samples, without gaps; at least one.
+    recordings: Vec<Recording>,
+    /// Samples whose rows are not fitted.
+    held_out: Vec<Range<usize>>,
+}
+
+impl Experiment {
+    /// Creates an experiment from joint-side signals. Every signal describes its instant and every
+    /// sample counts until [`with_torque_timing`](Self::with_torque_timing) and
+    /// [`with_counted`](Self::with_counted) say otherwise. Owned signals are freed one by one, so
+    /// that they are not in memory twice.
+    ///
+    /// # Errors
+    /// Every [`ExperimentError`] but `Timing` and `Counted`.
+    pub fn joint_side<'s>(signals: impl Into<Cow<'s, Signals>>) -> Result<Self, ExperimentError> {
+        let signals = signals.into();
+        let sample_rate_hz = signals.sample_rate_hz;
+        if !(sample_rate_hz.is_finite() && sample_rate_hz > 0.0) {
+            return Err(ExperimentError::SampleRate { sample_rate_hz });
+        }
+        let axes = signals.position_rad.len();
+        if !(1..=MAX_JOINTS).contains(&axes) {
+            let expected = axes.clamp(1, MAX_JOINTS);
+            return Err(ExperimentError::Axes { signal: "position", axes, expected });
+        }
+        let samples = signals.position_rad.first().map_or(0, Vec::len);
+        if samples == 0 {
+            return Err(ExperimentError::Empty);
+        }
+        let [position, torque, reference] = match signals {
+            Cow::Borrowed(of) => [
+                Some(Cow::Borrowed(of.position_rad.as_slice())),
+                Some(Cow::Borrowed(of.torque_nm.as_slice())),
+                of.reference_rad.as_deref().map(Cow::Borrowed),
+            ],
+            Cow::Owned(Signals { position_rad, torque_nm, reference_rad, .. }) => {
+                [Some(position_rad), Some(torque_nm), reference_rad].map(|of| of.map(Cow::Owned))
+            }
+        };
+        let matrix = |signal, columns: Option<Cow<'_, [Vec<f64>]>>| {
+            columns.map(|columns| to_matrix(signal, columns, axes, samples)).transpose()
+        };
+        Ok(Self {
+            sample_rate_hz,
+            position_rad: matrix("position", position)?.unwrap_or_default(),
+            torque_nm: matrix("torque", torque)?.unwrap_or_default(),
+            reference_rad: matrix("reference", reference)?,
+            torque_timing: SignalTiming::INSTANTANEOUS,
+            reference_timing: SignalTiming::INSTANTANEOUS,
+            recordings: vec![Recording { samples: 0..samples, counted: 0..samples }],
+            held_out: Vec::new(),
+        })
+    }
+
+    /// Creates an experiment from motor-side signals: positions by R⁻¹, torques by Rᵀ.
+    ///
+    /// # Errors
+    /// As [`joint_side`](Self::joint_side), and [`ExperimentError::Axes`] when the transmission has
+    /// another number of motors.
+    pub fn motor_side<'s>(
+        signals: impl Into<Cow<'s, Signals>>,
+        transmission: &Transmission,
+    ) -> Result<Self, ExperimentError> {
+        let mut experiment = Self::joint_side(signals)?;
+        let (axes, expected) = (experiment.joints(), transmission.row(0).len());
+        if axes != expected {
+            return Err(ExperimentError::Axes { signal: "position", axes, expected });
+        }
+        let position = |motor: &[f64], joint: &mut [f64]| transmission.joint_position(motor, joint);
+        map_samples(&mut experiment.position_rad, position);
+        if let Some(reference) = &mut experiment.reference_rad {
+            map_samples(reference, position);
+        }
+        map_samples(&mut experiment.torque_nm, |motor, joint| {
+            transmission.joint_torque(motor, joint);
+        });
+        // A huge finite value may have overflowed.
+        check_finite("position", &experiment.position_rad)?;
+        check_finite("torque", &experiment.torque_nm)?;
+        experiment.reference_rad.iter().try_for_each(|r| check_finite("reference", r))?;
+        Ok(experiment)
+    }
+
+    /// Returns its first recordings with this number of samples together, from the first counted
+    /// one; of a longer one, the beginning.
+    #[must_use]
+    pub(crate) fn beginning(&self, samples: usize) -> Self {
+        let limit = self.recordings.first().map_or(0, |first| first.counted.start) + samples;
+        let mut recordings: Vec<Recording> = Vec::new();
+        for Recording { samples: own, counted } in &self.recordings {
+            // A part of one is wanted where those before are few.
+            let few = recordings.last().is_none_or(|last| 2 * last.samples.end < limit);
+            if own.end > limit && !few {
+                break;
+            }
+            let before = |range: &Range<usize>| range.start.min(limit)..range.end.min(limit);
+            recordings.push(Recording { samples: before(own), counted: before(counted) });
+            if own.end >= limit {
+                break;
+            }
+        }
+        let end = recordings.last().map_or(0, |last| last.samples.end);
+        let rows = |of: &DMatrix<f64>| of.rows(0, end).into_owned();
+        Self {
+            position_rad: rows(&self.position_rad),
+            torque_nm: rows(&self.torque_nm),
+            reference_rad: self.reference_rad.as_ref().map(rows),
+            held_out: self.held_out.iter().filter(|range| range.end <= end).cloned().collect(),
+            recordings,
+            ..*self
+        }
+    }
+
+    /// Returns the same with the logs of two motors, counted from 0, swapped.
+    #[must_use]
+    pub(crate) fn with_exchanged_motors(
+        &self,
+        transmission: &Transmission,
+        motors: [usize; 2],
+    ) -> Self {
+        let mut swapped = self.clone();
+        exchange_positions(&mut swapped.position_rad, transmission, motors);
+        if let Some(reference) = &mut swapped.reference_rad {
+            exchange_positions(reference, transmission, motors);
+        }
+        exchange_torques(&mut swapped.torque_nm, transmission, motors);
+        swapped
+    }
+
+    /// The same as it was before a low-pass of first order with this time constant \[s\], each
+    /// recording by itself.
+    #[must_use]
+    pub(crate) fn before_low_pass(&self, time_constant_s: f64) -> Self {
+        let mut before = self.clone();
+        let of_signal = |signal: &mut DMatrix<f64>| {
+            let logged = signal.clone();
+            for (joint, mut to) in signal.column_iter_mut().enumerate() {
+                for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
+                    for k in start..end {
+                        let (one, other, rate) =
+                            neighbours(k - start, end - start, self.sample_rate_hz);
+                        let change = logged[(start + other, joint)] - logged[(start + one, joint)];
+                        to[k] += time_constant_s * rate * change;
+                    }
+                }
+            }
+        };
+        of_signal(&mut before.position_rad);
+        of_signal(&mut before.torque_nm);
+        before.reference_rad.iter_mut().for_each(of_signal);
+        before
+    }
+
+    /// States when a logged torque acts.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Timing`].
+    pub fn with_torque_timing(mut self, timing: SignalTiming) -> Result<Self, ExperimentError> {
+        self.check_timing("torque", timing)?;
+        self.torque_timing = timing;
+        Ok(self)
+    }
+
+    /// States when a logged reference acts.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Timing`].
+    pub fn with_reference_timing(mut self, timing: SignalTiming) -> Result<Self, ExperimentError> {
+        self.check_timing("reference", timing)?;
+        self.reference_timing = timing;
+        Ok(self)
+    }
+
+    /// Several recordings of one arm as one experiment, each with the samples that count in it.
+    /// References are kept where all have them.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Empty`] without any, [`ExperimentError::Different`] where one has another
+    /// sample rate, another number of joints or other timings than the first.
+    pub fn joined(recordings: &[Self]) -> Result<Self, ExperimentError> {
+        let first = recordings.first().ok_or(ExperimentError::Empty)?;
+        for (recording, other) in (1..).zip(recordings).skip(1) {
+            let different = |what| Err(ExperimentError::Different { recording, what });
+            if other.joints() != first.joints() {
+                return different("number of joints");
+            }
+            if (other.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > SAME_RATE {
+                return different("sample rate");
+            }
+            let timing = |of: &Self| (of.torque_timing, of.reference_timing);
+            if timing(other) != timing(first) {
+                return different("timing");
+            }
+        }
+        let stacked = |signal: &dyn Fn(&Self) -> Option<&DMatrix<f64>>| -> Option<DMatrix<f64>> {
+            let parts = recordings.iter().map(signal).collect::<Option<Vec<_>>>()?;
+            let samples = parts.iter().map(|part| part.nrows()).sum();
+            let mut joined_rows = DMatrix::zeros(samples, first.joints());
+            let mut next = 0;
+            for part in parts {
+                joined_rows.rows_mut(next, part.nrows()).copy_from(part);
+                next += part.nrows();
+            }
+            Some(joined_rows)
+        };
+        let mut joined = first.clone();
+        joined.reference_rad = stacked(&|of| of.reference_rad.as_ref());
+        joined.position_rad = stacked(&|of| Some(&of.position_rad)).unwrap_or_default();
+        joined.torque_nm = stacked(&|of| Some(&of.torque_nm)).unwrap_or_default();
+        (joined.recordings, joined.held_out) = (Vec::new(), Vec::new());
+        let mut start = 0;
+        for part in recordings {
+            let shifted = |range: &Range<usize>| start + range.start..start + range.end;
+            joined.recordings.extend(part.recordings.iter().map(|of| Recording {
+                samples: shifted(&of.samples),
+                counted: shifted(&of.counted),
+            }));
+            joined.held_out.extend(part.held_out.iter().map(shifted));
+            start += part.samples();
+        }
+        Ok(joined)
+    }
+
+    /// Sets which samples may become rows of the observation matrix. All samples are filtered, so
+    /// that the ends of the counted part have neighbours. Joined recordings have their own ranges.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Counted`].
+    pub fn with_counted(mut self, counted: Range<usize>) -> Result<Self, ExperimentError> {
+        let samples = self.samples();
+        if counted.is_empty() || counted.end > samples || self.recordings.len() > 1 {
+            return Err(ExperimentError::Counted { counted, samples });
+        }
+        self.recordings[0].counted = counted;
+        Ok(self)
+    }
+
+    /// Holds samples out: they pass the filters as the others do, and their rows enter no equation,
+    /// of whatever method. The filters reach over some ten rows, so `samples` should have so many
+    /// more at either end than what is to be predicted.
+    ///
+    /// The rows before and after are taken for neighbours where residuals are judged: at one place
+    /// per range, a few products of an autocorrelation are of rows that are far apart.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Counted`] when they are not in the record.
+    pub fn with_held_out(mut self, samples: Range<usize>) -> Result<Self, ExperimentError> {
+        if samples.is_empty() || samples.end > self.samples() {
+            return Err(ExperimentError::Counted { counted: samples, samples: self.samples() });
+        }
+        self.held_out.push(samples);
+        Ok(self)
+    }
+
+    /// True if the row of a sample is not fitted.
+    pub(crate) fn is_held_out(&self, sample: usize) -> bool {
+        self.held_out.iter().any(|range| range.contains(&sample))
+    }
+
+    /// True if any samples are held out.
+    pub(crate) fn has_held_out(&self) -> bool {
+        !self.held_out.is_empty()
+    }
+
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.position_rad.ncols()
+    }
+
+    /// Number of samples, counted or not.
+    pub fn samples(&self) -> usize {
+        self.position_rad.nrows()
+    }
+
+    /// Samples per second \[Hz\].
+    pub fn sample_rate_hz(&self) -> f64 {
+        self.sample_rate_hz
+    }
+
+    /// Measured joint positions, samples × joints \[rad or m\].
+    pub fn position_rad(&self) -> &DMatrix<f64> {
+        &self.position_rad
+    }
+
+    /// Returns joint torques as logged, samples × joints \[N·m or N\];
+    /// [`torque_timing`](Self::torque_timing) gives the times at which they act.
+    pub fn torque_nm(&self) -> &DMatrix<f64> {
+        &self.torque_nm
+    }
+
+    /// Joint references as logged, samples × joints \[rad or m\], when they are known.
+    pub fn reference_rad(&self) -> Option<&DMatrix<f64>> {
+        self.reference_rad.as_ref()
+    }
+
+    /// When a logged torque acts.
+    pub fn torque_timing(&self) -> SignalTiming {
+        self.torque_timing
+    }
+
+    /// When a logged reference acts.
+    pub fn reference_timing(&self) -> SignalTiming {
+        self.reference_timing
+    }
+
+    /// The samples that may become rows of the observation matrix; of several recordings, from the
+    /// first of the first to the last of the last.
+    pub fn counted(&self) -> Range<usize> {
+        let [first, last] = [self.recordings.first(), self.recordings.last()];
+        first.map_or(0, |of| of.counted.start)..last.map_or(0, |of| of.counted.end)
+    }
+
+    /// The samples that count, of each recording in turn.
+    pub(crate) fn counted_samples(&self) -> impl Iterator<Item = usize> {
+        self.recordings.iter().flat_map(|of| of.counted.clone())
+    }
+
+    /// The recordings, one as a rule.
+    pub(crate) fn recordings(&self) -> &[Recording] {
+        &self.recordings
+    }
+
+    /// Returns the end of each recording, including the last \[samples\].
+    pub(crate) fn ends(&self) -> Vec<usize> {
+        self.recordings.iter().map(|of| of.samples.end).collect()
+    }
+
+    /// The recording of a sample.
+    pub(crate) fn recording_of(&self, sample: usize) -> usize {
+        self.recordings.partition_point(|of| of.samples.end <= sample)
+    }
+
+    fn check_timing(
+        &self,
+        signal: &'static str,
+        timing: SignalTiming,
+    ) -> Result<(), ExperimentError> {
+        let duration = self.samples() as f64 / self.sample_rate_hz;
+        let shift = timing.mean_delay_s();
+        if timing.hold_s >= 0.0 && timing.hold_s <= duration && shift.abs() <= duration {
+            Ok(())
+        } else {
+            Err(ExperimentError::Timing { signal, timing })
+        }
+    }
+}
+
+/// Rates that differ by less are the same: times in a file are rounded.
+const SAME_RATE: f64 = 3e-4;
+
+fn to_matrix(
+    signal: &'static str,
+    columns: Cow<'_, [Vec<f64>]>,
+    axes: usize,
+    expected: usize,
+) -> Result<DMatrix<f64>, ExperimentError> {
+    if columns.len() != axes {
+        return Err(ExperimentError::Axes { signal, axes: columns.len(), expected: axes });
+    }
+    for (axis, column) in (1..).zip(columns.iter()) {
+        let samples = column.len();
+        if samples != expected {
+            return Err(ExperimentError::Samples { signal, axis, samples, expected });
+        }
+    }
+    let values = match columns {
+        Cow::Borrowed(columns) => columns.concat(),
+        Cow::Owned(columns) => {
+            let mut values = Vec::with_capacity(axes * expected);
+            columns.into_iter().for_each(|column| values.extend(column));
+            values
+        }
+    };
+    let matrix = DMatrix::from_vec(expected, axes, values);
+    check_finite(signal, &matrix)?;
+    Ok(matrix)
+}
+
+fn check_finite(signal: &'static str, matrix: &DMatrix<f64>) -> Result<(), ExperimentError> {
+    for (axis, column) in (1..).zip(matrix.column_iter()) {
+        if let Some((sample, &value)) = column.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            return Err(ExperimentError::NotFinite { signal, axis, sample, value });
+        }
+    }
+    Ok(())
+}
+
+/// Swaps two motors in joint positions, or in quantities that transform like them, as speeds
+/// (samples × joints).
+pub(crate) fn exchange_positions(
+    positions: &mut DMatrix<f64>,
+    transmission: &Transmission,
+    [one, other]: [usize; 2],
+) {
+    map_samples(positions, |joint, to| {
+        let mut motor = [0.0; MAX_JOINTS];
+        let motor = &mut motor[..joint.len()];
+        transmission.motor_position(joint, motor);
+        motor.swap(one, other);
+        transmission.joint_position(motor, to);
+    });
+}
+
+/// Torques of joints (samples × joints), with those of two motors exchanged.
+pub(crate) fn exchange_torques(
+    torques: &mut DMatrix<f64>,
+    transmission: &Transmission,
+    [one, other]: [usize; 2],
+) {
+    map_samples(torques, |joint, to| {
+        let mut motor = [0.0; MAX_JOINTS];
+        let motor = &mut motor[..joint.len()];
+        transmission.motor_torque(joint, motor);
+        motor.swap(one, other);
+        transmission.joint_torque(motor, to);
+    });
+}
+
+/// Replaces every row by its image.
+fn map_samples(signals: &mut DMatrix<f64>, map: impl Fn(&[f64], &mut [f64])) {
+    let joints = signals.ncols();
+    let (mut from, mut to) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+    for mut row in signals.row_iter_mut() {
+        for (value, from) in row.iter().zip(&mut from) {
+            *from = *value;
+        }
+        map(&from[..joints], &mut to[..joints]);
+        for (value, to) in row.iter_mut().zip(&to) {
+            *value = *to;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sine behind a low-pass lags by atan(ωT), and is √(1 + ω²T²) times smaller, whichever
+    /// recording it is of.
+    #[test]
+    fn what_a_low_pass_made_of_signals_is_undone() {
+        let (rate_hz, time_constant_s, speed) = (1000.0, 0.05, 12.0);
+        let passed: f64 = speed * time_constant_s;
+        let signal = |lag: f64, size: f64| -> Vec<Vec<f64>> {
+            let position_of = |offset: f64| {
+                move |k: i32| offset + size * (speed * f64::from(k) / rate_hz - lag).sin()
+            };
+            [1.0, -3.0].map(|offset| (0..400).map(position_of(offset)).collect()).to_vec()
+        };
+        let experiment = |lag: f64, size: f64| {
+            let (position_rad, torque_nm) = (signal(lag, size), signal(lag, size));
+            let signals =
+                Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
+            let recording = Experiment::joint_side(&signals).unwrap();
+            Experiment::joined(&[recording.clone(), recording]).unwrap()
+        };
+        let logged = experiment(passed.atan(), 1.0 / passed.hypot(1.0));
+        let (found, before) = (logged.before_low_pass(time_constant_s), experiment(0.0, 1.0));
+        let difference = |one: &DMatrix<f64>, other: &DMatrix<f64>| {
+            let inside = (one - other).remove_rows_at(&[0, 399, 400, 799]);
+            inside.amax()
+        };
+        assert!(difference(&logged.torque_nm, &before.torque_nm) > 0.4);
+        assert!(difference(&found.torque_nm, &before.torque_nm) < 1e-4);
+        assert!(difference(&found.position_rad, &before.position_rad) < 1e-4);
+    }
+}

@@ -1,0 +1,94 @@
+//! The list of methods, and what is known of each without running it.
+
+use core::fmt;
+use core::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// An identification method, by its name on the command line and in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Inverse dynamic identification model, least squares (paper, section 3.1).
+    IdimLs,
+    /// Inverse dynamic identification model, instrumental variables.
+    IdimIv,
+    /// Closed-loop input error (paper, section 3.2.3).
+    Clie,
+    /// Closed-loop output error (paper, section 3.2.2).
+    Cloe,
+    /// Direct and inverse dynamic identification models (paper, section 3.3).
+    Didim,
+}
+
+impl Method {
+    /// Every method, in the order of the paper's tables.
+    pub const ALL: [Self; 5] = [Self::IdimLs, Self::IdimIv, Self::Clie, Self::Cloe, Self::Didim];
+
+    /// The name: `idim-ls`.
+    pub fn name(self) -> &'static str {
+        self.names().0
+    }
+
+    /// What the name stands for.
+    pub fn long_name(self) -> &'static str {
+        self.names().1
+    }
+
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::IdimLs => ("idim-ls", "inverse dynamic identification model, least squares"),
+            Self::IdimIv => {
+                ("idim-iv", "inverse dynamic identification model, instrumental variables")
+            }
+            Self::Clie => ("clie", "closed-loop input error"),
+            Self::Cloe => ("cloe", "closed-loop output error"),
+            Self::Didim => ("didim", "direct and inverse dynamic identification models"),
+        }
+    }
+
+    /// Whether it simulates the closed loop, and so has to know what controls the arm.
+    pub fn simulates(self) -> bool {
+        self != Self::IdimLs
+    }
+
+    /// Whether it descends with the sensitivities of the simulated loop, so that steps of DIDIM may
+    /// bring it near.
+    pub fn uses_sensitivities(self) -> bool {
+        matches!(self, Self::Clie | Self::Cloe)
+    }
+
+    /// Whether rows with large residuals may count less.
+    pub fn has_robust_weights(self) -> bool {
+        matches!(self, Self::IdimLs | Self::Didim)
+    }
+
+    /// Whether the paper has it without the decimation filter too (its table 1).
+    pub fn has_strict_framework(self) -> bool {
+        self.uses_sensitivities() || self == Self::Didim
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// No method has this name. Remedy: one of [`Method::ALL`].
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("unknown method {name:?}; known: {}", Method::ALL.map(Method::name).join(", "))]
+pub struct UnknownMethod {
+    /// The name given.
+    pub name: String,
+}
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
+        let matching_method = Self::ALL.into_iter().find(|method| method.name() == name);
+        matching_method.ok_or_else(|| UnknownMethod { name: name.to_owned() })
+    }
+}

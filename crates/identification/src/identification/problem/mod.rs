@@ -1,0 +1,34 @@
+//! What is given: an experiment, and the options of its identification.
+
+mod context;
+mod error;
+mod experiment;
+mod experiment_error;
+mod failure;
+mod fixed;
+mod iteration_error;
+mod limits;
+mod method;
+mod options;
+mod selection;
+mod simulation;
+mod tolerances;
+mod uses;
+
+pub(crate) use context::Context;
+pub use error::IdentificationError;
+pub use experiment::Experiment;
+pub(crate) use experiment::{exchange_positions, exchange_torques};
+pub use experiment_error::ExperimentError;
+pub use failure::Failure;
+pub use fixed::KeptParameters;
+pub use iteration_error::IterationError;
+pub use limits::{LimitError, VerdictLimits};
+pub use method::{Method, UnknownMethod};
+pub use options::{DecimationFilter, Options, PositionFilter};
+pub use selection::Selection;
+pub use simulation::{
+    BodiesFrom, ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start,
+};
+pub use tolerances::{ToleranceError, Tolerances};
+pub use uses::Use;

@@ -1,0 +1,182 @@
+//! Which base parameters are identified.
+
+use nalgebra::DVector;
+
+use super::error::IdentificationError;
+use crate::regression::RegressionError;
+use didim_dynamics::dynamics::BaseParameters;
+use didim_dynamics::robot::{ParameterKind, Robot};
+
+/// The essential parameters: some or all base parameters, in the model's order, with the regressor
+/// column each one stands at.
+///
+/// A base parameter's regressor column is that of the standard parameter it is named after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    names: Vec<String>,
+    columns: Vec<usize>,
+    kinds: Vec<ParameterKind>,
+    regrouped: Vec<bool>,
+    /// Further parameters that are fixed at a value, by regressor column.
+    fixed: Vec<(usize, f64)>,
+    /// Columns of the regressor.
+    width: usize,
+}
+
+impl Selection {
+    /// The base parameters of `robot` with the given names, or all of them.
+    ///
+    /// # Errors
+    /// [`IdentificationError::UnknownParameter`],
+    /// [`IdentificationError::RepeatedParameter`], [`IdentificationError::NoParameter`], and
+    /// [`IdentificationError::OtherBaseParameters`] when `base` is not of this robot.
+    pub fn new(
+        robot: &Robot,
+        base: &BaseParameters,
+        names: Option<&[String]>,
+    ) -> Result<Self, IdentificationError> {
+        let mut chosen: Vec<usize> = match names {
+            None => (0..base.names().len()).collect(),
+            Some(names) => names
+                .iter()
+                .map(|name| {
+                    base.find(name).ok_or_else(|| IdentificationError::UnknownParameter {
+                        name: name.clone(),
+                        available: base.names().to_vec(),
+                    })
+                })
+                .collect::<Result<_, _>>()?,
+        };
+        chosen.sort_unstable();
+        if let Some(pair) = chosen.windows(2).find(|pair| pair[0] == pair[1]) {
+            let name = base.names()[pair[0]].clone();
+            return Err(IdentificationError::RepeatedParameter { name });
+        }
+        if chosen.is_empty() {
+            return Err(IdentificationError::NoParameter);
+        }
+        let names: Vec<String> = chosen.iter().map(|&index| base.names()[index].clone()).collect();
+        let columns: Vec<usize> = chosen.iter().map(|&index| base.columns()[index]).collect();
+        let table = robot.parameters();
+        if names.iter().zip(&columns).any(|(name, &column)| table.find(name) != Some(column)) {
+            let robot = robot.name().to_owned();
+            return Err(IdentificationError::OtherBaseParameters { robot });
+        }
+        let kinds = columns.iter().map(|&column| table.parameters()[column].kind).collect();
+        let terms =
+            |&index: &usize| base.regrouping().row(index).iter().filter(|c| **c != 0.0).count();
+        let regrouped = chosen.iter().map(|index| terms(index) > 1).collect();
+        Ok(Self { names, columns, kinds, regrouped, fixed: Vec::new(), width: table.names().len() })
+    }
+
+    /// Without those of a kind.
+    pub(crate) fn without(&self, kind: ParameterKind) -> Self {
+        let is_other_kind = |index: &usize| self.kinds[*index] != kind;
+        let selected: Vec<usize> = (0..self.kinds.len()).filter(is_other_kind).collect();
+        Self {
+            names: selected.iter().map(|&k| self.names[k].clone()).collect(),
+            columns: selected.iter().map(|&k| self.columns[k]).collect(),
+            kinds: selected.iter().map(|&k| self.kinds[k]).collect(),
+            regrouped: selected.iter().map(|&k| self.regrouped[k]).collect(),
+            fixed: self.fixed.clone(),
+            width: self.width,
+        }
+    }
+
+    /// The names, in the model's order.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The regressor column of each.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// What each is named after.
+    pub fn kinds(&self) -> &[ParameterKind] {
+        &self.kinds
+    }
+
+    /// Whether other parameters are regrouped into each.
+    pub(crate) fn regrouped(&self) -> &[bool] {
+        &self.regrouped
+    }
+
+    /// Lets further base parameters, which are not identified, keep these values; every other is 0.
+    ///
+    /// # Errors
+    /// [`IdentificationError::UnknownParameter`], [`IdentificationError::RepeatedParameter`], and
+    /// [`IdentificationError::KeptAndIdentified`].
+    pub(crate) fn keep<'a>(
+        &mut self,
+        base: &BaseParameters,
+        fixed: impl Iterator<Item = (&'a str, f64)>,
+    ) -> Result<(), IdentificationError> {
+        self.fixed.clear();
+        for (name, value) in fixed {
+            let index = base.find(name).ok_or_else(|| IdentificationError::UnknownParameter {
+                name: name.to_owned(),
+                available: base.names().to_vec(),
+            })?;
+            let column = base.columns()[index];
+            let name = name.to_owned();
+            if self.columns.contains(&column) {
+                return Err(IdentificationError::KeptAndIdentified { name });
+            }
+            if self.fixed.iter().any(|(own, _)| *own == column) {
+                return Err(IdentificationError::RepeatedParameter { name });
+            }
+            self.fixed.push((column, value));
+        }
+        Ok(())
+    }
+
+    /// Those that keep their values, by regressor column.
+    pub(crate) fn fixed(&self) -> &[(usize, f64)] {
+        &self.fixed
+    }
+
+    /// Standard parameters with these selected ones and those that are kept, every other 0.
+    pub(crate) fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
+        let mut standard = vec![0.0; self.width];
+        for &(column, value) in &self.fixed {
+            standard[column] = value;
+        }
+        for (&column, &value) in self.columns.iter().zip(parameters.iter()) {
+            standard[column] = value;
+        }
+        standard
+    }
+
+    /// Of a value for every base parameter, those of the selected ones.
+    pub(crate) fn of_base(&self, base: &BaseParameters, values: &[f64]) -> DVector<f64> {
+        // Both are known by their regressor column.
+        let selected = self.columns.iter().map(|column| {
+            base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
+        });
+        DVector::from_iterator(self.columns.len(), selected.map(Option::unwrap_or_default))
+    }
+
+    /// The failure of a regression, with columns called by their parameters' names.
+    pub(crate) fn named(&self, error: RegressionError) -> IdentificationError {
+        let named = |columns: Vec<usize>| -> Vec<String> {
+            columns.iter().filter_map(|&column| self.names.get(column).cloned()).collect()
+        };
+        match error {
+            RegressionError::TooFewRows { rows, columns } => {
+                IdentificationError::TooFewRows { rows, parameters: columns }
+            }
+            RegressionError::ZeroColumns { columns } => {
+                IdentificationError::NotExcited { parameters: named(columns) }
+            }
+            RegressionError::DependentColumns { columns } => {
+                IdentificationError::RankDeficient { parameters: named(columns) }
+            }
+            RegressionError::NoMeasurement { joint } => {
+                IdentificationError::NoTorque { joint: joint + 1 }
+            }
+            other => IdentificationError::Regression(other),
+        }
+    }
+}

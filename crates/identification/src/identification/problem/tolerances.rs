@@ -1,0 +1,74 @@
+//! How well known is what a cell and a robot state.
+
+use serde::{Deserialize, Serialize};
+
+/// A tolerance that is none.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("tolerance {name} = {value} must be finite and greater than 0: nothing is known perfectly")]
+pub struct ToleranceError {
+    /// Its key.
+    pub name: &'static str,
+    /// The value given.
+    pub value: f64,
+}
+
+/// How well known is what a cell and a robot state: one standard deviation of each.
+///
+/// They are part of every combined uncertainty. The defaults are those of a cell that was set up
+/// with care and not calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Tolerances {
+    /// Relative error of a joint's torque gain, and of a factor common to all. 0.01.
+    pub torque_gain: f64,
+    /// Error of the instant at which a joint's torque is valid \[s\]. 0.0002.
+    pub torque_delay_s: f64,
+    /// Error of a revolute joint's zero \[degrees\]. 0.5.
+    pub zero_deg: f64,
+    /// Error of the angle between neighbouring axes \[degrees\]. 0.1.
+    pub twist_deg: f64,
+    /// Error of the distances between neighbouring axes, and of a prismatic joint's zero \[m\].
+    /// 0.001.
+    pub length_m: f64,
+    /// Relative error of a known torque, as of a spring, and of how it grows over the joint's
+    /// range. 0.02.
+    pub known_torque: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self {
+            torque_gain: 0.01,
+            torque_delay_s: 0.0002,
+            zero_deg: 0.5,
+            twist_deg: 0.1,
+            length_m: 0.001,
+            known_torque: 0.02,
+        }
+    }
+}
+
+impl Tolerances {
+    /// What is stated is wrong where the data have it further off than so many standard deviations.
+    pub(crate) const CONTRADICTED: f64 = 3.0;
+
+    /// Whether each is finite and greater than 0: of nothing one is perfectly certain.
+    ///
+    /// # Errors
+    /// [`ToleranceError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), ToleranceError> {
+        for (name, value) in [
+            ("torque_gain", self.torque_gain),
+            ("torque_delay_s", self.torque_delay_s),
+            ("zero_deg", self.zero_deg),
+            ("twist_deg", self.twist_deg),
+            ("length_m", self.length_m),
+            ("known_torque", self.known_torque),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(ToleranceError { name, value });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! What a result is for.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// What a result is for. Each has a verdict of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Use {
+    /// Watching the parameters of this arm over the years.
+    Monitoring,
+    /// The torque of any motion, in a controller or a simulation.
+    Prediction,
+    /// Thresholds on what is left of the torque. What they must hold is no question of the result,
+    /// so that it never says yes or no.
+    ContactDetection,
+    /// The parameters themselves, for comparison with a data sheet.
+    PhysicalValues,
+    /// A model with a mass matrix that can be inverted anywhere.
+    RigidBody,
+}
+
+impl Use {
+    /// All of them, in the order in which they are shown.
+    pub const ALL: [Self; 5] = [
+        Self::Monitoring,
+        Self::Prediction,
+        Self::ContactDetection,
+        Self::PhysicalValues,
+        Self::RigidBody,
+    ];
+
+    /// Those that a cell asks for which says nothing else.
+    pub fn usual() -> Vec<Self> {
+        vec![Self::Monitoring, Self::Prediction]
+    }
+
+    /// The name, as a cell and JSON have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Monitoring => "monitoring",
+            Self::Prediction => "prediction",
+            Self::ContactDetection => "contact-detection",
+            Self::PhysicalValues => "physical-values",
+            Self::RigidBody => "rigid-body",
+        }
+    }
+}
+
+impl fmt::Display for Use {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

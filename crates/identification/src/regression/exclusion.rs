@@ -1,0 +1,50 @@
+//! Test whether parameters may be left out.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::analysis::ResidualAnalysis;
+use super::error::RegressionError;
+
+/// Test of a model against one without some of its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exclusion {
+    /// `θ_oᵀ Cov(θ_o)⁻¹ θ_o / k` of the k excluded parameters, with their corrected covariance in
+    /// the full model.
+    ///
+    /// With white residuals this is the textbook's F, `(‖ρ_r‖² − ‖ρ‖²)/k / (‖ρ‖²/(r − b))` in
+    /// weighted rows. Excluding parameters adds that quadratic form to the squares. With coloured
+    /// residuals the textbook's F is too large, and this one is not.
+    pub f_statistic: f64,
+    /// Probability of a value this large if the parameters are zero in truth. The F distribution
+    /// has k degrees of freedom and as many as the full model leaves independent rows.
+    pub probability: f64,
+}
+
+impl ResidualAnalysis<'_> {
+    /// Tests whether these columns may be left out; `covariance` is that of this analysis.
+    ///
+    /// # Errors
+    /// [`RegressionError::OutOfRange`] if the covariance cannot be inverted, and
+    /// [`RegressionError::TooFewRows`] if no independent row remains.
+    pub fn excluding(
+        &self,
+        columns: &[usize],
+        covariance: &DMatrix<f64>,
+    ) -> Result<Exclusion, RegressionError> {
+        let (rows, all) = self.system.matrix().shape();
+        let left_over = self.spectrum().independent_rows() - all as f64;
+        if left_over < 1.0 {
+            return Err(RegressionError::TooFewRows { rows, columns: all });
+        }
+        let count = columns.len() as f64;
+        let values = self.solution.parameters.select_rows(columns);
+        let values = DVector::from_column_slice(values.as_slice());
+        let spread = covariance.select_rows(columns).select_columns(columns);
+        let factor = Cholesky::new(spread).ok_or(RegressionError::OutOfRange)?;
+        let f_statistic = values.dot(&factor.solve(&values)) / count;
+        let distribution = FisherSnedecor::new(count, left_over);
+        let probability = distribution.map_or(f64::NAN, |f| f.sf(f_statistic));
+        Ok(Exclusion { f_statistic, probability })
+    }
+}

@@ -1,0 +1,123 @@
+//! Coefficients of further columns, if the model had them.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::analysis::ResidualAnalysis;
+use super::error::RegressionError;
+use super::products::subtract_share;
+use super::spectra::{Basis, Spectra};
+use super::spectrum::ResidualSpectrum;
+
+/// Least share of a column outside the others. With a smaller share, a column cannot be
+/// distinguished from rounding.
+const INDEPENDENT: f64 = 1e-6;
+
+/// Weighted solution compared with that of the model with further columns, `y = X θ + C c + ε`.
+#[derive(Clone, Debug)]
+pub struct Extension {
+    /// Columns of C that are independent of X and of each other; the others are left out.
+    pub columns: Vec<usize>,
+    /// Coefficients c of these columns.
+    pub coefficients: DVector<f64>,
+    /// Covariance of c, corrected for the colour of the remaining residuals.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Least number of remaining degrees of freedom. With fewer, the residuals do not show the
+/// deviations of the coefficients well enough.
+const MIN_DEGREES_OF_FREEDOM: f64 = 20.0;
+
+impl ResidualAnalysis<'_> {
+    /// Adds a column for each joint to the solution, which acts on this joint alone. `further`
+    /// holds their values, one joint after the other (r, unweighted). None if no column is
+    /// independent of X, or if too few rows remain for a judgement.
+    ///
+    /// # Errors
+    /// [`RegressionError::OutOfRange`] if the covariance of the coefficients cannot be inverted.
+    pub fn extended(&self, further: &DVector<f64>) -> Result<Option<Extension>, RegressionError> {
+        let levels = &self.solution.noise_levels;
+        let weighted = self.weighted(further);
+        let of_joint = |joint: usize| weighted.rows_range(self.system.joint_rows(joint));
+        let mut outside = DMatrix::zeros(weighted.len(), levels.len());
+        for joint in 0..levels.len() {
+            let rows = self.system.joint_rows(joint);
+            outside.view_mut((rows.start, joint), (rows.len(), 1)).copy_from(&of_joint(joint));
+        }
+        let Parts { columns, outside } = independent_parts(self.basis, outside);
+        let used = (self.system.matrix().ncols() + columns.len()) as f64;
+        let left_over = self.spectrum().independent_rows() - used;
+        if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
+            return Ok(None);
+        }
+        // Part of the residuals along the new directions. The residuals are orthogonal to X.
+        let residuals = self.weighted(&self.solution.residuals);
+        let projection = outside.tr_mul(&residuals);
+        let mut remaining = residuals - &outside * &projection;
+        for (joint, level) in levels.iter().enumerate() {
+            remaining.rows_range_mut(self.system.joint_rows(joint)).scale_mut(*level);
+        }
+        let mut leverage = self.leverage.clone();
+        let spectra = Spectra::of_columns(self.filter, &outside, self.system.joints());
+        spectra.add_leverage(self.system.rows_per_joint(), &mut leverage);
+        let spectrum = ResidualSpectrum::fit(self.system, &leverage, &remaining, self.filter);
+        let covariance = spectrum.covariance_of(&spectra, levels);
+        if Cholesky::new(covariance.clone()).is_none() {
+            return Err(RegressionError::OutOfRange);
+        }
+        // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
+        let back = DMatrix::from_fn(columns.len(), columns.len(), |direction, chosen| {
+            let joint = columns[chosen];
+            let outside = outside.column(direction);
+            outside.rows_range(self.system.joint_rows(joint)).dot(&of_joint(joint))
+        });
+        let back = back.try_inverse().ok_or(RegressionError::OutOfRange)?;
+        let coefficients = &back * projection;
+        let covariance = &back * covariance * back.transpose();
+        Ok(Some(Extension { columns, covariance, coefficients }))
+    }
+}
+
+/// Contribution of columns to a basis.
+struct Parts {
+    /// Columns that are independent of the basis and of the columns before them.
+    columns: Vec<usize>,
+    /// Orthonormal basis of the contribution.
+    outside: DMatrix<f64>,
+}
+
+/// Orthogonalises twice, for full accuracy (Kahan). If a column lies within an ill-conditioned
+/// basis, the first pass leaves only rounding, which must not be chosen.
+fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
+    let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+    let (rows, mut outside) = (columns.nrows(), columns);
+    for column in outside.as_mut_slice().chunks_exact_mut(rows) {
+        basis.take_out_of(column);
+        basis.take_out_of(column);
+    }
+    let chosen = orthonormalise(&mut outside, |column, remaining| {
+        lengths[column].is_finite() && remaining > INDEPENDENT * lengths[column]
+    });
+    if chosen.len() < outside.ncols() {
+        outside = outside.select_columns(&chosen);
+    }
+    orthonormalise(&mut outside, |_, _| true);
+    Parts { columns: chosen, outside }
+}
+
+/// Makes those columns orthonormal that lie far enough outside those before, by index and length.
+/// Returns their indices.
+fn orthonormalise(columns: &mut DMatrix<f64>, enough: impl Fn(usize, f64) -> bool) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for index in 0..columns.ncols() {
+        let mut outside = columns.column(index).into_owned();
+        for part in &chosen {
+            subtract_share(outside.as_mut_slice(), columns.column(*part).as_slice());
+        }
+        let norm = outside.norm();
+        if enough(index, norm) {
+            columns.set_column(index, &(outside / norm));
+            chosen.push(index);
+        }
+    }
+    chosen
+}

@@ -1,0 +1,363 @@
+//! Estimation of nuisance parameters that the model does not have, with prior knowledge of them.
+
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
+
+use super::analysis::ResidualAnalysis;
+use super::error::RegressionError;
+use super::further::{FurtherColumns, gram_of_joint, spread};
+use super::products::{product, symmetric_product};
+use super::spectra::Spectra;
+use super::spectrum::ResidualSpectrum;
+
+/// Least share of the independent rows that has to remain after the fit. With fewer, the assumed
+/// noise is larger by no more than the inverse of this share.
+const LEAST_LEFT_OVER: f64 = 0.2;
+
+/// Least share of a nuisance parameter's prior variance that informative data remove.
+const LEAST_CERTAINTY: f64 = 1e-3;
+
+/// Solution of `y = X θ + C η + ε` for θ and η together, with prior knowledge of η.
+#[derive(Clone, Debug)]
+pub struct JointSolution {
+    /// Change of θ by the nuisance parameters (b).
+    pub change: DVector<f64>,
+    /// η, in its prior standard deviations (m).
+    pub nuisance_parameters: DVector<f64>,
+    /// Covariance of θ and η together ((b + m) × (b + m)), η in the same unit.
+    pub covariance: DMatrix<f64>,
+    /// Covariance of the weighted solution due to the residual noise (b × b).
+    pub noise: DMatrix<f64>,
+    /// Uncertainty of the parameters due to the colour of the residual, relative to white noise of
+    /// the same size. It is the median, and at least 1.
+    pub colour: f64,
+}
+
+impl JointSolution {
+    /// Returns the covariance of θ (b × b) with coloured noise. The [`colour`](Self::colour) scales
+    /// the uncertainty by noise relative to white noise, but not that of the prior. The information
+    /// of data and prior is N = A + D. The covariance is
+    /// `N⁻¹ (c² A + D) N⁻¹ = c² N⁻¹ − (c² − 1) N⁻¹ D N⁻¹`. D is 1 for each nuisance parameter.
+    pub(crate) fn coloured_covariance(&self) -> DMatrix<f64> {
+        let (own, nuisance) = (self.change.len(), self.nuisance_parameters.len());
+        let square = self.colour * self.colour;
+        let prior_covariance = self.covariance.view((0, own), (own, nuisance));
+        let white = self.covariance.view((0, 0), (own, own));
+        white * square - prior_covariance * prior_covariance.transpose() * (square - 1.0)
+    }
+
+    /// Removes the priors of those nuisance parameters that the data contradict by more than
+    /// `limit` standard deviations of both, the farthest first. Only the data then determine them.
+    /// `stated` marks the nuisance parameters with a configured prior.
+    ///
+    /// With N the information, removing the prior of the nuisance parameter k leaves `N − eₖ eₖᵀ`.
+    /// Its inverse is `P + pₖ pₖᵀ/(1 − Pₖₖ)`, with pₖ a column of P (Sherman and Morrison, 1950).
+    /// The mean shifts by `pₖ ηₖ/(1 − Pₖₖ)`.
+    #[must_use]
+    pub(crate) fn without_contradicted(&self, configured: &[bool], limit: f64) -> Self {
+        let mut solution = self.clone();
+        let width = solution.change.len();
+        let mut remaining: Vec<usize> = (0..configured.len()).filter(|k| configured[*k]).collect();
+        loop {
+            let deviations = |k: &usize| {
+                let certainty = 1.0 - solution.covariance[(width + k, width + k)];
+                let variance = solution.colour.powi(2) * (1.0 - certainty) / certainty;
+                let value = solution.nuisance_parameters[*k] / certainty;
+                // If the data are nearly uninformative, rounding would decide.
+                if certainty > LEAST_CERTAINTY {
+                    value.abs() / (1.0 + variance).sqrt()
+                } else {
+                    0.0
+                }
+            };
+            let furthest =
+                remaining.iter().copied().max_by(|a, b| deviations(a).total_cmp(&deviations(b)));
+            let Some(k) = furthest.filter(|k| deviations(k) > limit) else { return solution };
+            remaining.retain(|other| *other != k);
+            let column = solution.covariance.column(width + k).into_owned();
+            let certainty = 1.0 - column[width + k];
+            let further = solution.nuisance_parameters[k] / certainty;
+            solution.change.axpy(further, &column.rows(0, width), 1.0);
+            solution.nuisance_parameters.axpy(
+                further,
+                &column.rows(width, column.len() - width),
+                1.0,
+            );
+            solution.covariance.ger(1.0 / certainty, &column, &column, 1.0);
+        }
+    }
+
+    /// Returns the possible error of a model without the nuisance parameters, for the rows X of its
+    /// parameters and C of theirs. It is the sum over these rows of the squares of `X Δθ + C η` and
+    /// of its posterior deviation.
+    pub(crate) fn squared_error(
+        &self,
+        rows: DMatrixView<'_, f64>,
+        further: DMatrixView<'_, f64>,
+    ) -> f64 {
+        let off = rows * &self.change + further * &self.nuisance_parameters;
+        // Many columns act on other joints alone.
+        let all_columns = rows.column_iter().chain(further.column_iter()).enumerate();
+        let acts = all_columns.filter(|(_, column)| column.iter().any(|value| *value != 0.0));
+        let (acting, columns): (Vec<usize>, Vec<_>) = acts.unzip();
+        if columns.is_empty() {
+            return 0.0;
+        }
+        let columns = DMatrix::from_columns(&columns);
+        let covariance = self.covariance.select_rows(&acting).select_columns(&acting);
+        off.norm_squared() + symmetric_product(&columns, &columns).dot(&covariance)
+    }
+
+    /// Returns the median of that sum over the posterior, from AᵀA of the rows A = [X C]. If one
+    /// combination of parameters is unidentifiable from the data, the mean is half as large again.
+    /// A few large errors dominate that mean.
+    ///
+    /// The sum has the mean and the variance of a scaled chi-squared variable (Satterthwaite, *An
+    /// approximate distribution of estimates of variance components*, 1946). Wilson and Hilferty
+    /// (*The distribution of chi-square*, 1931) give its median.
+    pub(crate) fn median_squared_error(&self, gram: &DMatrix<f64>) -> f64 {
+        let off: Vec<f64> = self.change.iter().chain(&self.nuisance_parameters).copied().collect();
+        let off = DVector::from_vec(off);
+        let along = gram * &off;
+        let spread = product(gram, &self.covariance);
+        let mean = spread.trace() + off.dot(&along);
+        let squares = spread.component_mul(&spread.transpose()).sum();
+        let variance = 2.0 * squares + 4.0 * along.dot(&(&self.covariance * &along));
+        // The mean is 0, or there is no covariance.
+        if mean <= 0.0 {
+            return mean;
+        }
+        let degrees_of_freedom = 2.0 * mean * mean / variance;
+        mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
+    }
+}
+
+/// Products of additional columns C with X and with each other.
+#[derive(Clone, Debug)]
+pub struct JointProducts {
+    /// `AᵀA` of each joint over the frequencies that the filter passes. The rows are A = (X C ρ),
+    /// the residuals ρ last. The noise there is assumed to be white, without the colour of the
+    /// residuals. The model error is at the frequencies of the motion. It is not noise that other
+    /// frequencies could outweigh.
+    passed: Vec<DMatrix<f64>>,
+    /// `CᵀC` of each joint (m × m).
+    pub squares: Vec<DMatrix<f64>>,
+    /// K, the sensitivity: the shift of the estimate by a unit of each column (b × m).
+    pub shifted: DMatrix<f64>,
+}
+
+impl ResidualAnalysis<'_> {
+    /// Returns the products of further columns (r × m, unweighted) with X, with the residuals and
+    /// with each other. It takes one joint at a time, which bounds the memory.
+    pub fn products(&self, further: &dyn FurtherColumns) -> JointProducts {
+        let matrix = self.system.matrix();
+        let (own, count) = (matrix.ncols(), further.count());
+        let mut products = JointProducts {
+            passed: Vec::new(),
+            squares: Vec::new(),
+            shifted: DMatrix::zeros(own, count),
+        };
+        for joint in 0..self.system.joints() {
+            let columns = further.of_joint(joint);
+            let residuals = self.system.joint_of(&self.solution.residuals, joint);
+            let signals = (matrix.of_joint(joint).map(|(_, values)| values))
+                .chain(columns.iter().map(|column| &*column.values))
+                .chain([residuals.as_slice()]);
+            let mut passed = Spectra::of_signals(self.filter, signals.collect()).passed_gram();
+            let acting = matrix.columns_of(joint);
+            for (at, column) in (acting.len()..).zip(&columns) {
+                passed.row_mut(at).scale_mut(column.factor);
+                passed.column_mut(at).scale_mut(column.factor);
+            }
+            let numbers: Vec<usize> = columns.iter().map(|column| column.number).collect();
+            let places = acting.iter().copied().chain(numbers.iter().map(|number| own + number));
+            let places: Vec<usize> = places.chain([own + count]).collect();
+            products.passed.push(spread(&passed, &places, own + count + 1));
+
+            let gram = gram_of_joint(matrix, joint, &columns);
+            let with_own = gram.view((0, acting.len()), (acting.len(), columns.len()));
+            let shifts = self.estimate_shifts(joint, &with_own.into_owned());
+            for (shift, column) in shifts.column_iter().zip(&numbers) {
+                let mut target = products.shifted.column_mut(*column);
+                target += shift;
+            }
+            let first = acting.len();
+            let among = gram.view((first, first), (columns.len(), columns.len())).into_owned();
+            products.squares.push(spread(&among, &numbers, count));
+        }
+        products
+    }
+
+    /// Solves for the parameters together with the coefficients of `further` columns (r × m,
+    /// unweighted). The prior coefficients are independent, with mean 0 and standard deviation 1.
+    /// `products` are those of the columns.
+    ///
+    /// The noise of each joint is that of its own residuals, never with a smaller standard
+    /// deviation than `floors`. It is white within the filter's passband. One of `copies`
+    /// equivalent rows counts.
+    ///
+    /// # Errors
+    /// [`RegressionError::OutOfRange`] if the equation cannot be solved.
+    pub fn with_prior(
+        &self,
+        further: &dyn FurtherColumns,
+        products: &JointProducts,
+        floors: &[f64],
+        repeats: f64,
+    ) -> Result<JointSolution, RegressionError> {
+        let width = self.system.matrix().ncols();
+        let mut before = self.spectrum().clone();
+        before.raise_to(floors);
+        let Solved { change, nuisance, covariance } = solved(products, width, &before, repeats)?;
+        // The information on the nuisance parameters uses up as many rows.
+        let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
+        let rows = before.independent_rows() - width as f64;
+        drop(before);
+        let share = ((rows - certainty) / rows).clamp(LEAST_LEFT_OVER, 1.0);
+        let mut remaining = self.solution.residuals.clone();
+        self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
+        remaining -= further.times(&nuisance);
+        remaining /= share.sqrt();
+        let spectrum = ResidualSpectrum::fit(self.system, &self.leverage, &remaining, self.filter);
+        drop(remaining);
+        let mut raised = spectrum.clone();
+        raised.raise_to(floors);
+        let covariances = self.covariances_by(&[&spectrum, &raised.whitened(), &raised]);
+        let colour = median_ratio(&covariances[0], &covariances[1]);
+        let noise = &covariances[2] * repeats;
+        // Solved again with the noise that remains after the nuisance parameters.
+        let Solved { change, nuisance, covariance } = solved(products, width, &raised, repeats)?;
+        Ok(JointSolution { change, nuisance_parameters: nuisance, covariance, noise, colour })
+    }
+
+    /// Returns `ZᵀVZ` with the noise of each of these spectra.
+    pub(super) fn covariances_by(&self, spectra: &[&ResidualSpectrum<'_>]) -> Vec<DMatrix<f64>> {
+        // Z = Ω^{-1/2} Q R⁻ᵀ, so the transforms of Q suffice.
+        let r_inverse = &self.solution.r_inverse;
+        let size = r_inverse.ncols();
+        let mut of_basis = vec![DMatrix::zeros(size, size); spectra.len()];
+        self.basis_spectra.for_each_block(|block| {
+            for (sum, spectrum) in of_basis.iter_mut().zip(spectra) {
+                let levels = &self.solution.noise_levels;
+                *sum += spectrum.covariance_in(block, levels);
+            }
+        });
+        of_basis
+            .into_iter()
+            .map(|of_basis: DMatrix<f64>| {
+                let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
+                (&covariance + covariance.transpose()) * 0.5
+            })
+            .collect()
+    }
+}
+
+/// Solution for all parameters together.
+struct Solved {
+    change: DVector<f64>,
+    nuisance: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+/// Returns the change of the parameters, the nuisance parameters and their covariance. The noise of
+/// each joint is white, with its mean power.
+fn solved(
+    products: &JointProducts,
+    own: usize,
+    spectrum: &ResidualSpectrum<'_>,
+    repeats: f64,
+) -> Result<Solved, RegressionError> {
+    let width = own + products.shifted.ncols();
+    let mut gram = DMatrix::zeros(width + 1, width + 1);
+    for (joint, of_joint) in products.passed.iter().enumerate() {
+        gram += of_joint / (spectrum.mean_power(joint) * repeats);
+    }
+    let right = gram.view((0, width), (width, 1)).into_owned();
+    // Parameters differ in size, so each column is scaled by its own length.
+    let scale = DVector::from_fn(width, |k, _| match gram[(k, k)].sqrt() {
+        length if k < own && length > 0.0 => 1.0 / length,
+        _ => 1.0,
+    });
+    let mut normal = DMatrix::from_fn(width, width, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+    for k in own..width {
+        normal[(k, k)] += 1.0;
+    }
+    let factor = Cholesky::new(normal).ok_or(RegressionError::OutOfRange)?;
+    let solution = factor.solve(&right.column(0).component_mul(&scale)).component_mul(&scale);
+    let mut covariance = factor.inverse();
+    for (mut column, by) in covariance.column_iter_mut().zip(&scale) {
+        column.component_mul_assign(&scale);
+        column.scale_mut(*by);
+    }
+    let (change, nuisance) = (solution.rows(0, own), solution.rows(own, width - own));
+    Ok(Solved { change: change.into_owned(), nuisance: nuisance.into_owned(), covariance })
+}
+
+/// Returns the median ratio of the standard deviations of two covariances, at least 1.
+fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
+    let (one, other) = (one.diagonal(), other.diagonal());
+    let mut ratios: Vec<f64> = (one.iter().zip(other.iter()))
+        .map(|(one, other)| (one / other).sqrt())
+        .filter(|ratio| ratio.is_finite())
+        .collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    ratios.get(ratios.len() / 2).map_or(1.0, |median| median.max(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One parameter and two nuisance parameters. For the first, the data give 40 prior deviations
+    /// and remove a tenth of its variance. They do not contradict the second. The prior of the
+    /// first is removed from all results.
+    #[test]
+    fn what_contradicts_is_known_by_the_data_alone() {
+        let information =
+            DMatrix::from_row_slice(3, 3, &[4.0, 0.2, 0.1, 0.2, 0.15, 0.05, 0.1, 0.05, 0.2]);
+        let right = DVector::from_vec(vec![1.0, 4.0, 0.3]);
+        let solved = |prior: [f64; 3]| {
+            let total = &information + DMatrix::from_diagonal(&DVector::from_vec(prior.to_vec()));
+            let covariance = total.try_inverse().unwrap();
+            let mean = &covariance * &right;
+            JointSolution {
+                change: mean.rows(0, 1).into_owned(),
+                nuisance_parameters: mean.rows(1, 2).into_owned(),
+                covariance,
+                noise: DMatrix::zeros(0, 0),
+                colour: 1.0,
+            }
+        };
+        let (before, alone) = (solved([0.0, 1.0, 1.0]), solved([0.0, 0.0, 1.0]));
+        let reduced = before.without_contradicted(&[true, true], 3.0);
+        assert!((reduced.covariance - &alone.covariance).amax() < 1e-12);
+        assert!((reduced.nuisance_parameters - &alone.nuisance_parameters).amax() < 1e-12);
+        assert!((reduced.change - &alone.change).amax() < 1e-12);
+        for same in [
+            before.without_contradicted(&[false, true], 3.0),
+            before.without_contradicted(&[true, true], 30.0),
+        ] {
+            assert_eq!(same.nuisance_parameters, before.nuisance_parameters);
+        }
+    }
+
+    /// Chi-squared variable of one degree of freedom, and of many.
+    #[test]
+    fn few_open_combinations_have_a_median_below_the_mean() {
+        let solution = |size: usize, off: f64| JointSolution {
+            change: DVector::from_element(size, off),
+            nuisance_parameters: DVector::zeros(0),
+            covariance: DMatrix::identity(size, size) * 4.0,
+            noise: DMatrix::zeros(0, 0),
+            colour: 1.0,
+        };
+        let median = |size: usize, off: f64| {
+            solution(size, off).median_squared_error(&DMatrix::identity(size, size))
+        };
+        // scipy.stats.chi2.median(1) = 0.45494, of 100: 99.3341.
+        assert!((median(1, 0.0) / (4.0 * 0.45494) - 1.0).abs() < 0.04);
+        assert!((median(100, 0.0) / (4.0 * 99.3341) - 1.0).abs() < 1e-4);
+        // scipy.stats.ncx2.median(3, 3 · 25/4) = 20.767.
+        assert!((median(3, 5.0) / (4.0 * 20.767) - 1.0).abs() < 0.02);
+        assert!(median(2, 0.0) < median(2, 1.0));
+    }
+}

@@ -1,0 +1,271 @@
+//! Least squares that is insensitive to a few rows: M-estimates (Huber & Ronchetti, *Robust
+//! Statistics*, 2nd edition, chapter 7).
+
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::error::RegressionError;
+use super::observations::Observations;
+use super::solution::Solution;
+use didim_dynamics::numeric::median;
+
+/// Loss that limits the effect of a large residual, with its tuning constant in standard
+/// deviations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum RobustLoss {
+    /// `ψ(u) = u`, limited to ± the tuning constant (Huber, *Ann. Math. Statist.* 35, 1964).
+    Huber {
+        /// 1.345 by default: for normal errors, the estimate has 95 % of the efficiency of least
+        /// squares.
+        #[serde(default = "RobustLoss::huber_tuning")]
+        tuning: f64,
+    },
+    /// `ψ(u) = u (1 − (u/c)²)²`, and 0 beyond c (Beaton & Tukey, *Technometrics* 16, 1974).
+    Bisquare {
+        /// 4.685 by default, for the same efficiency.
+        #[serde(default = "RobustLoss::bisquare_tuning")]
+        tuning: f64,
+    },
+}
+
+/// The median of |u| of a standard normal u.
+const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
+
+/// Share of its residual below which a row counts as downweighted.
+const DOWNWEIGHTED: f64 = 0.5;
+
+/// Residuals of this share of the measurements are rounding. None of them is an outlier.
+const ROUNDING: f64 = 1e-7;
+
+/// Least mean slope of ψ. With a smaller slope the remaining rows are inconclusive. For normal
+/// errors and the usual tuning it is 0.82 (Huber) and 0.76 (bisquare).
+const LEAST_SLOPE: f64 = 0.2;
+
+/// Convergence limit. The parameters change the equation of no joint by more than this share of its
+/// scale. The share of any standard deviation is no larger.
+const STANDSTILL: f64 = 1e-6;
+
+/// Largest number of steps; about twenty are usual.
+const MAX_STEPS: usize = 200;
+
+/// Number of steps in which scales and slopes follow the residuals. They are constant afterwards,
+/// because a row that crosses a corner back and forth may cause a cycle.
+const RESCALED_STEPS: usize = 30;
+
+impl RobustLoss {
+    fn huber_tuning() -> f64 {
+        1.345
+    }
+
+    fn bisquare_tuning() -> f64 {
+        4.685
+    }
+
+    /// Returns Huber's loss with the usual tuning.
+    pub fn huber() -> Self {
+        Self::Huber { tuning: Self::huber_tuning() }
+    }
+
+    /// Returns Tukey's bisquare with the usual tuning.
+    pub fn bisquare() -> Self {
+        Self::Bisquare { tuning: Self::bisquare_tuning() }
+    }
+
+    fn tuning(self) -> f64 {
+        match self {
+            Self::Huber { tuning } | Self::Bisquare { tuning } => tuning,
+        }
+    }
+
+    /// Checks that the tuning constant defines an M-estimate. An infinite one gives least squares.
+    ///
+    /// # Errors
+    /// [`Tuning`](RegressionError::Tuning).
+    pub fn validate(self) -> Result<(), RegressionError> {
+        let tuning = self.tuning();
+        if tuning.is_nan() || tuning <= 0.0 {
+            return Err(RegressionError::Tuning { tuning });
+        }
+        Ok(())
+    }
+
+    /// Returns true if less than half of a residual of u scales counts.
+    pub fn weighs_down(self, u: f64) -> bool {
+        self.weight_and_slope(u).0 < DOWNWEIGHTED
+    }
+
+    /// Returns the share of normal errors that is downweighted.
+    pub fn normal_share_weighed_down(self) -> f64 {
+        // ψ(u)/u = 1/2, solved for |u|.
+        let half = match self {
+            Self::Huber { tuning } => tuning / DOWNWEIGHTED,
+            Self::Bisquare { tuning } => tuning * (1.0 - DOWNWEIGHTED.sqrt()).sqrt(),
+        };
+        2.0 * Normal::standard().sf(half)
+    }
+
+    /// ψ(u)/u and ψ′(u).
+    fn weight_and_slope(self, u: f64) -> (f64, f64) {
+        let share = u.abs() / self.tuning();
+        match self {
+            Self::Huber { .. } if share <= 1.0 => (1.0, 1.0),
+            Self::Huber { .. } => (1.0 / share, 0.0),
+            Self::Bisquare { .. } if share <= 1.0 => {
+                let distance = 1.0 - share * share;
+                (distance * distance, distance * (1.0 - 5.0 * share * share))
+            }
+            Self::Bisquare { .. } => (0.0, 0.0),
+        }
+    }
+}
+
+/// M-estimate, expressed as the least squares solution of other measurements.
+///
+/// With residuals ρ, scale s_j and the mean slope m_j of ψ over the rows of a joint, the estimate
+/// solves `Σ_j X_jᵀ ψ(ρ_j/s_j) s_j/(m_j σ_j²) = 0`. This is weighted least squares of the
+/// **pseudo-values** `y* = Xθ + K s ψ(ρ/s)/m` on X. To first order, y* shifts the estimate as y
+/// does. So the covariance of that least squares solution is that of the estimate,
+/// `s² E[ψ²]/E[ψ′]² (XᵀX)⁻¹` for independent rows (Huber & Ronchetti, section 7.6, with their
+/// `K = 1 + b/N · var(ψ′)/E[ψ′]²`). A correction for the colour of the residuals applies to both.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobustSolution {
+    /// Equation with the pseudo-values as measurements.
+    pub pseudo: Observations,
+    /// Its weighted solution.
+    pub solution: Solution,
+    /// Number of rows of each joint of whose residual less than half counts; one in a hundred for
+    /// normal errors.
+    pub downweighted_rows_per_joint: Vec<usize>,
+    /// ρ/s of every row.
+    pub scaled_residuals: DVector<f64>,
+}
+
+impl Observations {
+    /// Returns the M-estimate with one noise level σ_j per joint, which weights the joints as in
+    /// [`weighted`](Self::weighted). The scale s_j of a joint's residuals is their median absolute
+    /// value over 0.6745. A few large residuals do not change it.
+    ///
+    /// # Errors
+    /// Those of [`weighted`](Self::weighted), [`Tuning`](RegressionError::Tuning) and
+    /// [`NotSettled`](RegressionError::NotSettled).
+    pub fn robust(
+        &self,
+        loss: RobustLoss,
+        noise_levels: &[f64],
+    ) -> Result<RobustSolution, RegressionError> {
+        loss.validate()?;
+        let first = self.weighted(noise_levels)?.parameters;
+        match loss {
+            RobustLoss::Huber { .. } => self.settled(loss, noise_levels, first),
+            // Its criterion has several minima. The one next to Huber's is taken, because Huber's
+            // has only one.
+            RobustLoss::Bisquare { .. } => {
+                let near = self.settled(RobustLoss::huber(), noise_levels, first)?;
+                self.settled(loss, noise_levels, near.solution.parameters)
+            }
+        }
+    }
+
+    /// Returns noise levels that a few rows cannot raise: those of the M-estimate without weights.
+    ///
+    /// # Errors
+    /// Those of [`robust`](Self::robust).
+    pub fn robust_noise_levels(&self, loss: RobustLoss) -> Result<Vec<f64>, RegressionError> {
+        let fit = self.robust(loss, &vec![1.0; self.joints()])?;
+        Ok(fit.pseudo.noise_levels(&fit.solution.residuals))
+    }
+
+    /// Alternates pseudo-values and least squares until the parameters converge.
+    fn settled(
+        &self,
+        loss: RobustLoss,
+        noise_levels: &[f64],
+        mut parameters: DVector<f64>,
+    ) -> Result<RobustSolution, RegressionError> {
+        let mut scalings = Vec::new();
+        for step in 0..MAX_STEPS {
+            let residuals = self.residuals(&parameters);
+            if step < RESCALED_STEPS {
+                let joints = (0..self.joints()).map(|joint| self.scaling(loss, joint, &residuals));
+                scalings = joints.collect::<Result<_, _>>()?;
+            }
+            let (values, downweighted_rows_per_joint) =
+                self.pseudo_values(loss, &residuals, &scalings);
+            let pseudo = Self::from_dense(self.matrix().clone(), values)?
+                .with_known(self.known_torque().cloned());
+            let solution = pseudo.weighted(noise_levels)?;
+            let change = self.matrix().times(&(&solution.parameters - &parameters));
+            let still = |(joint, scaling): (usize, &Scaling)| {
+                self.joint_of(&change, joint).norm() <= STANDSTILL * scaling.scale
+            };
+            if scalings.iter().enumerate().all(still) {
+                let mut scaled_residuals = residuals;
+                for (joint, scaling) in scalings.iter().enumerate() {
+                    scaled_residuals
+                        .rows_range_mut(self.joint_rows(joint))
+                        .unscale_mut(scaling.scale);
+                }
+                return Ok(RobustSolution {
+                    pseudo,
+                    solution,
+                    downweighted_rows_per_joint,
+                    scaled_residuals,
+                });
+            }
+            parameters = solution.parameters;
+        }
+        Err(RegressionError::NotSettled { steps: MAX_STEPS })
+    }
+
+    /// Returns s_j and K_j/m_j of residuals.
+    fn scaling(
+        &self,
+        loss: RobustLoss,
+        joint: usize,
+        residuals: &DVector<f64>,
+    ) -> Result<Scaling, RegressionError> {
+        let own_rows = self.joint_of(residuals, joint);
+        let rows = self.rows_per_joint() as f64;
+        let measured = self.joint_of(self.measurements(), joint).norm() / rows.sqrt();
+        let median = median(own_rows.iter().map(|r| r.abs()).collect()).unwrap_or(0.0);
+        let scale = (median / NORMAL_MAD).max(ROUNDING * measured);
+        let slopes = own_rows.iter().map(|r| loss.weight_and_slope(r / scale).1);
+        let mean = slopes.clone().sum::<f64>() / rows;
+        if mean < LEAST_SLOPE {
+            return Err(RegressionError::NotSettled { steps: 0 });
+        }
+        let variance = slopes.map(|slope| (slope - mean).powi(2)).sum::<f64>() / rows;
+        let parameters = self.matrix().ncols() as f64 / self.joints() as f64;
+        let correction = 1.0 + parameters / rows * variance / (mean * mean);
+        Ok(Scaling { scale, factor: correction / mean })
+    }
+
+    /// Returns y* with these residuals, and the number of downweighted rows of each joint.
+    fn pseudo_values(
+        &self,
+        loss: RobustLoss,
+        residuals: &DVector<f64>,
+        scalings: &[Scaling],
+    ) -> (DVector<f64>, Vec<usize>) {
+        let mut values = self.measurements() - residuals;
+        let mut downweighted = vec![0; self.joints()];
+        for (joint, Scaling { scale, factor }) in scalings.iter().enumerate() {
+            for row in self.joint_rows(joint) {
+                let (weight, _) = loss.weight_and_slope(residuals[row] / scale);
+                values[row] += factor * weight * residuals[row];
+                downweighted[joint] += usize::from(loss.weighs_down(residuals[row] / scale));
+            }
+        }
+        (values, downweighted)
+    }
+}
+
+/// Scaling from the residuals of a joint to pseudo-values.
+struct Scaling {
+    /// s_j.
+    scale: f64,
+    /// K_j/m_j.
+    factor: f64,
+}

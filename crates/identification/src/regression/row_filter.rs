@@ -1,0 +1,88 @@
+//! Filter that the rows of an equation have passed, in the form that their spectra need.
+
+use super::fourier::{Fourier, SIGNALS};
+use super::spectrum_shape::Band;
+
+/// Filter that the rows have passed, for records of a given number of rows. Frequencies are ratios
+/// of the Nyquist frequency of the rows, 0 to 1.
+#[derive(Clone, Debug)]
+pub struct RowFilter {
+    passband: f64,
+    pub(super) fourier: Fourier,
+    /// Power at each frequency of the transform, from 0 to the Nyquist frequency.
+    pub(super) power: Vec<f64>,
+    /// Number of frequencies within the passband.
+    pub(super) inside: usize,
+    /// Passband as a separate band. Its end represents everything outside.
+    pub(super) band: Band,
+}
+
+impl RowFilter {
+    /// Creates a filter that passes noise up to `passband`. Beyond it, residuals do not show their
+    /// shape. `power` is the power spectrum of white noise behind the filter, relative to the noise
+    /// before it.
+    pub fn new(rows: usize, passband: f64, power: impl Fn(f64) -> f64) -> Self {
+        // Long enough that sums over a record's rows do not wrap around.
+        let fourier = Fourier::for_values(2 * rows);
+        let last = fourier.frequencies() - 1;
+        let ratios = || (0..=last).map(|k| k as f64 / last as f64);
+        let inside = ratios().filter(|ratio| *ratio <= passband).count();
+        let phases = ratios().map(|ratio| core::f64::consts::PI * (ratio / passband).min(1.0));
+        let band = Band::new(inside, phases);
+        let power = ratios().map(power).collect();
+        Self { passband, fourier, power, inside, band }
+    }
+
+    /// Returns the transforms of this number of rows of each joint at the informative frequencies,
+    /// as real and imaginary parts. For some frequencies they are the conjugate (those of
+    /// [`Fourier::of_class`]).
+    pub(super) fn transforms(&self, columns: &[f64], rows: usize) -> Vec<[Vec<f64>; 2]> {
+        let signals: Vec<&[f64]> = columns.chunks_exact(rows.max(1)).collect();
+        let none = || vec![0.0; self.inside];
+        let mut all_transforms: Vec<_> = signals.iter().map(|_| [none(), none()]).collect();
+        for class in 0..self.fourier.classes() {
+            for (signals, to) in signals.chunks(SIGNALS).zip(all_transforms.chunks_mut(SIGNALS)) {
+                let transforms = self.fourier.of_class(class, signals);
+                let of_class = self.fourier.frequencies_of(class).zip(&transforms);
+                for (frequency, value) in of_class.filter(|(k, _)| *k < self.inside) {
+                    for (signal, [re, im]) in to.iter_mut().enumerate() {
+                        (re[frequency], im[frequency]) = (value.re.0[signal], value.im.0[signal]);
+                    }
+                }
+            }
+        }
+        all_transforms
+    }
+
+    /// Returns zero leverage at the informative frequencies.
+    pub(super) fn no_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
+        vec![vec![0.0; self.inside]; joints]
+    }
+
+    /// Returns frequency `k` as a ratio of the Nyquist frequency.
+    fn ratio(&self, k: usize) -> f64 {
+        k as f64 / (self.fourier.frequencies() - 1) as f64
+    }
+
+    /// Returns how often frequency `k` occurs in the two-sided transform.
+    pub(super) fn multiplicity(&self, k: usize) -> f64 {
+        if k == 0 || k + 1 == self.fourier.frequencies() { 1.0 } else { 2.0 }
+    }
+
+    /// Returns the Durbin–Watson statistic of white noise behind the filter, 2 (1 − r_1) in long
+    /// records.
+    pub fn durbin_watson_of_white_noise(&self) -> f64 {
+        let (mut power, mut neighbours) = (0.0, 0.0);
+        for (k, value) in self.power.iter().enumerate() {
+            let share = self.multiplicity(k) * value;
+            power += share;
+            neighbours += share * (core::f64::consts::PI * self.ratio(k)).cos();
+        }
+        2.0 * (1.0 - neighbours / power)
+    }
+
+    /// Returns the number of independent values among this number of rows.
+    pub(super) fn independent(&self, rows: usize) -> f64 {
+        self.passband * rows as f64
+    }
+}

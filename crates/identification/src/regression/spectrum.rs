@@ -1,0 +1,231 @@
+//! Valid standard deviations for residuals that are not white.
+//!
+//! Equation 10 assumes independent errors of the rows. They are not independent. The parallel
+//! filter cuts below the Nyquist frequency of the rows. Torque noise and the model error have their
+//! own colour. Here the errors of each joint are a stationary process. Its power spectrum is that
+//! of white noise behind the filter, times a smooth shape that the residuals show.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::ljung_box::LjungBox;
+use super::observations::Observations;
+use super::products::symmetric_product;
+use super::row_filter::RowFilter;
+use super::spectra::{Block, Spectra};
+use super::spectrum_shape::SmoothSpectrum;
+use didim_dynamics::numeric::vectorised;
+
+/// Largest share that the parameters may take out of the residuals at a frequency. The rest still
+/// allows a judgement.
+const MOST_EXPLAINED: f64 = 0.9;
+
+/// Errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and the
+/// correlation between the joints.
+#[derive(Clone, Debug)]
+pub struct ResidualSpectrum<'a> {
+    rows: usize,
+    filter: &'a RowFilter,
+    joints: Vec<JointSpectrum>,
+    /// Correlation between the joints' errors at the same instant (n × n).
+    correlation: DMatrix<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct JointSpectrum {
+    /// Power at each frequency of the transform, from 0 to the Nyquist frequency, without the
+    /// factor. Spectra that differ only by a factor share it.
+    shape: Arc<[f64]>,
+    factor: f64,
+    /// Power at the informative frequencies, if it is the same at all of them.
+    flat: Option<f64>,
+    /// Autocorrelations from lag 1 without the filter's own colour.
+    autocorrelations: Vec<f64>,
+}
+
+impl JointSpectrum {
+    /// Returns the power at a frequency. The first `inside` frequencies are informative.
+    fn power(&self, frequency: usize, inside: usize) -> f64 {
+        match self.flat {
+            Some(power) if frequency < inside => power,
+            _ => self.factor * self.shape[frequency],
+        }
+    }
+
+    /// Returns the power of all frequencies, including mirror images.
+    fn total(&self, filter: &RowFilter) -> f64 {
+        let power = (0..self.shape.len()).map(|k| (k, self.power(k, filter.inside)));
+        power.map(|(k, power)| filter.multiplicity(k) * power).sum()
+    }
+}
+
+impl<'a> ResidualSpectrum<'a> {
+    /// Fits the spectrum to unweighted residuals (r). A projection has taken the share `leverage`
+    /// out of them at each frequency, joint by joint.
+    pub(super) fn fit(
+        system: &Observations,
+        leverage: &[Vec<f64>],
+        residuals: &DVector<f64>,
+        filter: &'a RowFilter,
+    ) -> Self {
+        let rows = system.rows_per_joint();
+        let (mut joints, mut whitened) = (Vec::new(), Vec::new());
+        let transforms = filter.transforms(residuals.as_slice(), rows);
+        for ((joint, leverage), mut parts) in leverage.iter().enumerate().zip(transforms) {
+            let [re, im] = &parts;
+            let squares = re.iter().zip(im).map(|(re, im)| re * re + im * im);
+            let periodogram: Vec<f64> = squares
+                .zip(leverage)
+                .zip(&filter.power)
+                .map(|((square, leverage), filtered)| {
+                    let degrees = 1.0 - leverage.min(MOST_EXPLAINED);
+                    square / (rows as f64 * degrees * filtered)
+                })
+                .collect();
+            let mut shape =
+                SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent(rows));
+            // An exact fit leaves rounding errors, which are not zero.
+            let measured = system.measurements().rows_range(system.joint_rows(joint));
+            let rounding = measured.norm_squared() / rows as f64 * f64::EPSILON.powi(2);
+            let least = SmoothSpectrum::flat(rounding.max(f64::MIN_POSITIVE));
+            if shape.at_zero() < least.at_zero() {
+                shape = least;
+            }
+            let shape_values = shape.values(&filter.band);
+            let power: Arc<[f64]> =
+                filter.power.iter().zip(shape_values).map(|(filtered, g)| filtered * g).collect();
+            for part in &mut parts {
+                part.iter_mut().zip(&*power).for_each(|(value, power)| *value /= power.sqrt());
+            }
+            whitened.push(parts);
+            let autocorrelations = shape.autocorrelations;
+            joints.push(JointSpectrum { shape: power, factor: 1.0, flat: None, autocorrelations });
+        }
+        let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
+            if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
+        });
+        Self { rows, filter, joints, correlation }
+    }
+
+    /// Returns the covariance `ZᵀVZ` of `Zᵀε` (c × c), with Z = Ω^{-1/2} C of the transformed
+    /// columns and these noise levels.
+    pub(super) fn covariance_of(&self, columns: &Spectra<'_>, levels: &[f64]) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(0, 0);
+        columns.for_each_block(|block| {
+            let of_block = self.covariance_in(block, levels);
+            sum = if sum.is_empty() { of_block } else { &sum + of_block };
+        });
+        sum
+    }
+
+    /// Returns the contribution of some frequencies to the covariance of columns.
+    pub(super) fn covariance_in(&self, block: &Block, levels: &[f64]) -> DMatrix<f64> {
+        let Block { frequencies, of_joints } = block;
+        // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
+        let length = self.filter.fourier.length() as f64;
+        let columns = of_joints.first().map_or(0, DMatrix::ncols);
+        let weighted = |((joint, level), values): ((&JointSpectrum, &f64), &DMatrix<f64>)| {
+            let root = |k: &usize| {
+                let power = joint.power(*k, self.filter.inside);
+                (self.filter.multiplicity(*k) * power / length).sqrt() / level
+            };
+            let roots: Vec<f64> = frequencies.iter().map(root).collect();
+            let mut values = values.clone();
+            for part in values.as_mut_slice().chunks_exact_mut(frequencies.len()) {
+                part.iter_mut().zip(&roots).for_each(|(value, root)| *value *= root);
+            }
+            values
+        };
+        let weighted: Vec<_> =
+            self.joints.iter().zip(levels).zip(of_joints).map(weighted).collect();
+        let mut sum = DMatrix::zeros(columns, columns);
+        let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
+        for (i, of_joint) in weighted.iter().enumerate() {
+            // Part that all joints have in common with this one.
+            vectorised(
+                #[inline(always)]
+                || {
+                    common.fill(0.0);
+                    for (j, other) in weighted.iter().enumerate() {
+                        let share = self.correlation[(i, j)];
+                        for (to, from) in common.as_mut_slice().iter_mut().zip(other.as_slice()) {
+                            *to += share * from;
+                        }
+                    }
+                },
+            );
+            // The terms are not symmetric, but their sum is.
+            sum += symmetric_product(of_joint, &common);
+        }
+        sum
+    }
+
+    /// Raises the power of each joint whose errors have a smaller standard deviation than this.
+    pub(super) fn raise_to(&mut self, deviations: &[f64]) {
+        let length = self.filter.fourier.length() as f64;
+        for (joint, deviation) in self.joints.iter_mut().zip(deviations) {
+            let raised = deviation * deviation * length / joint.total(self.filter);
+            if raised > 1.0 {
+                joint.factor *= raised;
+                joint.flat = joint.flat.map(|power| power * raised);
+            }
+        }
+    }
+
+    /// Returns a spectrum with the same power of each joint, equal at all informative frequencies.
+    pub(super) fn whitened(&self) -> Self {
+        let mut white = self.clone();
+        for (joint, of_joint) in white.joints.iter_mut().enumerate() {
+            of_joint.flat = Some(self.mean_power(joint));
+        }
+        white
+    }
+
+    /// Returns the mean power of a joint's errors over the informative frequencies.
+    pub(super) fn mean_power(&self, joint: usize) -> f64 {
+        let inside = self.filter.inside;
+        let power = (0..inside).map(|k| self.joints[joint].power(k, inside));
+        power.sum::<f64>() / inside as f64
+    }
+
+    /// Returns the number of independent rows of all joints, by the filter alone: rows times the
+    /// passband.
+    pub(super) fn independent_rows(&self) -> f64 {
+        self.filter.independent(self.rows) * self.joints.len() as f64
+    }
+
+    /// Returns the number of independent rows that each joint's rows are worth for a mean:
+    /// `N γ_0 / Σ_l γ_l`. This is the mean of the spectrum over its value at frequency 0, limited
+    /// to the number of rows. Alternating errors determine a mean better than independent ones, but
+    /// no row counts as more than one.
+    pub fn effective_rows_per_joint(&self) -> Vec<f64> {
+        let length = self.filter.fourier.length() as f64;
+        self.joints
+            .iter()
+            .map(|joint: &JointSpectrum| {
+                let at_zero = joint.power(0, self.filter.inside);
+                self.rows as f64 * (joint.total(self.filter) / length / at_zero).min(1.0)
+            })
+            .collect()
+    }
+
+    /// Tests every joint for whiteness. The test uses the autocorrelations without the filter's own
+    /// colour, over as many independent samples as rows times the passband.
+    pub fn ljung_box_per_joint(&self) -> Vec<LjungBox> {
+        let samples = self.filter.independent(self.rows);
+        self.joints
+            .iter()
+            .map(|joint| LjungBox::from_autocorrelations(&joint.autocorrelations, samples))
+            .collect()
+    }
+}
+
+/// Returns the real part of the coherence of two transforms, from their real and imaginary parts.
+fn coherence(a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]) -> f64 {
+    let dot = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum::<f64>()
+    };
+    let size = (dot(a, a) * dot(b, b)).sqrt();
+    if size > 0.0 { dot(a, b) / size } else { 0.0 }
+}

@@ -1,0 +1,166 @@
+//! Shape of a power spectrum from few numbers: linear prediction on a part of the band.
+
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
+
+/// Least number of rows per coefficient, so that a short record does not choose its own shape.
+const ROWS_PER_COEFFICIENT: f64 = 8.0;
+
+/// Highest tried order.
+const MAX_ORDER: usize = 24;
+
+/// Number of autocorrelations in the test for whiteness.
+const TESTED_LAG_COUNT: usize = 12;
+
+/// Number of values of a spectrum that are computed side by side.
+const TOGETHER: usize = WIDTH;
+
+/// Number of groups of lags from 0 that are computed side by side.
+const LAG_GROUPS: usize = (if MAX_ORDER > TESTED_LAG_COUNT { MAX_ORDER } else { TESTED_LAG_COUNT }
+    + 1)
+.div_ceil(TOGETHER);
+
+/// Common data of spectra on one band.
+#[derive(Clone, Debug)]
+pub(super) struct Band {
+    /// cos(π k/K) over a full revolution, where K + 1 is the number of frequencies of a
+    /// periodogram.
+    turn: Vec<f64>,
+    /// cos φ and sin φ of the required spectrum values, and their number.
+    directions: Vec<[Lanes<TOGETHER>; 2]>,
+    count: usize,
+}
+
+impl Band {
+    /// Creates a band for periodograms of this number of values, and for spectra at these φ.
+    pub(super) fn new(periodogram: usize, phases: impl Iterator<Item = f64>) -> Self {
+        let steps = periodogram.saturating_sub(1).max(1);
+        let turn: Vec<f64> = (0..2 * steps)
+            .map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos())
+            .collect();
+        let phases: Vec<[f64; 2]> = phases.map(|phi| [phi.cos(), phi.sin()]).collect();
+        let directions = phases.chunks(TOGETHER).map(|phases| {
+            let part =
+                |which: usize| Lanes::from_fn(|l| phases.get(l).map_or(1.0, |phi| phi[which]));
+            [part(0), part(1)]
+        });
+        Self { turn, directions: directions.collect(), count: phases.len() }
+    }
+
+    /// Returns `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, with the ends of the sum halved.
+    fn autocovariances(&self, periodogram: &[f64], lag_count: usize) -> Vec<f64> {
+        let last = periodogram.len().saturating_sub(1);
+        let mut sums = [Lanes::<TOGETHER>::zero(); LAG_GROUPS];
+        vectorised(
+            #[inline(always)]
+            || {
+                for (k, power) in periodogram.iter().enumerate() {
+                    let end = k == 0 || k == last;
+                    let power = Lanes::constant(if end { 0.5 * power } else { *power });
+                    // cos(π k l/K) for one lag l after the other.
+                    let mut place = 0;
+                    for sum in &mut sums {
+                        *sum += power
+                            * Lanes::from_fn(|_| {
+                                let cosine = self.turn[place];
+                                place += k;
+                                place -= if place >= self.turn.len() { self.turn.len() } else { 0 };
+                                cosine
+                            });
+                    }
+                }
+            },
+        );
+        let of_lag_counts = sums.iter().flat_map(|sums| sums.0).take(lag_count + 1);
+        of_lag_counts.map(|sum| sum / last.max(1) as f64).collect()
+    }
+}
+
+/// Smooth spectrum on a band, `g(φ) = σ²/|1 + Σ a_i e^{−jiφ}|²`, with the band stretched to 0 ≤ φ ≤
+/// π (selective linear prediction, Makhoul, *Proc. IEEE* 63, 1975, section V).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SmoothSpectrum {
+    /// a_1 … a_p; empty for a flat spectrum.
+    coefficients: Vec<f64>,
+    /// σ².
+    level: f64,
+    /// r_1, r_2, … of the band, as many as the test for whiteness uses.
+    pub(super) autocorrelations: Vec<f64>,
+}
+
+impl SmoothSpectrum {
+    /// A flat spectrum.
+    pub(super) fn flat(level: f64) -> Self {
+        Self { coefficients: Vec::new(), level, autocorrelations: Vec::new() }
+    }
+
+    /// Fits a periodogram at equal steps from one end of the band to the other, which comes from
+    /// `samples` independent samples. The order has the smallest corrected information criterion
+    /// (Hurvich & Tsai, *Biometrika* 76, 1989), `n ln σ_p² + n (n + p)/(n − p − 2)`.
+    pub(super) fn fit(band: &Band, periodogram: &[f64], samples: f64) -> Self {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small count"
+        )]
+        let highest = ((samples / ROWS_PER_COEFFICIENT).max(0.0) as usize).min(MAX_ORDER);
+        let r = band.autocovariances(periodogram, highest.max(TESTED_LAG_COUNT));
+        let power = r[0];
+        if power <= 0.0 || !power.is_finite() {
+            return Self::flat(0.0);
+        }
+        let tested = TESTED_LAG_COUNT.min(highest);
+        let autocorrelations = r[1..=tested].iter().map(|r| r / power).collect();
+        let criterion = |error: f64, p: f64| {
+            samples * error.ln() + samples * (samples + p) / (samples - p - 2.0)
+        };
+        // Levinson and Durbin's recursion.
+        let mut best = (criterion(power, 0.0), Vec::new(), power);
+        let (mut a, mut error): (Vec<f64>, f64) = (Vec::new(), power);
+        for p in 1..=highest {
+            let past: f64 = a.iter().zip(r[1..p].iter().rev()).map(|(a, r)| a * r).sum();
+            let reflection = -(r[p] + past) / error;
+            let mirrored: Vec<f64> = a.iter().rev().copied().collect();
+            for (a, m) in a.iter_mut().zip(mirrored) {
+                *a += reflection * m;
+            }
+            a.push(reflection);
+            error *= 1.0 - reflection * reflection;
+            if error <= f64::EPSILON * power {
+                break;
+            }
+            let value = criterion(error, p as f64);
+            if value < best.0 {
+                best = (value, a.clone(), error);
+            }
+        }
+        let (_, coefficients, level) = best;
+        Self { coefficients, level, autocorrelations }
+    }
+
+    /// g(0).
+    pub(super) fn at_zero(&self) -> f64 {
+        let sum = 1.0 + self.coefficients.iter().sum::<f64>();
+        self.level / (sum * sum)
+    }
+
+    /// Returns g(φ) at the φ of the band.
+    pub(super) fn values(&self, band: &Band) -> Vec<f64> {
+        let mut values = Vec::with_capacity(band.directions.len() * TOGETHER);
+        vectorised(
+            #[inline(always)]
+            || {
+                for &[cos, sin] in &band.directions {
+                    // Horner's scheme in e^{−jφ}.
+                    let (mut re, mut im) = (Lanes::zero(), Lanes::zero());
+                    for a in self.coefficients.iter().rev().chain([&1.0]) {
+                        (re, im) = (re * cos + im * sin + Lanes::constant(*a), im * cos - re * sin);
+                    }
+                    let value = Lanes::constant(self.level) / (re * re + im * im);
+                    values.extend_from_slice(&value.0);
+                }
+            },
+        );
+        values.truncate(band.count);
+        values
+    }
+}

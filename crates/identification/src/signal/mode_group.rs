@@ -1,0 +1,77 @@
+//! Modes of a filter in the lanes of vector instructions, and their sums over a block of samples.
+
+use nalgebra::Complex;
+
+use super::complex_lanes::ComplexLanes;
+use super::modes::Mode;
+use didim_dynamics::numeric::{Lanes, Scalar};
+
+/// Weights of a sample and its mirrored sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights {
+    /// ½ (p^i + p^(n−1−i)), the weight of their sum.
+    sum: ComplexLanes,
+    /// ½ (p^(n−1−i) − p^i), the weight of their difference.
+    difference: ComplexLanes,
+}
+
+/// Some of a filter's modes, over n samples.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ModeGroup {
+    pub(super) pole: ComplexLanes,
+    /// pⁿ.
+    pub(super) over: ComplexLanes,
+    /// Contribution of both passes' amplitude to a real signal.
+    pub(super) share: ComplexLanes,
+    /// The same for the difference between the samples after and before: p − 1/p times the share.
+    pub(super) slope: ComplexLanes,
+    /// Weights of the first half of the samples.
+    weights: Vec<Weights>,
+}
+
+impl ModeGroup {
+    pub(super) fn new(modes: &[Mode], samples: usize) -> Self {
+        let powers = |mode: &Mode| -> Vec<Complex<f64>> {
+            let first = Complex::from(1.0);
+            let powers = core::iter::successors(Some(first), |power| Some(power * mode.pole));
+            powers.take(samples + 1).collect()
+        };
+        let powers: Vec<_> = modes.iter().map(powers).collect();
+        let weights = |i: usize| {
+            let mirror = samples - 1 - i;
+            // A sample in the middle is its own mirror image.
+            let half = if i == mirror { 0.25 } else { 0.5 };
+            let side = |sign: f64| -> ComplexLanes {
+                let lanes_of =
+                    |powers: &Vec<Complex<f64>>| (powers[mirror] + powers[i] * sign) * half;
+                ComplexLanes::from_numbers(&powers.iter().map(lanes_of).collect::<Vec<_>>())
+            };
+            Weights { sum: side(1.0), difference: side(-1.0) }
+        };
+        Self {
+            pole: ComplexLanes::from_numbers(
+                &modes.iter().map(|mode| mode.pole).collect::<Vec<_>>(),
+            ),
+            over: ComplexLanes::from_numbers(
+                &powers.iter().map(|powers| powers[samples]).collect::<Vec<_>>(),
+            ),
+            share: ComplexLanes::from_numbers(&modes.iter().map(Mode::share).collect::<Vec<_>>()),
+            slope: ComplexLanes::from_numbers(
+                &modes.iter().map(|mode| mode.share() * mode.step_across()).collect::<Vec<_>>(),
+            ),
+            weights: (0..samples.div_ceil(2)).map(weights).collect(),
+        }
+    }
+
+    /// Returns `Σ p^(n−1−i) x_i` and `Σ p^i x_i` over the n samples x.
+    #[inline(always)]
+    pub(super) fn sums(&self, samples: &[f64]) -> [ComplexLanes; 2] {
+        let (mut even, mut odd) = (ComplexLanes::ZERO, ComplexLanes::ZERO);
+        for ((weights, front), back) in self.weights.iter().zip(samples).zip(samples.iter().rev()) {
+            let (front, back) = (Lanes::constant(*front), Lanes::constant(*back));
+            even = even.plus(&weights.sum.scaled(front + back));
+            odd = odd.plus(&weights.difference.scaled(front - back));
+        }
+        [even.plus(&odd), even.minus(&odd)]
+    }
+}

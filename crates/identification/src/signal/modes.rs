@@ -1,0 +1,146 @@
+//! Low-pass filter by its modes (partial-fraction expansion), for one pass and for a forward and a
+//! backward pass.
+
+use nalgebra::Complex;
+
+use super::sections::SecondOrderSections;
+
+/// One pole p, or one of a conjugate pair, which represents both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mode {
+    pub(super) pole: Complex<f64>,
+    /// 1 − p, which keeps all its digits if p is nearly 1.
+    distance: Complex<f64>,
+    /// r: the pole's contribution to one pass.
+    forward: Complex<f64>,
+    /// c: its contribution to both passes.
+    both: Complex<f64>,
+    /// H(1/p).
+    mirrored: Complex<f64>,
+    /// 2 for a pair.
+    poles: f64,
+}
+
+/// A filter by its poles (partial fractions of Oppenheim & Schafer, *Discrete-Time Signal
+/// Processing*, section 3.3):
+///
+/// ```text
+/// forward                h_0 = K        h_m = Σ r p^(m−1)
+/// forward and backward   g_0 = Σ h_m²   g_m = Σ c p^(|m|−1)        c = r H(1/p)
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Modes {
+    /// K.
+    direct: f64,
+    /// g_0.
+    pub(super) centre: f64,
+    pub(super) modes: Vec<Mode>,
+}
+
+impl Modes {
+    /// Creates the modes of `H(z) = K Π (1 + z⁻¹)/(1 − p z⁻¹)`, whose poles differ.
+    pub(super) fn from_sections(filter: &SecondOrderSections) -> Self {
+        let direct: f64 = filter.sections.iter().map(|section| section.b[0]).product();
+        let distances: Vec<(Complex<f64>, f64)> = (filter.sections.iter())
+            .map(|section| {
+                let [a1, a2] = section.a;
+                if section.is_first_order() {
+                    return (Complex::from(1.0 + a1), 1.0);
+                }
+                // Solution of q² − (2 + a1) q + (1 + a1 + a2) = 0 for q = 1 − p.
+                let half = 0.5 * (2.0 + a1);
+                (Complex::new(half, -((1.0 + a1 + a2) - half * half).max(0.0).sqrt()), 2.0)
+            })
+            .collect();
+        let all_modes: Vec<Complex<f64>> = (distances.iter())
+            .flat_map(|&(q, poles)| [Some(q), (poles > 1.0).then_some(q.conj())])
+            .flatten()
+            .collect();
+        let zeros =
+            |q: Complex<f64>| all_modes.iter().fold(Complex::from(direct), |z, _| z * (2.0 - q));
+        let mode = |&(q, poles): &(Complex<f64>, f64)| {
+            let others = all_modes.iter().filter(|other| **other != q);
+            let forward = others.fold(zeros(q), |share, other| share / (other - q));
+            let mirrored =
+                all_modes.iter().fold(zeros(q), |h, other| h / one_less_product(q, *other));
+            Mode { pole: 1.0 - q, distance: q, forward, both: forward * mirrored, mirrored, poles }
+        };
+        let modes: Vec<Mode> = distances.iter().map(mode).collect();
+        let mut filter = Self { direct, centre: 0.0, modes };
+        // Σ h_m² = K² + Σ r Σ_m p^m h_(m+1).
+        let forward: Vec<_> = filter.modes.iter().map(|mode| mode.forward).collect();
+        let energy = filter
+            .modes
+            .iter()
+            .map(|mode| mode.poles * (mode.forward * filter.overlap(mode, &forward)).re);
+        filter.centre = direct * direct + energy.sum::<f64>();
+        filter
+    }
+
+    /// Returns `Σ_m p^m x_m` with the sum x_m of all modes, one amplitude each.
+    fn overlap(&self, mode: &Mode, amplitudes: &[Complex<f64>]) -> Complex<f64> {
+        let amplitude_of = |amplitude, q| amplitude / one_less_product(mode.distance, q);
+        let terms = self.modes.iter().zip(amplitudes).map(|(other, amplitude)| {
+            let response = amplitude_of(*amplitude, other.distance);
+            if other.poles > 1.0 {
+                response + amplitude_of(amplitude.conj(), other.distance.conj())
+            } else {
+                response
+            }
+        });
+        terms.sum()
+    }
+
+    /// Returns `g_0 − Σ c/p`. The next sample contributes this to the difference of the filtered
+    /// samples before and after one, in addition to the contribution of the modes.
+    pub(super) fn flank(&self) -> f64 {
+        self.centre - self.modes.iter().map(|mode| (mode.share() / mode.pole).re).sum::<f64>()
+    }
+
+    /// Returns the output of one pass for a sample and for the mode states of the samples before
+    /// it.
+    pub(super) fn forward(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
+        let shares = self.modes.iter().zip(states);
+        self.direct * sample
+            + shares.map(|(mode, state)| mode.poles * (mode.forward * state).re).sum::<f64>()
+    }
+
+    /// Returns the states in which the backward pass begins: as if the forward one, which ends with
+    /// `states`, had then given `held` forever. A backward pass of the samples alone that begins
+    /// with these states has the same result.
+    pub(super) fn backward_states(
+        &self,
+        end_value: f64,
+        states: &[Complex<f64>],
+    ) -> Vec<Complex<f64>> {
+        let decaying: Vec<_> =
+            self.modes.iter().zip(states).map(|(mode, state)| mode.forward * state).collect();
+        let backward = self.modes.iter().map(|mode| {
+            (mode.settled() * end_value - self.overlap(mode, &decaying)) / mode.mirrored
+        });
+        backward.collect()
+    }
+}
+
+impl Mode {
+    /// Returns `Σ p^(m−1)` over the past of a constant 1.
+    pub(super) fn settled(&self) -> Complex<f64> {
+        self.distance.inv()
+    }
+
+    /// Returns the contribution of c to a real signal. For a pair of poles it is twice that of one
+    /// pole, of which the real part is taken.
+    pub(super) fn share(&self) -> Complex<f64> {
+        self.both * self.poles
+    }
+
+    /// Returns p − 1/p, by the distance of p from 1.
+    pub(super) fn step_across(&self) -> Complex<f64> {
+        -self.distance * (2.0 - self.distance) / self.pole
+    }
+}
+
+/// Returns 1 − p p' by the distances of both from 1.
+fn one_less_product(q: Complex<f64>, other: Complex<f64>) -> Complex<f64> {
+    q + other - q * other
+}

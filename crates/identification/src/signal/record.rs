@@ -1,0 +1,99 @@
+//! Samples of a record that filters read once, in order, some of them at a time.
+
+use super::error::SignalError;
+use super::zero_phase::OddPadding;
+use didim_dynamics::numeric::{Lanes, WIDTH};
+
+/// Consecutive samples of one signal.
+pub type Group = Lanes<WIDTH>;
+
+/// Function that writes a [`Group`] of every signal, from a sample on; samples beyond the record do
+/// not count. It is no type parameter, because each type would compile the filters anew.
+pub(super) type Source<'a> = &'a mut dyn FnMut(usize, &mut [Group]);
+
+/// Section of a record in memory, signal after signal.
+pub(super) struct Record<'a> {
+    source: Source<'a>,
+    pub(super) samples: usize,
+    pub(super) signals: usize,
+    /// Number of samples of each continuation.
+    pub(super) padding: usize,
+    /// First sample of each signal in this section.
+    first: usize,
+    /// Number of samples that have been read.
+    read: usize,
+    stride: usize,
+    values: Vec<f64>,
+    group: Vec<Group>,
+}
+
+impl<'a> Record<'a> {
+    /// Opens the record with a capacity of this number of samples at once.
+    pub(super) fn open(
+        samples: usize,
+        signals: usize,
+        padding: OddPadding,
+        capacity: usize,
+        source: Source<'a>,
+    ) -> Result<Self, SignalError> {
+        let needed = padding.samples.saturating_add(1);
+        if samples < needed {
+            return Err(SignalError::TooShort { samples, needed });
+        }
+        let stride = capacity + WIDTH;
+        Ok(Self {
+            source,
+            samples,
+            signals,
+            padding: padding.samples,
+            first: 0,
+            read: 0,
+            stride,
+            values: vec![0.0; signals * stride],
+            group: vec![Lanes([0.0; WIDTH]); signals],
+        })
+    }
+
+    /// Advances to the section that begins with sample `first` and has the wanted number of
+    /// samples.
+    pub(super) fn advance(&mut self, first: usize, wanted: usize) {
+        let (from, stored) = (first - self.first, self.read - first);
+        for values in self.values.chunks_exact_mut(self.stride) {
+            values.copy_within(from..from + stored, 0);
+        }
+        self.first = first;
+        while self.read < (first + wanted).min(self.samples) {
+            (self.source)(self.read, &mut self.group);
+            let inside = WIDTH.min(self.samples - self.read);
+            let place = self.read - self.first;
+            for (values, group) in self.values.chunks_exact_mut(self.stride).zip(&self.group) {
+                values[place..place + WIDTH].copy_from_slice(&group.0);
+            }
+            self.read += inside;
+        }
+    }
+
+    /// Returns the section of every signal, followed by values that do not count.
+    pub(super) fn stretches(&self) -> impl Iterator<Item = &[f64]> {
+        self.values.chunks_exact(self.stride)
+    }
+
+    /// Checks the wanted number of samples. The error names the first sample with a value that is
+    /// not finite.
+    pub(super) fn check_finite(&self, wanted: usize) -> Result<(), SignalError> {
+        let bad = |signal: &[f64]| signal[..wanted].iter().position(|value| !value.is_finite());
+        match self.stretches().filter_map(bad).min() {
+            Some(position) => Err(SignalError::NotFinite { index: self.first + position }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Returns the samples of a signal from `first` on; beyond the last sample, the last one repeats.
+#[inline(always)]
+pub(crate) fn group_of(signal: &[f64], first: usize) -> Group {
+    match signal[first..].first_chunk() {
+        Some(samples) => Lanes(*samples),
+        None => Lanes::from_fn(|l| signal[(first + l).min(signal.len() - 1)]),
+    }
+}

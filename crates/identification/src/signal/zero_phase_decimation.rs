@@ -1,0 +1,329 @@
+//! Zero-phase filtering and decimation of many signals in one step: the recursive filter in its
+//! parallel form, by partial-fraction expansion (Oppenheim & Schafer, *Discrete-Time Signal
+//! Processing*, sections 3.3 and 6.3.3), evaluated at the decimated rate. `docs/method/filters.md`,
+//! "The decimating zero-phase filter", derives it.
+//!
+//! Forward and backward, the filter is a sum of modes that decay to both sides. From one kept
+//! sample to the next a mode's state is multiplied by pⁿ, and the samples between are added with
+//! constant weights. The backward pass does the same from the other side. The weights of both sides
+//! are mirrored, so that sums and differences of mirrored samples need half of the products.
+//!
+//! The backward pass begins before the record has ended. It starts so many blocks ahead that the
+//! modes have then lost the effect of their initial states. So the memory does not grow with the
+//! record.
+
+use core::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::complex_lanes::ComplexLanes;
+use super::error::SignalError;
+use super::mode_group::ModeGroup;
+use super::modes::Modes;
+use super::record::Record;
+use super::sections::SecondOrderSections;
+use didim_dynamics::numeric::{WIDTH, vectorised};
+
+/// Largest share of its initial state that a mode may keep after the start of the backward pass.
+const FORGOTTEN: f64 = 1e-18;
+
+/// Ratio of the blocks in a backward pass to the blocks that it needs to begin. All but one of
+/// these parts are new.
+const BACK_AT_ONCE: usize = 5;
+
+/// Filter that is evaluated, forward and backward, at one sample of each block.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ZeroPhaseDecimator {
+    modes: Modes,
+    flank: f64,
+    /// Number of samples of a block without its first, which is the kept one.
+    samples: usize,
+    groups: Vec<ModeGroup>,
+    /// Number of blocks after which no mode depends on its initial state.
+    memory: usize,
+}
+
+impl ZeroPhaseDecimator {
+    /// Creates the decimator with this number of samples between two kept ones.
+    pub(super) fn new(filter: &SecondOrderSections, samples: usize) -> Self {
+        let modes = Modes::from_sections(filter);
+        let groups = modes.modes.chunks(WIDTH);
+        let groups = groups.map(|modes| ModeGroup::new(modes, samples)).collect();
+        let slowest = modes.modes.iter().map(|mode| mode.pole.norm()).fold(0.0, f64::max);
+        let blocks = FORGOTTEN.ln() / (slowest.ln() * (samples + 1) as f64);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "above 0, and casts saturate"
+        )]
+        let memory = blocks.ceil().max(1.0) as usize;
+        Self { flank: modes.flank(), modes, samples, groups, memory }
+    }
+
+    /// Returns the number of samples that a section of a record has to hold: a block, or the
+    /// remainder at the end.
+    pub(super) fn capacity(&self, padding: usize) -> usize {
+        self.samples + 1 + padding + 1
+    }
+
+    /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does. It
+    /// returns the first sample of each of the `wanted` blocks (blocks × signals), which begin in
+    /// the record. For each it also returns the filtered sample after it minus the one before.
+    ///
+    /// ```text
+    /// S_k = Σ p^(m−1) x_(k−m)    B_k = Σ p^(m−1) x_(k+m)    y_k = g_0 x_k + Σ c (S_k + B_k)
+    /// S_(k+1) = p S_k + x_k      S_(k−1) = (S_k − x_(k−1))/p
+    /// y_(k+1) − y_(k−1) = (g_0 − Σ c/p) (x_(k+1) − x_(k−1)) + Σ c (p − 1/p) (S_k − B_k)
+    /// ```
+    ///
+    /// The differences are empty unless requested. The memory holds the contribution of each block
+    /// to the backward pass, a number per mode, for as many blocks as one backward pass covers.
+    ///
+    /// # Errors
+    /// [`SignalError::NotFinite`] as for one signal.
+    pub(super) fn filter_zero_phase(
+        &self,
+        mut record: Record<'_>,
+        wanted: Range<usize>,
+        with_differences: bool,
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
+        let (factor, count) = (self.samples + 1, self.groups.len());
+        // The last block leaves the samples that the continuation mirrors.
+        let blocks = (record.samples - record.padding - 1) / factor;
+        record.advance(0, record.padding + 1);
+        let starts =
+            record.stretches().flat_map(|signal| self.initial_states(signal, record.padding));
+        let mut states: Vec<ComplexLanes> = starts.collect();
+        // Sample before the next one; the first comes from the continuation.
+        let mut before: Vec<f64> = record.stretches().map(|x| 2.0 * x[0] - x[1]).collect();
+
+        let signals = record.signals;
+        let mut rows = Rows {
+            output: DMatrix::zeros(wanted.len(), signals),
+            differences: DMatrix::zeros(wanted.len(), if with_differences { signals } else { 0 }),
+            wanted,
+        };
+        let at_once = self.memory.saturating_mul(BACK_AT_ONCE).min(blocks);
+        let mut passed = Passed {
+            begin: 0,
+            unfiltered: Vec::with_capacity(at_once * signals),
+            returns: Vec::with_capacity(at_once * signals * count),
+        };
+        for block in 0..blocks {
+            if block - passed.begin == at_once {
+                let mut nothing = vec![ComplexLanes::ZERO; signals * count];
+                let end = block - self.memory;
+                self.go_back(&passed, block, end, &mut nothing, &mut rows);
+                passed.forget_before(end, signals, count);
+            }
+            record.advance(block * factor, factor + 1);
+            let mut finite = true;
+            let row = rows.row_of(block);
+            vectorised(
+                #[inline(always)]
+                || {
+                    let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+                    for (signal, (values, states)) in stretches.enumerate() {
+                        let sample = values[0];
+                        let mut filtered = self.modes.centre * sample;
+                        let mut difference = self.flank * (values[1] - before[signal]);
+                        for (of, state) in self.groups.iter().zip(states) {
+                            filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
+                            let [sums, mirrored] = of.sums(&values[1..factor]);
+                            *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
+                            passed.returns.push(mirrored);
+                            // No weight hides a value that is not finite.
+                            finite &= sums.re.0[0].is_finite();
+                        }
+                        passed.unfiltered.push(sample);
+                        before[signal] = values[factor - 1];
+                        if let Some(row) = row {
+                            rows.add(row, signal, [filtered, difference]);
+                        }
+                        finite &= sample.is_finite();
+                    }
+                },
+            );
+            if !finite {
+                record.check_finite(factor)?;
+            }
+        }
+
+        let remaining = record.samples - blocks * factor;
+        record.advance(blocks * factor, remaining);
+        record.check_finite(remaining)?;
+        let blocks_of = (blocks, factor, remaining);
+        self.filter_ends(&record, blocks_of, &mut states, &before, &mut rows);
+        self.go_back(&passed, blocks, blocks, &mut states, &mut rows);
+        Ok([rows.output, rows.differences])
+    }
+
+    /// Filters the samples behind the last block and their continuation.
+    fn filter_ends(
+        &self,
+        record: &Record<'_>,
+        (blocks, factor, remaining): (usize, usize, usize),
+        states: &mut [ComplexLanes],
+        before: &[f64],
+        rows: &mut Rows,
+    ) {
+        let count = self.groups.len();
+        let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+        for (signal, (values, states)) in stretches.enumerate() {
+            let values = &values[..remaining];
+            let mut add = |position: usize, both: [f64; 2]| {
+                let row = rows.row_of(blocks + position / factor);
+                let row = row.filter(|_| position.is_multiple_of(factor) && position < remaining);
+                if let Some(row) = row {
+                    rows.add(row, signal, both);
+                }
+            };
+            self.filter_end(before[signal], values, record.padding, states, &mut add);
+        }
+    }
+
+    /// Runs the backward pass from before block `from` to the first block that only the forward
+    /// pass has covered. It adds the results before block `end`. `states` are those behind the
+    /// first sample of block `from`, including that sample.
+    fn go_back(
+        &self,
+        passed: &Passed,
+        from: usize,
+        end: usize,
+        states: &mut [ComplexLanes],
+        rows: &mut Rows,
+    ) {
+        let (signals, count) = (rows.output.ncols(), self.groups.len());
+        for block in (passed.begin.max(rows.wanted.start)..from).rev() {
+            let row = rows.row_of(block).filter(|_| block < end);
+            let first = (block - passed.begin) * signals;
+            vectorised(
+                #[inline(always)]
+                || {
+                    let returns = passed.returns[first * count..].chunks_exact(count);
+                    let samples = passed.unfiltered[first..].iter();
+                    let of_signals = samples.zip(states.chunks_exact_mut(count)).zip(returns);
+                    for (signal, ((sample, states), returns)) in of_signals.enumerate() {
+                        let (mut filtered, mut difference) = (0.0, 0.0);
+                        for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
+                            *state = of.over.times(state).plus(back);
+                            filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
+                            *state = state.step(&of.pole, *sample);
+                        }
+                        if let Some(row) = row {
+                            rows.add(row, signal, [filtered, -difference]);
+                        }
+                    }
+                },
+            );
+        }
+    }
+
+    /// Returns the states after the continuation before the first sample. The continuation is the
+    /// mirror image of the samples after it. Before the continuation, its first value is constant.
+    fn initial_states(&self, samples: &[f64], padding: usize) -> Vec<ComplexLanes> {
+        let before = |k: usize| 2.0 * samples[0] - samples[k];
+        let level = before(padding);
+        let settled: Vec<_> = self.modes.modes.iter().map(|mode| mode.settled() * level).collect();
+        let states = settled.chunks(WIDTH).zip(&self.groups).map(|(settled, of)| {
+            let after = |state: ComplexLanes, k| state.step(&of.pole, before(k));
+            (1..=padding).rev().fold(ComplexLanes::from_numbers(settled), after)
+        });
+        states.collect()
+    }
+
+    /// Filters the last samples and their mirrored continuation to its end, and back to the first
+    /// of them. It calls `add` with the position of each sample and the contributions of either
+    /// pass to it and to the difference between its neighbours. `before` is the sample before the
+    /// first.
+    fn filter_end(
+        &self,
+        before: f64,
+        samples: &[f64],
+        padding: usize,
+        states: &mut [ComplexLanes],
+        add: &mut impl FnMut(usize, [f64; 2]),
+    ) {
+        let last = samples.len() - 1;
+        let mirrored = (1..=padding).map(|k| 2.0 * samples[last] - samples[last - k]);
+        let continued: Vec<f64> = samples.iter().copied().chain(mirrored).collect();
+        let numbers = |states: &[ComplexLanes]| -> Vec<_> {
+            states.iter().flat_map(ComplexLanes::numbers).collect()
+        };
+        let shares = |states: &[ComplexLanes]| {
+            let states = self.groups.iter().zip(states);
+            states.fold([0.0, 0.0], |[value, difference], (of, state)| {
+                [value + of.share.dot(state), difference + of.slope.dot(state)]
+            })
+        };
+        let (mut latest, mut before) = (0.0, before);
+        for (position, &sample) in continued.iter().enumerate() {
+            let [value, difference] = shares(states);
+            let after = continued.get(position + 1).unwrap_or(&sample);
+            let difference = self.flank * (after - before) + difference;
+            add(position, [self.modes.centre * sample + value, difference]);
+            before = sample;
+            if position + 1 == continued.len() {
+                latest = self.modes.forward(sample, &numbers(states));
+            }
+            for (of, state) in self.groups.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
+            }
+        }
+        let initial = self.modes.backward_states(latest, &numbers(states));
+        for (state, initial) in states.iter_mut().zip(initial.chunks(WIDTH)) {
+            *state = ComplexLanes::from_numbers(initial);
+        }
+        for (position, &sample) in continued.iter().enumerate().rev() {
+            let [value, difference] = shares(states);
+            add(position, [value, -difference]);
+            for (of, state) in self.groups.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
+            }
+        }
+    }
+}
+
+/// Results of the wanted blocks.
+struct Rows {
+    output: DMatrix<f64>,
+    /// Without columns unless requested.
+    differences: DMatrix<f64>,
+    wanted: Range<usize>,
+}
+
+impl Rows {
+    /// Returns the row of a block, if it is wanted.
+    fn row_of(&self, block: usize) -> Option<usize> {
+        self.wanted.contains(&block).then(|| block - self.wanted.start)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, row: usize, signal: usize, [filtered, difference]: [f64; 2]) {
+        self.output[(row, signal)] += filtered;
+        if signal < self.differences.ncols() {
+            self.differences[(row, signal)] += difference;
+        }
+    }
+}
+
+/// Blocks that the forward pass has covered and the backward pass has not.
+struct Passed {
+    /// The first of them.
+    begin: usize,
+    /// First sample of each block, unfiltered, and the contribution of its other samples to the
+    /// backward pass.
+    unfiltered: Vec<f64>,
+    returns: Vec<ComplexLanes>,
+}
+
+impl Passed {
+    fn forget_before(&mut self, block: usize, signals: usize, count: usize) {
+        let done = (block - self.begin) * signals;
+        self.unfiltered.drain(..done);
+        self.returns.drain(..done * count);
+        self.begin = block;
+    }
+}

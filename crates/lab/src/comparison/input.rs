@@ -1,0 +1,30 @@
+//! Input of all methods.
+
+use std::ops::Range;
+
+use didim_formats::Measurement;
+
+use super::trial::Framework;
+use didim::cell::Cell;
+
+/// Experiment for all methods.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparisonInput<'a> {
+    /// The cell.
+    pub cell: &'a Cell,
+    /// What was measured.
+    pub measurement: &'a Measurement,
+    /// The samples that count; the others are margin for the edges of the filters.
+    pub counted: &'a Range<usize>,
+    /// The true parameters of a simulated arm.
+    pub truth: Option<&'a [(String, f64)]>,
+}
+
+impl ComparisonInput<'_> {
+    /// Returns the cell with all methods in one framework.
+    pub(super) fn cell_in(&self, framework: Framework) -> Cell {
+        let mut cell = self.cell.clone();
+        cell.options.simulation.decimated = framework == Framework::Decimated;
+        cell
+    }
+}

@@ -1,0 +1,27 @@
+//! All methods on one experiment, side by side.
+//!
+//! [`compare`] identifies with each method, after the decimation filter and, where it matters,
+//! without it. The result is a [`Comparison`], which [`report`](crate::report) renders.
+//! [`Published`] figures can be shown next to it, and [`Limits`] define the required outcome.
+
+mod agreement;
+mod held_out;
+mod input;
+mod limits;
+mod method_comparison;
+mod published;
+mod result;
+mod run;
+mod trial;
+
+pub(crate) use agreement::lies_in;
+pub use agreement::{Agreement, SIGMAS};
+pub use held_out::{HeldOut, TorqueErrors};
+pub use input::ComparisonInput;
+pub(crate) use limits::mean;
+pub use limits::{Figure, Limit, Limits, Outcome};
+pub use method_comparison::{Comparison, SCHEMA, TrueParameter};
+pub use published::{Published, PublishedErrors, PublishedFigures, PublishedSingularValues};
+pub use result::MethodResult;
+pub use run::{Progress, Task, compare, tasks};
+pub use trial::{Framework, Trial, title, trials};

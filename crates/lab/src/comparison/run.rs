@@ -1,0 +1,173 @@
+//! Runs all methods on the available cores.
+
+use std::fmt;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use didim_identification::identification::Method;
+
+use super::agreement::Agreement;
+use super::held_out::HeldOut;
+use super::input::ComparisonInput;
+use super::method_comparison::{Comparison, SCHEMA, TrueParameter};
+use super::result::MethodResult;
+use super::trial::{Framework, Trial, title};
+use didim::analysis::identify::identify_measurement;
+
+/// Maximum entries of an observation matrix without decimation: 128 MB, of which a method holds
+/// several at once. The paper's experiment has a third of it.
+const MAX_ENTRIES: usize = 1 << 24;
+
+/// Maximum number of methods that run at once, for any number of cores: each may hold a gigabyte.
+const MAX_AT_ONCE: usize = 4;
+
+/// One task of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Identifies with a method.
+    Identify(Trial),
+    /// Predicts held-out samples with a method.
+    HoldOut(Method),
+}
+
+impl fmt::Display for Task {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Identify(trial) => trial.fmt(f),
+            Self::HoldOut(method) => write!(f, "{}, held out", title(*method)),
+        }
+    }
+}
+
+/// Progress of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// A task begins.
+    Begun(Task),
+    /// A task has ended, with or without a result.
+    Ended(Task),
+}
+
+/// Returns the tasks of a comparison, in order. Fewer than two blocks give no held-out tasks.
+pub fn tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
+    let held_out = trials
+        .iter()
+        .filter(|trial| blocks > 1 && trial.framework == Framework::Decimated)
+        .map(|trial| Task::HoldOut(trial.method));
+    trials.iter().copied().map(Task::Identify).chain(held_out).collect()
+}
+
+/// Identifies with every method, and again without each of `blocks` parts of the samples, to
+/// predict that part. A failed method gives a result with the cause and without an estimate.
+///
+/// The methods run on the available cores; their number does not affect the results. `progress` is
+/// called from the threads of the methods.
+pub fn compare(
+    input: ComparisonInput<'_>,
+    trials: &[Trial],
+    blocks: usize,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Comparison {
+    let tasks = tasks(trials, blocks);
+    let done: Vec<Mutex<Option<Done>>> = tasks.iter().map(|_| Mutex::default()).collect();
+    // The last tasks start first. They take longest: many identifications, or one without
+    // decimation.
+    let remaining = AtomicUsize::new(tasks.len());
+    let work = || {
+        while let Ok(tasks_left) =
+            remaining.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less_one)
+        {
+            let (Some(task), Some(place)) = (tasks.get(tasks_left - 1), done.get(tasks_left - 1))
+            else {
+                break;
+            };
+            progress(Progress::Begun(*task));
+            let result = match *task {
+                Task::Identify(trial) => Done::Identified(Box::new(run(input, trial))),
+                Task::HoldOut(method) => Done::HeldOut(HeldOut::new(input, method, blocks)),
+            };
+            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            progress(Progress::Ended(*task));
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        // The calling thread also works.
+        for _ in 1..cores.min(MAX_AT_ONCE).min(tasks.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    let (mut methods, mut held_out) = (Vec::new(), Vec::new());
+    for done in done {
+        match done.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(Done::Identified(result)) => methods.push(*result),
+            Some(Done::HeldOut(errors)) => held_out.push(errors),
+            None => {}
+        }
+    }
+    let unit = |name: &str| {
+        let estimates = methods.iter().filter_map(|of: &MethodResult| of.estimate.as_ref());
+        let mut parameters = estimates.flat_map(|estimate| &estimate.parameters);
+        parameters.find(|found| found.name == name).map_or("", |found| found.unit)
+    };
+    let named = |(name, value): &(String, f64)| TrueParameter {
+        name: name.clone(),
+        unit: unit(name),
+        value: *value,
+    };
+    let truth = input.truth.map(|truth| truth.iter().map(named).collect());
+    Comparison {
+        schema: SCHEMA,
+        robot: input.cell.robot.name().to_owned(),
+        agreement: Agreement::of_pairs(&methods),
+        methods,
+        held_out,
+        truth,
+    }
+}
+
+enum Done {
+    Identified(Box<MethodResult>),
+    HeldOut(HeldOut),
+}
+
+fn less_one(remaining: usize) -> Option<usize> {
+    remaining.checked_sub(1)
+}
+
+fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
+    let start = Instant::now();
+    let identified = too_large(input, trial).map_or_else(
+        || {
+            let cell = input.cell_in(trial.framework);
+            let counted = input.counted.clone();
+            identify_measurement(&cell, trial.method, input.measurement, counted)
+                .map_err(|error| (error.to_string(), error.failure()))
+        },
+        |refused| Err((refused, None)),
+    );
+    let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (identified, failure, failure_kind) = match identified {
+        Ok(identification) => (Some(identification), None, None),
+        Err((failure, kind)) => (None, Some(failure), kind),
+    };
+    let (estimate, fit) = identified.map(|of| (of.estimate, of.fit)).unzip();
+    MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
+}
+
+/// Returns a reason if the memory is certain to be insufficient.
+fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
+    let cell = input.cell;
+    let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
+    let samples = input.counted.len();
+    let most = MAX_ENTRIES / (cell.robot.joints() * parameters).max(1);
+    (trial.framework == Framework::Strict && samples > most).then(|| {
+        format!(
+            "without decimation each of {samples} samples is a row for each joint, and at most \
+             {most} are possible; choose fewer with --from and --to"
+        )
+    })
+}

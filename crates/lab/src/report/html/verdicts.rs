@@ -1,0 +1,45 @@
+//! Verdict of every method on its own result.
+
+use maud::{Markup, html};
+
+use crate::report::{Judgement, View};
+use didim::report::html::page::{section as in_section, sentence};
+
+pub(super) fn section(view: &View<'_>) -> Markup {
+    let failed: Vec<String> =
+        view.outcomes.iter().filter(|of| !of.holds()).map(|of| of.limit.to_string()).collect();
+    let content = html! {
+        @if !view.outcomes.is_empty() {
+            p.limits.violated[!failed.is_empty()] {
+                @if failed.is_empty() {
+                    "All " (view.outcomes.len()) " limits hold."
+                } @else {
+                    (failed.len()) " of " (view.outcomes.len()) " limits do not hold: "
+                    (failed.join("; ")) "."
+                }
+            }
+        }
+        dl.judgements { @for of in view.judgements() { (judgement(&of)) } }
+    };
+    let explanation = "Whether each result may be used, with the first reason where it may not. \
+                       Without the decimation filter a result is for comparison only.";
+    in_section("Verdicts", explanation, &content)
+}
+
+fn judgement(of: &Judgement) -> Markup {
+    html! {
+        div.good[of.reason.is_none()] {
+            dt { (of.trial) }
+            dd.verdict-word { (of.verdict) }
+            dd.reason {
+                @match &of.reason {
+                    None => { "Nothing in the data speaks against its use." },
+                    Some(reason) => { (sentence(reason)) },
+                }
+                @if of.more > 0 {
+                    " " (of.more) @if of.more == 1 { " more reason." } @else { " more reasons." }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Executes the remaining runs on several threads.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+use super::grid::Grid;
+use super::progress::Progress;
+use super::run::{run, simulated};
+use super::{Run, Shard, Store, StudyError};
+
+/// Interval of progress reports while no run ends.
+const TICK: Duration = Duration::from_secs(1);
+
+/// One arm of a grid cell with one seed, and the methods that have not run on it yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Job {
+    /// Number in the order of the study, independent of the runs done.
+    pub(super) number: u64,
+    cell: usize,
+    seed: u64,
+    pub(super) methods: Vec<usize>,
+}
+
+/// Message of a thread.
+enum Event {
+    Simulated(Duration),
+    /// Method, run, and its duration.
+    Identified(usize, Run, Duration),
+}
+
+/// Runs the runs of a part that are not in `done` on `threads` threads, and stores each when it
+/// ends. After `stop` no further run begins. A run depends only on its cell and its seed.
+///
+/// # Errors
+/// [`StudyError`], if a run cannot be stored.
+pub fn execute(
+    grid: &Grid,
+    shard: Shard,
+    done: &[Run],
+    store: &mut Store,
+    threads: usize,
+    stop: &AtomicBool,
+    report: &mut dyn FnMut(&Progress),
+) -> Result<Progress, StudyError> {
+    let planned = jobs(grid, &[], shard).iter().map(|job| job.methods.len() as u64).sum();
+    let jobs = jobs(grid, done, shard);
+    let simulations = jobs.len();
+    let count = |method| jobs.iter().filter(|job| job.methods.contains(&method)).count();
+    let counts = (0..grid.plan.method.len()).map(count).collect();
+    let mut progress = Progress::new(planned, counts, simulations, threads);
+    report(&progress);
+    let (next, halt) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let halted = || stop.load(Ordering::Relaxed) || halt.load(Ordering::Relaxed);
+    std::thread::scope(|scope| {
+        let (sender, events) = sync_channel(64);
+        for _ in 0..threads.min(jobs.len()) {
+            let (sender, jobs, next, halted) = (sender.clone(), &jobs, &next, &halted);
+            scope.spawn(move || {
+                while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if halted() || !work(grid, job, &sender, halted) {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        loop {
+            match events.recv_timeout(TICK) {
+                Ok(Event::Simulated(time)) => progress.simulated(time),
+                Ok(Event::Identified(method, run, time)) => {
+                    if let Err(error) = store.add(&run) {
+                        // The threads end when the receiver is gone.
+                        halt.store(true, Ordering::Relaxed);
+                        return Err(error);
+                    }
+                    progress.identified(method, time);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+            report(&progress);
+        }
+    })?;
+    Ok(progress)
+}
+
+/// Does one job; returns `false` when the receiver is gone.
+fn work(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() -> bool) -> bool {
+    let cell = &grid.cells[job.cell];
+    let begin = Instant::now();
+    let record = simulated(cell, job.seed);
+    let mut listened = events.send(Event::Simulated(begin.elapsed())).is_ok();
+    for &method in &job.methods {
+        if halted() || !listened {
+            return false;
+        }
+        let begin = Instant::now();
+        let run = run(grid, cell, &grid.plan.method[method], job.seed, &record);
+        listened = events.send(Event::Identified(method, run, begin.elapsed())).is_ok();
+    }
+    listened
+}
+
+/// Returns the remaining jobs of a part, with the first seed of every cell first. An interrupted
+/// study has then covered all cells.
+pub(super) fn jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
+    let key = |run: &Run| (run.levels.clone(), run.method.clone(), run.seed);
+    let done: BTreeSet<_> = done.iter().map(key).collect();
+    let methods = &grid.plan.method;
+    let seeds = methods.iter().map(|method| method.seeds).max().unwrap_or(0);
+    let job = |(number, (seed, cell)): (u64, (u64, usize))| {
+        let levels = grid.level_names(&grid.cells[cell]);
+        let methods = (0..methods.len())
+            .filter(|method: &usize| {
+                let plan = &methods[*method];
+                seed <= plan.seeds
+                    && !done.contains(&(levels.clone(), plan.name().to_owned(), seed))
+            })
+            .collect();
+        Job { number, cell, seed, methods }
+    };
+    let tasks = (1..=seeds).flat_map(|seed| (0..grid.cells.len()).map(move |cell| (seed, cell)));
+    let tasks = (0..).zip(tasks).filter(|(number, _)| shard.holding(*number) == shard);
+    tasks.map(job).filter(|job| !job.methods.is_empty()).collect()
+}

@@ -1,0 +1,114 @@
+//! Progress of a study, and its remaining time.
+
+use std::time::Duration;
+
+/// Durations of one kind of task.
+#[derive(Clone, Debug, Default)]
+struct Times {
+    done: u32,
+    remaining: usize,
+    total: Duration,
+}
+
+impl Times {
+    fn new(remaining: usize) -> Self {
+        Self { remaining, ..Self::default() }
+    }
+
+    fn add(&mut self, time: Duration) {
+        self.done += 1;
+        self.remaining = self.remaining.saturating_sub(1);
+        self.total += time;
+    }
+
+    fn mean(&self) -> Option<Duration> {
+        self.total.checked_div(self.done)
+    }
+
+    fn remaining(&self) -> Option<Duration> {
+        match self.remaining {
+            0 => Some(Duration::ZERO),
+            remaining => Some(self.mean()? * u32::try_from(remaining).unwrap_or(u32::MAX)),
+        }
+    }
+}
+
+/// Completed and remaining runs.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    /// Number of runs of the study.
+    pub runs: u64,
+    simulations: Times,
+    methods: Vec<Times>,
+    threads: usize,
+}
+
+impl Progress {
+    pub(super) fn new(
+        runs: u64,
+        remaining: Vec<usize>,
+        simulations: usize,
+        threads: usize,
+    ) -> Self {
+        let methods = remaining.into_iter().map(Times::new).collect();
+        Self { runs, simulations: Times::new(simulations), methods, threads }
+    }
+
+    pub(super) fn simulated(&mut self, time: Duration) {
+        self.simulations.add(time);
+    }
+
+    pub(super) fn identified(&mut self, method: usize, time: Duration) {
+        if let Some(times) = self.methods.get_mut(method) {
+            times.add(time);
+        }
+    }
+
+    /// Returns the number of completed runs, including those from before.
+    pub fn done(&self) -> u64 {
+        let remaining: usize = self.methods.iter().map(|times| times.remaining).sum();
+        self.runs.saturating_sub(remaining as u64)
+    }
+
+    /// Returns the number of added runs.
+    pub fn added(&self) -> u64 {
+        self.methods.iter().map(|times| u64::from(times.done)).sum()
+    }
+
+    /// Returns the mean time of a simulation of the arm.
+    pub fn simulation_time(&self) -> Option<Duration> {
+        self.simulations.mean()
+    }
+
+    /// Returns the mean time of each method's run, in the order of the plan.
+    pub fn method_times(&self) -> impl Iterator<Item = Option<Duration>> {
+        self.methods.iter().map(Times::mean)
+    }
+
+    /// Returns the remaining time, from the times so far: methods differ, and the slow ones may
+    /// have fewer seeds. It is unknown until each has run once.
+    pub fn remaining(&self) -> Option<Duration> {
+        let times = std::iter::once(&self.simulations).chain(&self.methods);
+        let total: Duration = times.map(Times::remaining).sum::<Option<Duration>>()?;
+        Some(total / u32::try_from(self.threads.max(1)).unwrap_or(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_takes_as_long_as_what_is_done() {
+        let second = Duration::from_secs(1);
+        let mut progress = Progress::new(30, vec![20, 2], 20, 2);
+        assert_eq!((progress.done(), progress.remaining()), (8, None));
+        progress.simulated(second);
+        progress.identified(0, second);
+        assert_eq!(progress.remaining(), None, "the second method has not run");
+        progress.identified(1, 10 * second);
+        // 19 simulations and 19 runs of one second, and one run of ten, on two threads.
+        assert_eq!(progress.remaining(), Some(24 * second));
+        assert_eq!((progress.done(), progress.added()), (10, 2));
+    }
+}

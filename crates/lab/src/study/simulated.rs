@@ -1,0 +1,114 @@
+//! Record of the simulated arm without a bus: the log of its drives, in full precision.
+
+use std::ops::Range;
+
+use didim_sim::{Scenario, ScenarioError};
+
+use didim::cell::Cell;
+use didim::live::worker::WindowOptionError;
+use didim_formats::{Measurement, Side};
+
+/// Reason why nothing was simulated for a cell.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulatedError {
+    /// Scenario and cell are for different robots. Choose a cell and a scenario of the same robot.
+    #[error(
+        "the scenario is for the robot `{simulated}`, the cell is one with `{described}`; choose a \
+         cell or a scenario of the same robot"
+    )]
+    OtherRobot {
+        /// The scenario's.
+        simulated: String,
+        /// The cell's.
+        described: String,
+    },
+    /// The scenario's controller and the cell's bus have different periods. Choose a cell with the
+    /// scenario's rate.
+    #[error(
+        "the scenario's controller has {simulated_hz} samples/s, the cell's bus {cell_hz}; choose \
+         a cell of the scenario's rate"
+    )]
+    OtherRate {
+        /// The scenario's \[Hz\].
+        simulated_hz: f64,
+        /// The cell's \[Hz\].
+        cell_hz: f64,
+    },
+    /// The cell's margins make no sense at this rate.
+    #[error(transparent)]
+    Window(#[from] WindowOptionError),
+    /// The arm cannot be simulated.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Simulates a scenario's experiment and returns its record as the cell would cut it. The motion
+/// counts; the margins of the cell's window surround it.
+///
+/// # Errors
+/// [`SimulatedError`], each variant with its remedy.
+pub fn simulate(
+    scenario: &Scenario,
+    cell: &Cell,
+) -> Result<(Measurement, Range<usize>), SimulatedError> {
+    check_fit(scenario, cell)?;
+    let margins = cell.window.plan(cell.sample_rate_hz())?;
+    let (before, after) = (margins.margin_before, margins.margin_after);
+    let record = scenario.record_with_rests(before, after)?;
+    let measurement =
+        Measurement { side: Side::Motor, signals: record.motor_signals(), rate_unchecked: false };
+    Ok((measurement, before..before + scenario.samples()))
+}
+
+/// Checks that scenario and cell are for one robot.
+pub fn check_robot(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
+    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
+    if simulated == described {
+        return Ok(());
+    }
+    let (simulated, described) = (simulated.to_owned(), described.to_owned());
+    Err(SimulatedError::OtherRobot { simulated, described })
+}
+
+/// Checks that scenario and cell are for one robot and one rate.
+pub(crate) fn check_fit(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
+    check_robot(scenario, cell)?;
+    let simulated_hz = scenario.controller().timing.sample_period_s().recip();
+    let cell_hz = cell.sample_rate_hz();
+    if (simulated_hz / cell_hz - 1.0).abs() > 1e-9 {
+        return Err(SimulatedError::OtherRate { simulated_hz, cell_hz });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use didim::cell::Library;
+
+    fn cell(path: &str) -> Cell {
+        Cell::from_library(Library::Shipped, Path::new(path)).unwrap()
+    }
+
+    #[test]
+    fn the_motion_counts_and_the_rests_are_margin() {
+        let scenario = didim_sim::tx40_paper().unwrap();
+        let cell = cell("config/cells/tx40-packed-fd.toml");
+        let (measurement, counted) = simulate(&scenario, &cell).unwrap();
+        assert_eq!(measurement.samples(), 1250 + 34_500 + 1250);
+        assert_eq!(counted, 1250..1250 + 34_500);
+        let reference = &measurement.signals.reference_rad.unwrap()[0];
+        assert!(reference[..1250].iter().all(|q| q.to_bits() == reference[0].to_bits()));
+        assert!(reference[counted].iter().any(|q| (q - reference[0]).abs() > 1.0));
+    }
+
+    #[test]
+    fn a_bus_of_another_rate_is_refused() {
+        let scenario = didim_sim::tx40_paper().unwrap();
+        let error = simulate(&scenario, &cell("config/cells/tx40-cia402.toml")).unwrap_err();
+        assert!(error.to_string().contains("5000"), "{error}");
+        assert!(error.to_string().contains("bus 500;"), "{error}");
+    }
+}

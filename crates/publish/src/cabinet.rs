@@ -1,0 +1,203 @@
+//! One cabinet: the data read from its service, and the next message to send.
+
+use core::time::Duration;
+use std::path::Path;
+use std::time::Instant;
+
+use didim::archive::drift::DriftStatus;
+use didim::archive::store::{HistoryFollower, HistoryLine, HistoryMark, Timestamp};
+use didim::service::paths::Paths;
+use didim::service::status::fetch;
+
+use crate::configuration::CabinetSection;
+use crate::ledger::{Ledger, LedgerError};
+use crate::message::{Content, DriftMessage, Envelope, ResultMessage, Service, State};
+
+/// Send interval of a state that does not change.
+const STATE_EVERY: Duration = Duration::from_secs(60);
+/// Minimum send interval of a state that changes.
+const STATE_AT_MOST: Duration = Duration::from_secs(5);
+
+/// Message, and the meaning of its acknowledgement.
+#[derive(Debug)]
+pub(crate) struct Message {
+    /// Last level of its topic.
+    pub(crate) kind: Kind,
+    /// JSON.
+    pub(crate) payload: Vec<u8>,
+}
+
+/// Kind of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    State,
+    Alarm,
+    Drift,
+    Result,
+}
+
+impl Kind {
+    /// Returns the last level of the topic.
+    pub(crate) fn level(self) -> &'static str {
+        match self {
+            Self::State => "state",
+            Self::Alarm => "alarm",
+            Self::Drift => "drift",
+            Self::Result => "result",
+        }
+    }
+
+    /// Returns true if the broker keeps the last message for later subscribers: the current state,
+    /// not an event.
+    pub(crate) fn is_retained(self) -> bool {
+        matches!(self, Self::State | Self::Drift)
+    }
+}
+
+/// A cabinet.
+#[derive(Debug)]
+pub(crate) struct Cabinet {
+    name: String,
+    paths: Paths,
+    ledger: Ledger,
+    history: HistoryFollower,
+    /// Line to send, kept until the broker has acknowledged it.
+    line: Option<HistoryLine>,
+    /// State from the last poll.
+    state: State,
+    drift: Option<DriftStatus>,
+    /// Last acknowledged state and drift.
+    sent_state: Option<(Instant, State)>,
+    sent_drift: Option<Option<DriftStatus>>,
+    /// True if the history could not be read and this was logged.
+    unreadable: bool,
+}
+
+impl Cabinet {
+    /// Opens the cabinet of a configuration section, with its ledger in a folder.
+    ///
+    /// # Errors
+    /// [`LedgerError`].
+    pub(crate) fn open(section: &CabinetSection, folder: &Path) -> Result<Self, LedgerError> {
+        let ledger = Ledger::open(folder, &section.name)?;
+        let history = HistoryFollower::new(&section.state_directory, ledger.mark().cloned());
+        Ok(Self {
+            name: section.name.clone(),
+            paths: Paths::with_sockets_in(&section.runtime_directory),
+            ledger,
+            history,
+            line: None,
+            state: State::default(),
+            drift: None,
+            sent_state: None,
+            sent_drift: None,
+            unreadable: false,
+        })
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the message that the broker publishes when the connection ends.
+    pub(crate) fn will(&self) -> Vec<u8> {
+        let why = Some("its publisher has no connection to the broker any more".to_owned());
+        self.json(State { why, ..State::default() })
+    }
+
+    /// Handles a new connection: the broker has published the last will, or may have.
+    pub(crate) fn connected(&mut self) {
+        self.sent_state = None;
+        self.sent_drift = None;
+    }
+
+    /// Polls the status of the service.
+    pub(crate) fn poll(&mut self) {
+        let asked = fetch(&self.paths);
+        let answered = asked.is_ok();
+        if answered != self.state.online || self.state.time.is_none() {
+            match &asked {
+                Ok(_) => tracing::info!("{}: the service answers", self.name),
+                Err(why) => tracing::warn!("{}: the service does not answer: {why}", self.name),
+            }
+        }
+        let mut state =
+            State { online: answered, time: Some(Timestamp::now()), ..State::default() };
+        match asked {
+            Err(why) => state.why = Some(why.to_string()),
+            Ok(snapshot) => {
+                state.service = Some(Service::from_snapshot(&snapshot));
+                if let Some(estimation) = snapshot.estimation {
+                    // Without a baseline the alarms are unknown, and none is cleared.
+                    if let Some(drift) = &estimation.drift {
+                        self.ledger.take_alarms(&drift.alarms);
+                    }
+                    self.drift = estimation.drift;
+                }
+            }
+        }
+        state.unsent = Some(self.ledger.unsent());
+        self.state = state;
+    }
+
+    /// Returns the next message: first the state, then alarms, and the results as they come.
+    pub(crate) fn next(&mut self, now: Instant) -> Option<Message> {
+        let message = |kind, payload| Some(Message { kind, payload });
+        if self.state_is_due(now) {
+            return message(Kind::State, self.json(self.state.clone()));
+        }
+        if let Some(alarm) = self.ledger.alarm() {
+            return message(Kind::Alarm, self.json(alarm.clone()));
+        }
+        if self.sent_drift.as_ref() != Some(&self.drift) {
+            return message(Kind::Drift, self.json(DriftMessage { drift: self.drift.as_ref() }));
+        }
+        if self.line.is_none() {
+            self.line = self.next_line();
+        }
+        let line = self.line.as_ref()?;
+        let HistoryMark { identity, .. } = HistoryMark::from_line(line);
+        message(Kind::Result, self.json(ResultMessage { identity: &identity, line }))
+    }
+
+    /// Handles the acknowledgement of a message by the broker.
+    pub(crate) fn acknowledge(&mut self, kind: Kind, now: Instant) {
+        match kind {
+            Kind::State => self.sent_state = Some((now, self.state.clone())),
+            Kind::Alarm => self.ledger.acknowledge_alarm(),
+            Kind::Drift => self.sent_drift = Some(self.drift.clone()),
+            Kind::Result => {
+                if let Some(line) = self.line.take() {
+                    self.ledger.acknowledge_result(&line);
+                }
+            }
+        }
+    }
+
+    fn state_is_due(&self, now: Instant) -> bool {
+        let Some((then, sent)) = &self.sent_state else { return true };
+        let age = now.saturating_duration_since(*then);
+        age >= STATE_EVERY || age >= STATE_AT_MOST && !self.state.is_like(sent)
+    }
+
+    fn next_line(&mut self) -> Option<HistoryLine> {
+        match self.history.next_line() {
+            Ok(line) => {
+                self.unreadable = false;
+                line
+            }
+            Err(why) => {
+                if !self.unreadable {
+                    tracing::warn!("{}: no result is sent: {why}", self.name);
+                }
+                self.unreadable = true;
+                None
+            }
+        }
+    }
+
+    /// Serializes a message. This cannot fail, because all keys are texts.
+    fn json<T: Content>(&self, content: T) -> Vec<u8> {
+        Envelope::json(&self.name, content).unwrap_or_default()
+    }
+}

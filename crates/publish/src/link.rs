@@ -1,0 +1,188 @@
+//! Connection to the broker that sends one message at a time and reports its acknowledgement.
+
+use core::time::Duration;
+
+use rumqttc::v5::mqttbytes::QoS;
+use rumqttc::v5::mqttbytes::v5::{LastWill, PubAckReason};
+use rumqttc::v5::{AsyncClient, ConnectionError, Event, Incoming, MqttOptions};
+use rumqttc::{NetworkOptions, Transport};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+
+use crate::configuration::Broker;
+
+/// Keep-alive interval. A broker that hears nothing for one and a half times as long reports the
+/// cabinet as offline (MQTT 5, 3.1.2.10).
+const KEEP_ALIVE: Duration = Duration::from_secs(30);
+/// Maximum time for an acknowledgement by the broker.
+const ACKNOWLEDGE: Duration = Duration::from_secs(20);
+
+/// Reason why nothing is sent.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LinkError {
+    /// There is no connection, or it has ended.
+    #[error(
+        "{address}: {cause}; see that the broker runs, is reached, and takes this client's name, \
+        user and certificate"
+    )]
+    Broker {
+        /// Address of the broker.
+        address: String,
+        /// Error of the library.
+        cause: Box<ConnectionError>,
+    },
+    /// The broker refuses a topic.
+    #[error(
+        "the broker does not take {topic}: {reason:?}; allow this client's user to write there"
+    )]
+    Refused {
+        /// The topic.
+        topic: String,
+        /// Its reason.
+        reason: PubAckReason,
+    },
+    /// The broker does not acknowledge.
+    #[error(
+        "the broker has not acknowledged {topic} for {} s; see how busy it is",
+        ACKNOWLEDGE.as_secs()
+    )]
+    Silent {
+        /// The topic.
+        topic: String,
+    },
+}
+
+/// Connection settings: the client, the address, and the message that the broker publishes when the
+/// connection ends.
+#[derive(Clone, Debug)]
+pub(crate) struct BrokerAddress {
+    options: MqttOptions,
+}
+
+impl BrokerAddress {
+    /// Creates the settings for a broker, with a retained last will.
+    pub(crate) fn new(client: &str, broker: &Broker, topic: &str, will: Vec<u8>) -> Self {
+        let mut options = MqttOptions::new(client, &broker.address.host, broker.address.port);
+        let mut network = NetworkOptions::new();
+        network.set_tcp_nodelay(true);
+        options
+            .set_keep_alive(KEEP_ALIVE)
+            .set_clean_start(true)
+            // The library reserves capacity for every message in flight.
+            .set_outgoing_inflight_upper_limit(1)
+            .set_last_will(LastWill::new(topic, will, QoS::AtLeastOnce, true, None));
+        options.set_network_options(network);
+        if let Some(user) = &broker.user {
+            options.set_credentials(user, broker.secrets.password.clone().unwrap_or_default());
+        }
+        if let Some(ca) = &broker.secrets.ca {
+            options.set_transport(encrypted(ca));
+        }
+        Self { options }
+    }
+
+    fn address(&self) -> String {
+        let (host, port) = self.options.broker_address();
+        format!("{host}:{port}")
+    }
+}
+
+#[cfg(feature = "tls")]
+fn encrypted(ca: &str) -> Transport {
+    Transport::tls(ca.as_bytes().to_vec(), None, None)
+}
+
+/// Unreachable: a configuration that asks for encryption was refused.
+#[cfg(not(feature = "tls"))]
+fn encrypted(_: &str) -> Transport {
+    Transport::tcp()
+}
+
+/// A connection. It ends without a disconnect message, so that the broker publishes the last will
+/// of the cabinet.
+#[derive(Debug)]
+pub(crate) struct Link {
+    address: String,
+    client: AsyncClient,
+    heard: mpsc::Receiver<Result<PubAckReason, ConnectionError>>,
+    /// Task that drives the connection.
+    driver: JoinHandle<()>,
+}
+
+impl Link {
+    /// Connects. A broken link is never repaired. A new link sends unacknowledged messages again
+    /// from the records on disk; the library does not send them from its memory.
+    ///
+    /// # Errors
+    /// [`LinkError::Broker`].
+    pub(crate) async fn open(broker_way: &BrokerAddress) -> Result<Self, LinkError> {
+        let (client, mut events) = AsyncClient::new(broker_way.options.clone(), 1);
+        let broken =
+            |cause| LinkError::Broker { address: broker_way.address(), cause: Box::new(cause) };
+        while !matches!(events.poll().await.map_err(broken)?, Event::Incoming(Incoming::ConnAck(_)))
+        {
+        }
+        let (sender, heard) = mpsc::channel(2);
+        let driver = tokio::spawn(async move {
+            loop {
+                let acknowledged = match events.poll().await {
+                    Ok(Event::Incoming(Incoming::PubAck(of))) => sender.send(Ok(of.reason)).await,
+                    Ok(_) => Ok(()),
+                    Err(cause) => {
+                        let _ = sender.send(Err(cause)).await;
+                        return;
+                    }
+                };
+                if acknowledged.is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self { address: broker_way.address(), client, heard, driver })
+    }
+
+    /// Sends a message at least once and waits for its acknowledgement.
+    ///
+    /// # Errors
+    /// [`LinkError`]; it is then unknown if the broker has the message.
+    pub(crate) async fn publish(
+        &mut self,
+        topic: &str,
+        retain: bool,
+        payload: Vec<u8>,
+    ) -> Result<(), LinkError> {
+        let sent = self.client.publish(topic, QoS::AtLeastOnce, retain, payload).await;
+        if sent.is_err() {
+            return Err(self.broken().await);
+        }
+        match tokio::time::timeout(ACKNOWLEDGE, self.heard.recv()).await {
+            Err(_) => Err(LinkError::Silent { topic: topic.to_owned() }),
+            Ok(Some(Ok(PubAckReason::Success | PubAckReason::NoMatchingSubscribers))) => Ok(()),
+            Ok(Some(Ok(reason))) => Err(LinkError::Refused { topic: topic.to_owned(), reason }),
+            Ok(Some(Err(cause))) => Err(self.error(cause)),
+            Ok(None) => Err(self.error(ConnectionError::RequestsDone)),
+        }
+    }
+
+    /// Waits until the connection ends.
+    pub(crate) async fn broken(&mut self) -> LinkError {
+        loop {
+            match self.heard.recv().await {
+                // Acknowledgement of a message that was given up.
+                Some(Ok(_)) => {}
+                Some(Err(cause)) => return self.error(cause),
+                None => return self.error(ConnectionError::RequestsDone),
+            }
+        }
+    }
+
+    fn error(&self, cause: ConnectionError) -> LinkError {
+        LinkError::Broker { address: self.address.clone(), cause: Box::new(cause) }
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.driver.abort();
+    }
+}

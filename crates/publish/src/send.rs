@@ -1,0 +1,129 @@
+//! Sends the messages of one cabinet, in an endless loop.
+
+use core::convert::Infallible;
+use core::time::Duration;
+use std::time::Instant;
+
+use crate::cabinet::Cabinet;
+use crate::configuration::Broker;
+use crate::link::{BrokerAddress, Link, LinkError};
+
+/// Interval of the service polls.
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
+/// First and longest wait for a broker that is away.
+const WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
+
+/// Polls and sends in turn. A message leaves the disk only after the broker has acknowledged it.
+pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
+    let topics = format!("{prefix}/{}", cabinet.name());
+    let state = format!("{topics}/state");
+    let broker_way = BrokerAddress::new(&topics, broker, &state, cabinet.will());
+    let mut link = None;
+    let mut outage = Outage::new(cabinet.name());
+    loop {
+        let polled = Instant::now();
+        cabinet.poll();
+        let tried = match &mut link {
+            _ if polled < outage.until => Err(None),
+            Some(link) => Ok(link),
+            None => match Link::open(&broker_way).await {
+                Err(why) => Err(Some(why)),
+                Ok(new) => {
+                    cabinet.connected();
+                    Ok(link.insert(new))
+                }
+            },
+        };
+        let sent = match tried {
+            Err(why) => Err(why),
+            Ok(link) => match send_all(&mut cabinet, link, &topics, polled).await {
+                Ok(()) => {
+                    outage.end();
+                    let wait = POLL_INTERVAL.saturating_sub(polled.elapsed());
+                    tokio::select! {
+                        () = tokio::time::sleep(wait) => Ok(()),
+                        why = link.broken() => Err(Some(why)),
+                    }
+                }
+                Err(why) => Err(Some(why)),
+            },
+        };
+        if let Err(why) = sent {
+            if let Some(why) = why {
+                // A refused topic keeps the link: if the link ended, the broker would report the
+                // cabinet as offline.
+                if !matches!(why, LinkError::Refused { .. }) {
+                    link = None;
+                }
+                outage.begin(&why);
+            }
+            let wait = outage.until.saturating_duration_since(Instant::now()).min(POLL_INTERVAL);
+            let broken = async {
+                match &mut link {
+                    Some(link) => link.broken().await,
+                    None => core::future::pending().await,
+                }
+            };
+            let is_broken = tokio::select! {
+                () = tokio::time::sleep(wait) => false,
+                _ = broken => true,
+            };
+            if is_broken {
+                link = None;
+            }
+        }
+    }
+}
+
+/// Sends until nothing remains, or until the next poll is due.
+async fn send_all(
+    cabinet: &mut Cabinet,
+    link: &mut Link,
+    topics: &str,
+    polled: Instant,
+) -> Result<(), LinkError> {
+    while polled.elapsed() < POLL_INTERVAL
+        && let Some(message) = cabinet.next(Instant::now())
+    {
+        let kind = message.kind;
+        let topic = format!("{topics}/{}", kind.level());
+        link.publish(&topic, kind.is_retained(), message.payload).await?;
+        cabinet.acknowledge(kind, Instant::now());
+    }
+    Ok(())
+}
+
+/// Time without a broker. Its beginning and end are logged, and the waits between attempts grow.
+struct Outage {
+    cabinet: String,
+    /// Fraction of each wait. It differs between cabinets, so that they do not all reconnect at
+    /// once.
+    share: f64,
+    wait: Option<Duration>,
+    until: Instant,
+}
+
+impl Outage {
+    fn new(cabinet: &str) -> Self {
+        let digest = cabinet.bytes().fold(0_u32, |sum, byte| {
+            sum.wrapping_mul(31).wrapping_add(u32::from(byte)).wrapping_mul(2_654_435_761)
+        });
+        let share = 0.5 + 0.5 * f64::from(digest) / f64::from(u32::MAX);
+        Self { cabinet: cabinet.to_owned(), share, wait: None, until: Instant::now() }
+    }
+
+    fn begin(&mut self, why: &LinkError) {
+        if self.wait.is_none() {
+            tracing::warn!("{}: nothing is sent: {why}", self.cabinet);
+        }
+        let wait = self.wait.map_or(WAITS[0], |wait| (2 * wait).min(WAITS[1]));
+        self.wait = Some(wait);
+        self.until = Instant::now() + wait.mul_f64(self.share);
+    }
+
+    fn end(&mut self) {
+        if self.wait.take().is_some() {
+            tracing::info!("{}: the broker takes what is sent again", self.cabinet);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Fault injection between the arm and the receiver, as data: in measured values and in frames. A
+//! [`Fault`](crate::Fault) is applied by a playing device in one cycle; these faults apply to a
+//! complete record.
+
+mod action;
+mod frames;
+mod signals;
+
+use std::borrow::Cow;
+
+use didim_drivers::frame::{Frame, FrameError};
+use didim_dynamics::Signals;
+use serde::Deserialize;
+
+pub use action::{Action, FrameOf, FrameRole, Of, SignalOf};
+
+use crate::{CycleEncoder, CycleError};
+
+/// Fault that affects some cycles of a record.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InjectedFault {
+    /// What.
+    pub action: Action,
+    /// First cycle, from 0.
+    #[serde(default)]
+    pub from: usize,
+    /// Number of cycles from there; all by default.
+    pub cycles: Option<usize>,
+    /// Step between the affected cycles: the first of these, and every N-th after it.
+    #[serde(default = "single_step")]
+    pub every: usize,
+}
+
+fn single_step() -> usize {
+    1
+}
+
+/// Reason why a fault cannot be injected into a record.
+#[derive(Debug, thiserror::Error)]
+pub enum FaultInjectionError {
+    /// The axis does not exist. Axes count from 1.
+    #[error("there is no axis {axis}: the arm has axes 1 to {axes}")]
+    Axis {
+        /// The axis.
+        axis: usize,
+        /// Of the arm.
+        axes: usize,
+    },
+    /// A value does not fit its signal. Choose a smaller fault.
+    #[error(transparent)]
+    Encode(#[from] CycleError),
+    /// A frame is not possible.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+impl InjectedFault {
+    /// Returns true if the fault affects a cycle.
+    pub fn hits(&self, cycle: usize) -> bool {
+        let after = cycle.checked_sub(self.from);
+        after.is_some_and(|after| {
+            self.cycles.is_none_or(|cycles| after < cycles)
+                && after.is_multiple_of(self.every.max(1))
+        })
+    }
+}
+
+/// Returns the frames that the drives of a record send, cycle by cycle, with all faults injected:
+/// first those that change measured values, then those of frames. The record is of motors, on the
+/// grid of the bus.
+///
+/// # Errors
+/// [`FaultInjectionError`].
+pub fn damaged_frames(
+    record: &Signals,
+    faults: &[InjectedFault],
+    encoder: &CycleEncoder,
+    epoch_ns: u64,
+) -> Result<Vec<Vec<Frame>>, FaultInjectionError> {
+    let axes = encoder.layout().axes();
+    let beyond = faults.iter().filter_map(|fault| fault.action.axis());
+    if let Some(axis) = beyond.into_iter().find(|axis| !(1..=axes).contains(axis)) {
+        return Err(FaultInjectionError::Axis { axis, axes });
+    }
+    let mut signals = Cow::Borrowed(record);
+    for corrupt in faults {
+        if let Action::Of(action) = &corrupt.action {
+            corrupt.corrupt_signals(action, signals.to_mut());
+        }
+    }
+    let mut cycles = encoded(&signals, encoder, epoch_ns)?;
+    for corrupt_value in faults {
+        if let Action::Frames(action) = &corrupt_value.action {
+            corrupt_value.corrupt_frames(action, encoder.layout(), &mut cycles)?;
+        }
+    }
+    Ok(cycles)
+}
+
+/// Returns the frames that the drives send for a record.
+fn encoded(
+    signals: &Signals,
+    encoder: &CycleEncoder,
+    epoch_ns: u64,
+) -> Result<Vec<Vec<Frame>>, CycleError> {
+    let samples = signals.position_rad.first().map_or(0, Vec::len);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a period: 1e4 to 1e9"
+    )]
+    let period_ns = encoder.layout().period_ns() as u64;
+    (0..samples)
+        .map(|k: usize| {
+            let mut frames = Vec::new();
+            encoder.encode(
+                &encoder.cycle_of(signals, k),
+                epoch_ns + k as u64 * period_ns,
+                &mut frames,
+            )?;
+            Ok(frames)
+        })
+        .collect()
+}

@@ -1,0 +1,198 @@
+//! Faults of measured values.
+
+use didim_dynamics::Signals;
+
+use super::InjectedFault;
+use super::action::{Of, SignalOf};
+
+/// Returns a number from 0 to 1 that depends only on a seed and a place.
+pub(super) fn uniform(seed: u64, place: usize) -> f64 {
+    let mut x = seed.wrapping_add(place as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((x ^ (x >> 31)) >> 11) as f64 / 9_007_199_254_740_992.0
+}
+
+impl InjectedFault {
+    pub(super) fn corrupt_signals(&self, action: &Of, signals: &mut Signals) {
+        let rate_hz = signals.sample_rate_hz;
+        match *action {
+            Of::Freeze { signal, axis } => {
+                for series in chosen(signals, signal, axis) {
+                    self.each(series, |now, k| k.checked_sub(1).map_or(now[k], |last| now[last]));
+                }
+            }
+            Of::Hold { signal, axis, length } => {
+                self.of_before(signals, signal, axis, |before, k| before[k - k % length.max(1)]);
+            }
+            Of::Delay { signal, axis, by } => {
+                self.of_before(signals, signal, axis, |before, k| before[k.saturating_sub(by)]);
+            }
+            Of::Swap { signal, axes: [one, other] } => {
+                if signal != SignalOf::Torque {
+                    self.swap_axes(&mut signals.position_rad, one, other);
+                }
+                if signal != SignalOf::Position {
+                    self.swap_axes(&mut signals.torque_nm, one, other);
+                }
+            }
+            Of::Add { signal, axis, value } => {
+                self.of_before(signals, signal, axis, |before, k| before[k] + value);
+            }
+            Of::Scale { signal, axis, factor } => {
+                self.of_before(signals, signal, axis, |before, k| before[k] * factor);
+            }
+            Of::ScalePositive { axis, factor, sign } => {
+                self.of_before(signals, SignalOf::Torque, Some(axis), |before, k| {
+                    before[k] * if before[k] * sign > 0.0 { factor } else { 1.0 }
+                });
+            }
+            Of::Saturate { axis, limit } => {
+                let cut = |before: &[f64], k: usize| before[k].clamp(-limit, limit);
+                self.of_before(signals, SignalOf::Torque, Some(axis), cut);
+            }
+            Of::LowPass { signal, axis, cutoff_hz } => {
+                self.low_pass(signals, rate_hz, signal, axis, cutoff_hz);
+            }
+            Of::Ripple { axis, amplitude } => {
+                let angle = signals.position_rad[axis - 1].clone();
+                let add = |before: &[f64], k: usize| before[k] + amplitude * angle[k].sin();
+                self.of_before(signals, SignalOf::Torque, Some(axis), add);
+            }
+            Of::Noise { signal, axis, rms, seed } => {
+                self.add_noise(signals, signal, axis, rms, seed);
+            }
+            Of::Quantise { signal, axis, step } => {
+                let rounded = |before: &[f64], k: usize| step * (before[k] / step).round();
+                self.of_before(signals, signal, axis, rounded);
+            }
+            Of::Wrap { axis, range, offset } => {
+                self.of_before(signals, SignalOf::Position, Some(axis), |before, k| {
+                    let value = before[k] + offset;
+                    value - range * (value / range + 0.5).floor()
+                });
+            }
+            Of::Resample { ratio } => {
+                for series in all_series(signals) {
+                    *series = resampled(series, ratio);
+                }
+            }
+            Of::Repeat => {
+                for series in all_series(signals) {
+                    let piece: Vec<f64> = self.hit(series).collect();
+                    let end = self.from + self.cycles.unwrap_or(series.len());
+                    let end = end.min(series.len());
+                    series.splice(end..end, piece);
+                }
+            }
+            Of::Cut => {
+                for series in all_series(signals) {
+                    let mut cycle = 0..;
+                    series.retain(|_| !cycle.next().is_some_and(|k| self.hits(k)));
+                }
+            }
+        }
+    }
+
+    /// Swaps two axes, numbered from 1, in the cycles that are hit.
+    fn swap_axes(&self, series: &mut [Vec<f64>], one: usize, other: usize) {
+        let (Some(a), Some(b)) = (series.get(one - 1), series.get(other - 1)) else { return };
+        let (mut a, mut b) = (a.clone(), b.clone());
+        for k in (0..a.len()).filter(|k| self.hits(*k)) {
+            std::mem::swap(&mut a[k], &mut b[k]);
+        }
+        (series[one - 1], series[other - 1]) = (a, b);
+    }
+
+    /// Filters by a first-order low-pass.
+    fn low_pass(
+        &self,
+        signals: &mut Signals,
+        rate_hz: f64,
+        signal: SignalOf,
+        axis: Option<usize>,
+        cutoff_hz: f64,
+    ) {
+        let share = 1.0 - (-core::f64::consts::TAU * cutoff_hz / rate_hz).exp();
+        for series in chosen(signals, signal, axis) {
+            self.each(series, |now, k| {
+                k.checked_sub(1).map_or(now[k], |last| now[last] + share * (now[k] - now[last]))
+            });
+        }
+    }
+
+    /// Adds uniform noise of this root mean square.
+    fn add_noise(
+        &self,
+        signals: &mut Signals,
+        signal: SignalOf,
+        axis: Option<usize>,
+        rms: f64,
+        seed: u64,
+    ) {
+        for (number, series) in chosen(signals, signal, axis).enumerate() {
+            let seed = seed.wrapping_mul(31).wrapping_add(number as u64) << 24;
+            let noise = |k| rms * 12.0_f64.sqrt() * (uniform(seed, k) - 0.5);
+            self.each(series, |now, k| now[k] + noise(k));
+        }
+    }
+
+    /// Returns the values of the affected cycles.
+    fn hit<'a>(&'a self, series: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        (0..).zip(series).filter(|(k, _)| self.hits(*k)).map(|(_, value)| *value)
+    }
+
+    /// Replaces the values of the affected cycles in order, each computed from the series so far.
+    fn each(&self, series: &mut [f64], new: impl Fn(&[f64], usize) -> f64) {
+        for k in (0..series.len()).filter(|k| self.hits(*k)) {
+            series[k] = new(series, k);
+        }
+    }
+
+    /// Replaces the values of the affected cycles, each computed from the original series.
+    fn of_before(
+        &self,
+        signals: &mut Signals,
+        signal: SignalOf,
+        axis: Option<usize>,
+        new: impl Fn(&[f64], usize) -> f64,
+    ) {
+        for series in chosen(signals, signal, axis) {
+            let before = series.clone();
+            self.each(series, |_, k| new(&before, k));
+        }
+    }
+}
+
+/// Returns the series of a signal, for one axis or all.
+fn chosen(
+    signals: &mut Signals,
+    signal: SignalOf,
+    axis: Option<usize>,
+) -> impl Iterator<Item = &mut Vec<f64>> {
+    let of_axis = move |(number, series)| axis.is_none_or(|axis| axis == number).then_some(series);
+    let positions = (1..).zip(&mut signals.position_rad).filter_map(of_axis);
+    let torques = (1..).zip(&mut signals.torque_nm).filter_map(of_axis);
+    let (position, torque) = (signal != SignalOf::Torque, signal != SignalOf::Position);
+    positions.filter(move |_| position).chain(torques.filter(move |_| torque))
+}
+
+/// All series.
+fn all_series(signals: &mut Signals) -> impl Iterator<Item = &mut Vec<f64>> {
+    let reference = signals.reference_rad.iter_mut().flatten();
+    signals.position_rad.iter_mut().chain(&mut signals.torque_nm).chain(reference)
+}
+
+/// Returns a series at `ratio` times its rate, with linear interpolation.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the series")]
+fn resampled(series: &[f64], ratio: f64) -> Vec<f64> {
+    let Some(last) = series.len().checked_sub(1) else { return Vec::new() };
+    (0..(series.len() as f64 * ratio) as usize)
+        .map(|k: usize| {
+            let place = (k as f64 / ratio).min(last as f64);
+            let before = place as usize;
+            let next = series[(before + 1).min(last)];
+            series[before] + (place - before as f64) * (next - series[before])
+        })
+        .collect()
+}

@@ -1,0 +1,197 @@
+//! Logs, MCAP recordings and captures of the bus, with the same frames, layout and assembly as live
+//! data.
+
+use std::path::{Path, PathBuf};
+
+use didim_drivers::assemble::{Losses, label};
+use didim_drivers::frame::{Frame, FrameId};
+use didim_drivers::samples::Samples;
+use didim_drivers::source::SourceError;
+use didim_dynamics::{JointSample, Readings};
+
+use super::screening::{RateError, check_rate};
+use crate::cell::{Cell, CellBus, CellError};
+use crate::live::recording::open_log;
+use didim_formats::{Capacity, Measurement, Piece, Record, RecordingStart, Resampled};
+
+/// Number of frames taken from the log at a time.
+const BATCH: usize = 4096;
+/// Maximum number of identifiers that an error lists.
+const LISTED: usize = 16;
+
+/// Error when a log yields no measurement. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The log cannot be opened or read, or a line is malformed; the inner error names it.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The cell has no bus.
+    #[error(transparent)]
+    Cell(Box<CellError>),
+    /// The frames yield no complete sample: the layout or the interface is a different one.
+    #[error(
+        "{}: no complete sample in {} frames; is this log from the bus that the cell's layout \
+        describes? The layout has the identifiers {}, the log {}. Not used, by cause: {}",
+        file.display(), losses.frames_received, list(expected), list(found), causes(losses)
+    )]
+    NoSample {
+        /// The log.
+        file: PathBuf,
+        /// Identifiers of the layout.
+        expected: Vec<FrameId>,
+        /// The first identifiers of the log.
+        found: Vec<FrameId>,
+        /// What was counted.
+        losses: Box<Losses>,
+    },
+    /// The stamps give another sample rate than the layout, or none.
+    #[error("{}: {source}", file.display())]
+    Rate {
+        /// The log.
+        file: PathBuf,
+        /// Both rates, and the remedy.
+        source: RateError,
+    },
+    /// More samples than the capacity of memory and disk. Free some, or cut the log.
+    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set \
+        TMPDIR to a folder on a disk with room, or cut the log", file.display())]
+    TooLong {
+        /// The log.
+        file: PathBuf,
+        /// Number of samples within the capacity.
+        samples: usize,
+    },
+}
+
+/// Reads a whole log, MCAP recording or capture, motor side. Cuts it where bus cycles are missing
+/// and where a drive changes its mode.
+///
+/// If targets take effect at the next SYNC, no target is known in the log's first cycle. The
+/// measurement then begins with the second one.
+///
+/// # Errors
+/// See [`LogError`].
+pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
+    let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
+    let (samples, since_1970_ns) = read_samples(path, bus)?;
+    // The check covers all samples: gaps do not affect it, and a short piece alone gives no rate.
+    let rate_unchecked = check_rate(&samples, &bus.layout)
+        .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
+    // First sequence number and stamp of the samples in use; the first piece sets both.
+    let (mut first, mut start) = (None, None);
+    let (mut left_out, mut without_reference) = (0, 0);
+    let mut modes = Readings::default();
+    let parts: Vec<Piece> = samples
+        .chunk_by(|one: &JointSample, next: &JointSample| {
+            modes.update(&one.readings);
+            next.sequence == one.sequence + 1 && !next.readings.changes_mode(&modes)
+        })
+        .map(|samples: &[JointSample]| {
+            let total = samples;
+            let samples = if bus.layout.has_reference() { from_reference(total) } else { total };
+            left_out += total.len() - samples.len();
+            without_reference += samples.iter().filter(|sample| !sample.has_reference).count();
+            let of_layout =
+                Measurement::from_samples(samples, bus.layout.axes(), 1e9 / bus.layout.period_ns());
+            let begin = samples.first().map_or(0, |sample| sample.sequence);
+            start = start.or(samples.first().map(|sample| sample.stamp_ns));
+            let cycles = begin - *first.get_or_insert(begin);
+            #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
+            let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
+            let numbered = samples.iter().map(|sample| sample.readings).enumerate();
+            let readings = numbered.filter(|(_, readings)| !readings.is_empty()).collect();
+            Piece { begins_s, measurement: Measurement { rate_unchecked, ..of_layout }, readings }
+        })
+        .collect();
+    let (file, all) = (path.display(), samples.len());
+    if left_out > 0 {
+        let sample =
+            if left_out == 1 { "1 sample".to_owned() } else { format!("{left_out} samples") };
+        let is = if left_out == 1 { "is" } else { "are" };
+        tracing::warn!("{file}: {sample} before the first reference {is} left out");
+    }
+    if bus.layout.has_reference() && without_reference > 0 {
+        tracing::warn!(
+            "{file}: {without_reference} of {all} samples have no reference, so the reference is \
+            not used"
+        );
+    }
+    let start_ns = start.map(|stamp_ns| i128::from(stamp_ns) + i128::from(since_1970_ns));
+    let start = start_ns.and_then(RecordingStart::of_unix_ns);
+    Ok(Record { parts, resampled: Resampled::default(), missing_values: None, start })
+}
+
+/// Leaves out the first sample of a piece if it alone has no reference. A target takes effect at
+/// the SYNC after its frame, so the first cycle of a piece has none. Otherwise one sample would
+/// cost the whole measurement its reference. If more samples have none, nothing is left out and the
+/// measurement has no reference.
+fn from_reference(samples: &[JointSample]) -> &[JointSample] {
+    match samples {
+        [first, rest @ ..]
+            if !first.has_reference && rest.first().is_some_and(|s| s.has_reference) =>
+        {
+            rest
+        }
+        all => all,
+    }
+}
+
+/// Returns the samples and the offset to add to their stamps; see
+/// [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
+fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), LogError> {
+    let file = || path.to_path_buf();
+    let mut identifiers: Vec<FrameId> = Vec::new();
+    let source = open_log(path, Some(&bus.layout))?;
+    let since_1970_ns = source.since_1970_ns();
+    let mut of_log = Samples::new(source, bus.assembler(), BATCH).with_tap(Some(Box::new(
+        |frames: &[Frame], _| {
+            for frame in frames.iter().filter(|frame| !frame.is_error()) {
+                if identifiers.len() < LISTED && !identifiers.contains(&frame.id) {
+                    identifiers.push(frame.id);
+                }
+            }
+        },
+    )));
+    // A growing vector is in memory twice.
+    let capacity = Capacity::of_bytes(3 * size_of::<JointSample>());
+    let mut samples: Vec<JointSample> = Vec::new();
+    for sample in &mut of_log {
+        samples.push(sample?);
+        if samples.len() > capacity.samples {
+            return Err(LogError::TooLong { file: file(), samples: capacity.samples });
+        }
+    }
+    let losses = Box::new(*of_log.losses());
+    drop(of_log);
+    if samples.is_empty() {
+        let expected = bus.layout.messages().iter().map(|message| message.format.id).collect();
+        return Err(LogError::NoSample { file: file(), expected, found: identifiers, losses });
+    }
+    if samples.windows(2).any(|pair| pair[1].sequence != pair[0].sequence + 1) {
+        tracing::warn!(
+            "{}: bus cycles are missing; not used, by cause: {}",
+            path.display(),
+            causes(&losses)
+        );
+    }
+    Ok((samples, since_1970_ns))
+}
+
+/// Lists the first identifiers, as candump writes them.
+fn list(ids: &[FrameId]) -> String {
+    let names: Vec<String> = ids.iter().take(LISTED).map(ToString::to_string).collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        listed if listed < ids.len() => format!("{} …", names.join(" ")),
+        _ => names.join(" "),
+    }
+}
+
+/// Lists every cause with a count, as `name 12, name 3`.
+fn causes(losses: &Losses) -> String {
+    let counts = losses.frames.by_cause().chain(losses.cycles.by_cause());
+    let counts = counts.filter(|(_, count)| *count > 0);
+    let counts: Vec<String> =
+        counts.map(|(key, count)| format!("{} {count}", label(key))).collect();
+    if counts.is_empty() { "none".to_owned() } else { counts.join(", ") }
+}

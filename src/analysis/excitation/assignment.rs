@@ -1,0 +1,387 @@
+//! The task of a motion: from an arm, or from a cell and a stored result with insufficient
+//! parameters.
+
+use didim_dynamics::Signals;
+use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::{Limits, Parameter, ParameterKind, Robot};
+use didim_formats::UrdfArm;
+use didim_identification::excitation::{
+    Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first, rows,
+    simulated,
+};
+use didim_identification::identification::{
+    Declared, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
+    Selection, payload,
+};
+use nalgebra::DMatrix;
+
+use crate::analysis::identify::IdentifyError;
+use crate::analysis::payload::LoadError;
+use crate::analysis::stored_model::StoredModel;
+use crate::cell::{Cell, RobotSource};
+
+/// Values without a result: noise of a row as a share of the joint's torque limit, and independent
+/// rows per second if no cell gives their number.
+const ASSUMED_NOISE: f64 = 0.01;
+const ASSUMED_ROWS_PER_S: f64 = 40.0;
+/// Part of a use's required uncertainty that noise may take. A third of it is a tenth of the
+/// variance.
+const SHARE_OF_NOISE: f64 = 1.0 / 3.0;
+
+/// Error when a motion cannot be requested. The inner errors state the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum AssignmentError {
+    /// The limits or the requested motion make no sense.
+    #[error(transparent)]
+    Excitation(#[from] ExcitationError),
+    /// The cell's list of parameters does not fit its robot.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// The arm shows no load, or its parameters are too uncertain for one.
+    #[error(transparent)]
+    Payload(#[from] PayloadError),
+    /// The joint does not exist. Name the joints that move.
+    #[error("there is no joint {joint}: the arm has {joints}; name those that move, from 1")]
+    NoSuchJoint {
+        /// The joint.
+        joint: usize,
+        /// Number of joints of the arm.
+        joints: usize,
+    },
+    /// The result has no covariance of its parameters. Identify again with this version.
+    #[error(
+        "the result does not say how well its parameters are known together; identify again with \
+        this version"
+    )]
+    NoCovariance,
+    /// The assumed noise needs a torque limit that the robot file leaves open. State the limit, or
+    /// give a result.
+    #[error(
+        "joint {joint}: its torque limit is unknown, and without a result noise is assumed by it; \
+         state torque_max_nm (force_max_n of a sliding joint) in the robot file"
+    )]
+    NoTorqueLimit {
+        /// The joint, counted from 1.
+        joint: usize,
+    },
+    /// A box is configured, but no shape of the arm. State shapes, or leave the box out.
+    #[error(
+        "a box is stated, and nothing says how large the links are; state `capsules` in the robot \
+        file, or leave the box out"
+    )]
+    NoShapes,
+}
+
+/// Requirements of a motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted<'a> {
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// Shares of the limits that stay free.
+    pub margins: Margins,
+    /// Largest acceleration of each joint, in place of the robot file's value \[rad/s²\].
+    pub accelerations: Option<&'a [f64]>,
+    /// Box in the base frame that the arm stays in.
+    pub inside: Option<Corners>,
+    /// Joints that move, counted from 1; all if left out.
+    pub moving: Option<&'a [usize]>,
+    /// Load on the last link to identify instead of the arm's parameters.
+    pub load: Option<KnownLoad>,
+    /// Parameters to identify; all identified ones if left out.
+    pub parameters: Option<&'a [String]>,
+    /// True if the aim is a small condition number instead of small standard deviations.
+    pub condition_number: bool,
+}
+
+/// The load that a motion has to identify.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WantedLoad {
+    /// The expected load.
+    pub expected: KnownLoad,
+    /// Standard parameters of the arm with the load.
+    standard: Vec<f64>,
+}
+
+impl WantedLoad {
+    /// Returns the load that `didim payload` finds with this result in a simulated recording of a
+    /// motion. The simulation uses the noise of the task, the same every time.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn simulated(
+        &self,
+        cell: &Cell,
+        result: &StoredModel,
+        task: &Task,
+        motion: &dyn Course,
+    ) -> Result<Payload, LoadError> {
+        let rate_hz = cell.sample_rate_hz();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second")]
+        let rest = rate_hz as usize;
+        let [position_rad, torque_nm] = simulated(task, &self.standard, motion, rate_hz, rest);
+        let moves = rest..position_rad[0].len() - rest;
+        let signals =
+            Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
+        let experiment = Experiment::joint_side(signals).and_then(|of| of.with_counted(moves));
+        let experiment = experiment.map_err(IdentifyError::from)?;
+        let (named, declared) = (result.named(), Declared::default());
+        let (arm, options) = (result.known_arm(&named), &cell.options);
+        Ok(payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
+    }
+}
+
+/// A parameter to identify.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MissingParameter {
+    /// Its name.
+    pub name: String,
+    /// The SI unit of its value.
+    pub unit: &'static str,
+    /// Its value in the result.
+    pub value: Option<f64>,
+    /// Its standard deviation in the result.
+    pub standard_deviation: Option<f64>,
+}
+
+/// A task, and the data that its numbers refer to.
+#[derive(Clone, Debug)]
+pub struct Assignment {
+    /// The task.
+    pub task: Task,
+    /// Parameter of each column of the task, except the load's columns.
+    pub parameters: Vec<MissingParameter>,
+    /// True if the noise comes from a result and is not assumed.
+    pub measured_noise: bool,
+    /// The load to identify.
+    pub load: Option<WantedLoad>,
+    /// Links of a URDF whose collision shapes are meshes or cannot be read.
+    pub unread_shapes: Vec<String>,
+}
+
+/// The arm that a motion is designed for.
+struct Arm<'a> {
+    robot: &'a Robot,
+    urdf: Option<&'a UrdfArm>,
+    base: &'a BaseParameters,
+    parameters: Vec<MissingParameter>,
+    /// Standard parameters for the arm's torques.
+    standard: Option<Vec<f64>>,
+    before: Option<DMatrix<f64>>,
+    noise: Option<Vec<f64>>,
+    rows_per_s: f64,
+    /// Uncertainty that a use requires of each parameter, relative to its value.
+    need: f64,
+}
+
+impl Assignment {
+    /// Creates the task for an arm of which only the file is known.
+    ///
+    /// # Errors
+    /// [`AssignmentError`].
+    pub fn of_robot(
+        source: &RobotSource,
+        base: &BaseParameters,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, AssignmentError> {
+        let robot = &source.robot;
+        let arm = Arm {
+            robot,
+            urdf: source.urdf.as_ref(),
+            base,
+            parameters: unknown(robot, base, base.names()),
+            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
+            before: None,
+            noise: None,
+            rows_per_s: ASSUMED_ROWS_PER_S,
+            need: 0.0,
+        };
+        arm.assignment(wanted)
+    }
+
+    /// Creates the task for the arm of a cell, with the data of one of its results.
+    ///
+    /// # Errors
+    /// [`AssignmentError`].
+    pub fn of_cell(
+        cell: &Cell,
+        result: Option<&StoredModel>,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, AssignmentError> {
+        let (robot, base) = (&cell.robot, &cell.base);
+        let factor = cell.options.decimation_filter.factor;
+        let mut arm = Arm {
+            robot,
+            urdf: cell.urdf.as_ref(),
+            base,
+            parameters: Vec::new(),
+            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
+            before: None,
+            noise: None,
+            rows_per_s: cell.sample_rate_hz() / factor as f64,
+            need: SHARE_OF_NOISE * cell.options.limits.parameter_uncertainty,
+        };
+        let Some(result) = result else {
+            let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
+            arm.parameters = unknown(robot, base, selection.names());
+            arm.keep_identifiable();
+            return arm.assignment(wanted);
+        };
+        let covariance = result.covariance.as_ref();
+        let covariance = covariance.and_then(|of| of.matrix(result.parameters.len()));
+        let covariance = covariance.ok_or(AssignmentError::NoCovariance)?;
+        let names: Vec<String> = result.parameters.iter().map(|(name, _)| name.clone()).collect();
+        arm.parameters = unknown(robot, base, &names);
+        for (k, (own, (_, value))) in arm.parameters.iter_mut().zip(&result.parameters).enumerate()
+        {
+            own.value = Some(*value);
+            own.standard_deviation = Some(covariance[(k, k)].max(0.0).sqrt());
+        }
+        let parameters = result.parameters.iter().chain(&result.fixed);
+        arm.standard = base.to_standard(parameters.map(|(name, value)| (name, *value))).ok();
+        let identifiable = arm.keep_identifiable();
+        let covariance = covariance.select_rows(&identifiable).select_columns(&identifiable);
+        let inverse = covariance.cholesky().ok_or(AssignmentError::NoCovariance)?.inverse();
+        arm.before = Some(inverse);
+        arm.noise = (result.noise.len() == robot.joints()).then(|| result.noise.clone());
+        arm.assignment(wanted)
+    }
+}
+
+/// Returns the standard parameter that gives a base parameter its name.
+fn named(robot: &Robot, base: &BaseParameters, name: &str) -> Option<Parameter> {
+    let column = base.columns()[base.find(name)?];
+    Some(robot.parameters().parameters()[column])
+}
+
+/// Lists parameters without known values.
+fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<MissingParameter> {
+    let unit = |name: &String| {
+        let parameter = named(robot, base, name)?;
+        Some(parameter.kind.unit(robot.chain()[parameter.joint].kind))
+    };
+    names
+        .iter()
+        .map(|name: &String| {
+            let (value, standard_deviation) = (None, None);
+            MissingParameter {
+                name: name.clone(),
+                unit: unit(name).unwrap_or(""),
+                value,
+                standard_deviation,
+            }
+        })
+        .collect()
+}
+
+impl Arm<'_> {
+    /// Keeps the parameters that a motion can identify, and returns their previous indices.
+    fn keep_identifiable(&mut self) -> Vec<usize> {
+        let is_identifiable = |of: &MissingParameter| match named(self.robot, self.base, &of.name)
+            .map(|own| own.kind)
+        {
+            // Without standard parameters, the load that friction grows with is unknown.
+            Some(ParameterKind::FcLoad) => self.standard.is_some(),
+            // Differs from Coulomb friction only at reversals, of which a design has few samples.
+            // It is taken as known.
+            Some(ParameterKind::Fh) => false,
+            _ => true,
+        };
+        let identifiable: Vec<usize> =
+            (0..self.parameters.len()).filter(|k| is_identifiable(&self.parameters[*k])).collect();
+        self.parameters = identifiable.iter().map(|k| self.parameters[*k].clone()).collect();
+        identifiable
+    }
+
+    fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
+        let (robot, base) = (self.robot, self.base);
+        let joints = robot.joints();
+        let unknown = |joint: &&usize| !(1..=joints).contains(*joint);
+        if let Some(&joint) = wanted.moving.and_then(|of| of.iter().find(unknown)) {
+            return Err(AssignmentError::NoSuchJoint { joint, joints });
+        }
+        let moves = |joint| wanted.moving.is_none_or(|of| of.contains(&joint));
+        let column_of = |kind| robot.parameters().column(kind, joints - 1);
+        if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard) {
+            for (kind, value) in ParameterKind::LINK.into_iter().zip(load.parameters()) {
+                if let Some(column) = column_of(kind) {
+                    standard[column] += value;
+                }
+            }
+        }
+        let mut model = Model::new(robot);
+        if let Some(standard) = &self.standard {
+            model = model.with_load(standard.clone());
+        }
+        let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
+        let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
+        let need = |of: &MissingParameter| of.value.map_or(0.0, |value| self.need * value.abs());
+        let aim = if wanted.condition_number {
+            Aim::ConditionNumber
+        } else {
+            Aim::Deviations(match wanted.parameters {
+                None => self.parameters.iter().map(need).enumerate().collect(),
+                Some(names) => names
+                    .iter()
+                    .map(|name: &String| {
+                        let place = self.parameters.iter().position(|of| of.name == *name);
+                        let aim_found = place.map(|place| (place, need(&self.parameters[place])));
+                        aim_found.ok_or_else(|| ExcitationError::UnknownParameter {
+                            name: name.clone(),
+                            available: self.parameters.iter().map(|of| of.name.clone()).collect(),
+                        })
+                    })
+                    .collect::<Result<_, _>>()?,
+            })
+        };
+        let measured_noise = self.noise.is_some();
+        let levels = match self.noise {
+            Some(levels) => levels,
+            None => (1..)
+                .zip(robot.limits())
+                .map(|(joint, limits): (usize, &Limits)| -> Result<f64, AssignmentError> {
+                    let most = limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?;
+                    Ok(ASSUMED_NOISE * most)
+                })
+                .collect::<Result<_, _>>()?,
+        };
+        let count = columns.len();
+        let shapes = Shapes::new(robot, wanted.inside);
+        if wanted.inside.is_some() && shapes.is_none() {
+            return Err(AssignmentError::NoShapes);
+        }
+        let standard = self.standard.clone();
+        let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
+        let bounds = bounds.with_shapes(shapes);
+        let mut task = Task {
+            model,
+            bounds,
+            duration_s: wanted.duration_s,
+            moving: (1..=joints).map(moves).collect(),
+            columns,
+            before: self.before.unwrap_or_else(|| DMatrix::zeros(count, count)),
+            noise: Noise { levels, rows_per_s: self.rows_per_s },
+            aim,
+        };
+        let load = match wanted.load {
+            None => None,
+            Some(expected) => {
+                let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
+                let sums = LoadSums::new(robot, base, &names)?;
+                // A sum that one motion of these joints does not identify is identified by none.
+                let sums = sums.identifiable_by(&rows(&task, &first(&task, 1)?))?;
+                task.columns.extend(sums.kinds().filter_map(column_of));
+                let column_count = task.columns.len();
+                // The arm has prior information, the load has none.
+                task.before = task.before.resize(column_count, column_count, 0.0);
+                task.aim =
+                    Aim::Deviations((count..column_count).map(|place| (place, 0.0)).collect());
+                Some(WantedLoad {
+                    expected,
+                    standard: standard.ok_or(AssignmentError::NoCovariance)?,
+                })
+            }
+        };
+        let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());
+        Ok(Assignment { task, parameters: self.parameters, measured_noise, load, unread_shapes })
+    }
+}

@@ -1,0 +1,10 @@
+//! Excitation: insufficient parameters of a stored result, the task of the next motion, and its
+//! expected uncertainties.
+
+mod advice;
+mod assignment;
+mod expectation;
+
+pub use advice::Advised;
+pub use assignment::{Assignment, AssignmentError, MissingParameter, Wanted, WantedLoad};
+pub use expectation::{DesignedMotion, ExpectationError, ExpectedParameter, expectation_line};

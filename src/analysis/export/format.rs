@@ -1,0 +1,168 @@
+//! A consistent model in the formats of other tools.
+
+use didim_dynamics::robot::ParameterKind;
+use didim_formats::{
+    CodeError, CodeModel, ExportError, ExportModel, Holder, LeftOut, UrdfError, UrdfValues,
+    WRITTEN_BY, to_c, to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
+};
+use didim_identification::feasibility::{Class, Outcome};
+
+use super::model::Consistent;
+
+/// Output format of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The robot's own URDF with new inertials, damping and friction. A robot file gives a new
+    /// URDF.
+    Urdf,
+    /// MuJoCo's format.
+    Mjcf,
+    /// The robot's file with new nominal values.
+    Toml,
+    /// Every standard parameter with its uncertainty and the source of its value.
+    Json,
+    /// A MATLAB function file.
+    Matlab,
+    /// Inverse dynamics as one C99 file.
+    C,
+    /// Inverse dynamics as one Rust file without the standard library.
+    Rust,
+}
+
+impl Format {
+    /// All formats, in the order in which they are offered.
+    pub const ALL: [Self; 7] =
+        [Self::Urdf, Self::Mjcf, Self::Toml, Self::Json, Self::Matlab, Self::C, Self::Rust];
+
+    /// Returns the format's name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::Mjcf => "mjcf",
+            Self::Toml => "toml",
+            Self::Json => "json",
+            Self::Matlab => "matlab",
+            Self::C => "c",
+            Self::Rust => "rust",
+        }
+    }
+}
+
+/// Error when a consistent model cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The format cannot hold the model.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// Not as code.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// The model cannot be written into the robot's URDF.
+    #[error(transparent)]
+    Urdf(#[from] UrdfError),
+    /// Not as JSON.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// A model in one format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// The file's content.
+    pub text: String,
+    /// Parts of the model that the format cannot hold.
+    pub left_out: Vec<LeftOut>,
+}
+
+impl Consistent<'_> {
+    /// Returns the model in a format. `name` is the file name without its extension; MATLAB calls
+    /// the function by this name.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn written(&self, format: Format, name: &str) -> Result<Exported, WriteError> {
+        let (robot, standard, origin) = (&self.cell.robot, self.outcome.standard(), self.origin());
+        let model = ExportModel { robot, standard: &standard, origin: &origin };
+        let holder = match format {
+            Format::Urdf => Some(Holder::Urdf),
+            Format::Mjcf => Some(Holder::Mjcf),
+            Format::Matlab | Format::Json => Some(Holder::Parameters),
+            Format::Toml | Format::C | Format::Rust => None,
+        };
+        let left_out = holder.map_or_else(Vec::new, |holder| LeftOut::list(&model, holder));
+        let identified: Vec<&str> =
+            self.model.parameters.iter().map(|(name, _)| name.as_str()).collect();
+        let code = CodeModel {
+            robot,
+            base: &self.cell.base,
+            standard: &standard,
+            identified: &identified,
+            covariance: &self.covariance,
+            origin: &origin,
+        };
+        let text = match (format, &self.cell.urdf) {
+            (Format::Urdf, Some(arm)) => {
+                let left_out = left_out.iter().map(|remaining| format!("left out: {remaining}"));
+                let remarks: Vec<String> = origin.iter().cloned().chain(left_out).collect();
+                arm.with_values(&self.urdf_values(&model), &remarks)?
+            }
+            (Format::Urdf, None) => to_urdf(&model)?,
+            (Format::Mjcf, _) => to_mjcf(&model)?,
+            (Format::Toml, _) => to_robot_file(&model, &self.cell.configuration.robot)?,
+            (Format::Json, _) => self.json(&left_out)?,
+            (Format::Matlab, _) => to_matlab(&model, name)?,
+            (Format::C, _) => to_c(code)?,
+            (Format::Rust, _) => to_rust(code)?,
+        };
+        Ok(Exported { text, left_out })
+    }
+
+    fn urdf_values(&self, model: &ExportModel<'_>) -> UrdfValues {
+        let joints = 0..self.cell.robot.joints();
+        UrdfValues {
+            link_bodies: self.outcome.link_bodies.clone(),
+            damping: joints.clone().map(|joint| model.value(ParameterKind::Fv, joint)).collect(),
+            friction: joints.map(|joint| model.sliding_friction(joint)).collect(),
+        }
+    }
+
+    /// Describes the origin of the model and the source of each mass.
+    fn origin(&self) -> Vec<String> {
+        let Outcome { cost, least_cost, threshold, prior, parameters, judgement, .. } =
+            &self.outcome;
+        let mut lines = vec![
+            WRITTEN_BY.to_owned(),
+            format!(
+                "{}, identified by {}, made consistent by didim {}: {judgement}.",
+                self.cell.robot.name(),
+                self.model.method,
+                env!("CARGO_PKG_VERSION")
+            ),
+            format!(
+                "Cost of the nearest bodies {least_cost:.1} (true ones stay below {threshold:.0}, \
+                 99 %), of these {cost:.1}; where the data do not decide, {prior} do."
+            ),
+        ];
+        let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());
+        let masses = masses.filter(|(_, parameter)| parameter.kind == ParameterKind::M);
+        lines.extend(masses.map(|(mass, parameter)| {
+            format!(
+                "Mass of link {}: {:.4} kg, decided by {}.",
+                parameter.joint + 1,
+                mass.value,
+                decided_by(mass.class)
+            )
+        }));
+        lines
+    }
+}
+
+/// Returns a readable name for the source of a parameter's value.
+fn decided_by(class: Class) -> &'static str {
+    match class {
+        Class::Data => "the data",
+        Class::Prior => "the prior",
+        Class::Combination => "the prior within a sum that the data decide",
+        Class::Absent => "nothing: the model does not have it",
+    }
+}

@@ -1,0 +1,8 @@
+//! A stored result as a physically consistent model, in the formats of other tools.
+
+mod format;
+mod model;
+mod record;
+
+pub use format::{Exported, Format, WriteError};
+pub use model::{Consistent, ConsistentError};

@@ -1,0 +1,103 @@
+//! A stored result as physically consistent parameters.
+
+use std::ops::Range;
+
+use didim_formats::Measurement;
+use didim_identification::feasibility::{
+    Estimate, FeasibilityError, FixedParameter, NoBodies, Outcome, Prior, consistent,
+};
+use didim_identification::identification::Prediction;
+use nalgebra::DMatrix;
+
+use crate::analysis::identify::IdentifyError;
+use crate::analysis::stored_model::StoredModel;
+use crate::cell::Cell;
+
+/// Error when a result gives no model to export.
+#[derive(Debug, thiserror::Error)]
+pub enum ConsistentError {
+    /// The result comes from a version that did not store the covariance.
+    #[error(
+        "the result has no covariance of its parameters: it is of an earlier version, or was \
+         changed; identify again, and give what comes of it"
+    )]
+    NoCovariance,
+    /// No bodies are found, or no bodies agree.
+    #[error(transparent)]
+    Feasibility(#[from] FeasibilityError),
+    /// No bodies explain the result. Check the signs of torques and positions.
+    #[error("{0}")]
+    NoBodies(NoBodies),
+}
+
+/// A stored result, and the physically consistent parameters nearest to it.
+#[derive(Clone, Debug)]
+pub struct Consistent<'a> {
+    pub(super) cell: &'a Cell,
+    pub(super) model: &'a StoredModel,
+    pub(super) covariance: DMatrix<f64>,
+    /// The consistent parameters, and their cost.
+    pub outcome: Outcome,
+}
+
+impl<'a> Consistent<'a> {
+    /// Computes the consistent parameters of a result. The nominal bodies of the robot's file
+    /// decide where the data do not. If a total mass of all moving links is given \[kg\], the
+    /// file's geometry decides instead.
+    ///
+    /// # Errors
+    /// [`ConsistentError`].
+    pub fn from_result(
+        cell: &'a Cell,
+        model: &'a StoredModel,
+        total_mass_kg: Option<f64>,
+    ) -> Result<Self, ConsistentError> {
+        let stored = model.covariance.as_ref();
+        let covariance = stored.and_then(|stored| stored.matrix(model.parameters.len()));
+        let covariance = covariance.ok_or(ConsistentError::NoCovariance)?;
+        let (names, values): (Vec<String>, Vec<f64>) = model.parameters.iter().cloned().unzip();
+        let fixed =
+            model.fixed.iter().map(|(name, value)| FixedParameter::nominal(name.clone(), *value));
+        let fixed: Vec<FixedParameter> = fixed.collect();
+        let estimate =
+            Estimate { names: &names, values: &values, covariance: &covariance, fixed: &fixed };
+        let prior = match total_mass_kg {
+            Some(mass) => Prior::geometric(&cell.robot, mass)?,
+            None => Prior::nominal(&cell.robot)?,
+        };
+        let weight = prior.default_weight();
+        let outcome = consistent(&cell.robot, &cell.base, &estimate, &prior, weight)?;
+        if let Some(no_bodies) = outcome.no_bodies() {
+            return Err(ConsistentError::NoBodies(no_bodies));
+        }
+        Ok(Self { cell, model, covariance, outcome })
+    }
+}
+
+impl Consistent<'_> {
+    /// Predicts the torques of a measurement with the result and with the consistent parameters.
+    /// Nothing is fitted.
+    ///
+    /// # Errors
+    /// See [`IdentifyError`].
+    pub fn predictions(
+        &self,
+        measurements: &[(&Measurement, Range<usize>)],
+    ) -> Result<[Prediction; 2], IdentifyError> {
+        let values = self.cell.base.regroup(&self.outcome.standard());
+        let value = |name: &str| self.cell.base.find(name).map(|row| values[row]);
+        let renamed = |of: &[(String, f64)]| -> Vec<(String, f64)> {
+            of.iter().filter_map(|(name, _)| Some((name.clone(), value(name)?))).collect()
+        };
+        let consistent = StoredModel {
+            parameters: renamed(&self.model.parameters),
+            fixed: renamed(&self.model.fixed),
+            uncertainty: None,
+            ..self.model.clone()
+        };
+        Ok([
+            self.model.predict(self.cell, measurements)?,
+            consistent.predict(self.cell, measurements)?,
+        ])
+    }
+}

@@ -1,0 +1,134 @@
+//! A consistent model as JSON.
+
+use didim_dynamics::robot::Parameter as RobotParameter;
+use didim_formats::LeftOut;
+use didim_identification::feasibility::{Class, Judgement, Outcome};
+use serde::Serialize;
+
+use super::model::Consistent;
+
+/// Version of the record's layout.
+const SCHEMA: u32 = 1;
+
+/// A consistent model. Its JSON is a contract.
+#[derive(Debug, Serialize)]
+struct Record<'a> {
+    schema: u32,
+    robot: &'a str,
+    /// The method that identified it.
+    method: &'a str,
+    /// Prior, which decides where the data do not.
+    prior: String,
+    /// λ, the weight of the prior.
+    prior_weight: f64,
+    /// J, the squared distance from the result in its standard deviations.
+    cost: f64,
+    /// Smallest J of any bodies, regardless of the prior.
+    least_cost: f64,
+    /// Upper limit of the smallest cost of true bodies (χ², 99 %).
+    cost_limit: f64,
+    judgement: Judgement,
+    /// Number of base parameters that the data determine.
+    effective_parameters: f64,
+    parameters: Vec<Parameter<'a>>,
+    #[serde(rename = "bodies")]
+    link_bodies: Vec<LinkBody>,
+    /// Shift of each base parameter, in its standard deviations.
+    shifts: Vec<Shift<'a>>,
+    /// Parts of the model that these parameters do not include.
+    left_out: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Parameter<'a> {
+    name: &'a str,
+    unit: &'static str,
+    value: f64,
+    /// Standard deviation from data and prior together.
+    standard_deviation: f64,
+    /// What decides it.
+    decided_by: Class,
+    share_of_data: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LinkBody {
+    mass_kg: f64,
+    /// In the frame of the link.
+    centre_of_mass_m: [f64; 3],
+    /// About the centre of mass: xx xy xz yy yz zz.
+    inertia_kg_m2: [f64; 6],
+    /// Distance from the prior \[nats\].
+    divergence: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Shift<'a> {
+    name: &'a str,
+    standard_deviations: f64,
+}
+
+impl Consistent<'_> {
+    /// Writes the model with its uncertainties as JSON.
+    ///
+    /// # Errors
+    /// Same as [`serde_json::to_string_pretty`].
+    pub(super) fn json(&self, left_out: &[LeftOut]) -> Result<String, serde_json::Error> {
+        let Outcome { parameters, link_bodies: body_list, shifts, divergence_per_link, .. } =
+            &self.outcome;
+        let robot = &self.cell.robot;
+        let kinds = robot.parameters().parameters().iter();
+        let unit = |of: &RobotParameter| of.kind.unit(robot.chain()[of.joint].kind);
+        let record = Record {
+            schema: SCHEMA,
+            robot: robot.name(),
+            method: &self.model.method,
+            prior: self.outcome.prior.to_string(),
+            prior_weight: self.outcome.weight,
+            cost: self.outcome.cost,
+            least_cost: self.outcome.least_cost,
+            cost_limit: self.outcome.threshold,
+            judgement: self.outcome.judgement,
+            effective_parameters: self.outcome.effective_parameters,
+            parameters: parameters
+                .iter()
+                .zip(kinds)
+                .map(|(of, kind)| Parameter {
+                    name: &of.name,
+                    unit: unit(kind),
+                    value: of.value,
+                    standard_deviation: of.deviation,
+                    decided_by: of.class,
+                    share_of_data: of.share_of_data,
+                })
+                .collect(),
+            link_bodies: body_list
+                .iter()
+                .zip(divergence_per_link)
+                .map(|(body, divergence)| {
+                    let centre = body.centre_of_mass_m().unwrap_or_default();
+                    let j = body.inertia_about_centre().unwrap_or_default();
+                    LinkBody {
+                        mass_kg: body.mass_kg,
+                        centre_of_mass_m: centre.into(),
+                        inertia_kg_m2: [
+                            j[(0, 0)],
+                            j[(0, 1)],
+                            j[(0, 2)],
+                            j[(1, 1)],
+                            j[(1, 2)],
+                            j[(2, 2)],
+                        ],
+                        divergence: *divergence,
+                    }
+                })
+                .collect(),
+            shifts: shifts
+                .iter()
+                .map(|of| Shift { name: &of.name, standard_deviations: of.deviations })
+                .collect(),
+            left_out: left_out.iter().map(ToString::to_string).collect(),
+        };
+        serde_json::to_string_pretty(&record).map(|text| text + "\n")
+    }
+}

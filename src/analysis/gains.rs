@@ -1,0 +1,209 @@
+//! Torque gains of a cell's drives, from recordings without and with a known load.
+
+use std::ops::Range;
+
+use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale};
+use didim_formats::{Measurement, Side};
+use didim_identification::identification::{
+    ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Scale,
+    Uncertain, gains,
+};
+use serde::Serialize;
+
+use super::identify::joined;
+use crate::cell::Cell;
+use crate::text::{significant, to_uncertainty};
+
+/// Maximum number of digits of a gain in the line of a cell file.
+const DIGITS: usize = 6;
+
+/// Error when no gains are found. The inner errors state the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum FindGainsError {
+    /// A recording is not an experiment of this robot.
+    #[error("the data do not fit this robot: {0}")]
+    Experiment(#[from] ExperimentError),
+    /// Torques of motors in one recording, of joints in the other.
+    #[error(
+        "one recording has torques of the motors and the other of the joints; give both as they \
+        come from one source"
+    )]
+    Sides,
+    /// The recordings do not identify the gains.
+    #[error(transparent)]
+    Gains(#[from] GainsError),
+}
+
+/// Torque gain of one drive: configured in the cell and found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundGain {
+    /// Its joint, from 1.
+    pub joint: usize,
+    /// Key of the gain in the cell file. `None` if the torque comes in N·m or from a table.
+    pub key: Option<&'static str>,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Gain configured in the cell, without its sign; 1 if it has no key.
+    #[serde(rename = "stated")]
+    pub configured: f64,
+    /// Gain found, negative if opposite to the configured sign. `None` if it is unidentifiable and
+    /// stays.
+    pub found: Option<Uncertain>,
+    /// Gain by total least squares alone.
+    pub total_least_squares: f64,
+    /// Line of `[[bus.drives]]` with the gain found.
+    pub cell_line: Option<String>,
+}
+
+/// Gains of the drives, and the arm's parameters with these gains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundGains {
+    /// Of every drive.
+    pub gains: Vec<FoundGain>,
+    /// Base parameters of the arm without load.
+    pub parameters: Vec<ArmParameter>,
+    /// Source of their scale.
+    #[serde(flatten)]
+    pub scale: Scale,
+    /// Distance between the configured centre and the recordings. `None` if the recordings do not
+    /// identify it.
+    pub centre: Option<Distance>,
+    /// ‖residuals‖ / ‖torque‖ of every drive.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+/// Measurements with the range of counted samples of each.
+type Counted<'a> = [(&'a Measurement, Range<usize>)];
+
+/// Finds the torque gains of a cell's drives from measurements without and with a load. Uses the
+/// samples in each range. Without a load, the gains are in units of one drive.
+///
+/// # Errors
+/// [`FindGainsError`].
+pub fn find_gains(
+    cell: &Cell,
+    empty: &Counted<'_>,
+    loaded: Option<(&Counted<'_>, KnownLoad)>,
+) -> Result<FoundGains, FindGainsError> {
+    let is_of_motors = |(measurement, _): &(&Measurement, _)| measurement.side == Side::Motor;
+    let measurements = || empty.iter().chain(loaded.iter().flat_map(|(of, _)| of.iter()));
+    let of_motors = measurements().all(is_of_motors);
+    if !of_motors && measurements().any(is_of_motors) {
+        return Err(FindGainsError::Sides);
+    }
+    let empty = joined(cell, empty)?;
+    let loaded = loaded.map(|(of, load)| Ok((joined(cell, of)?, load)));
+    let loaded = loaded.transpose().map_err(FindGainsError::Experiment)?;
+    let transferred = loaded.as_ref().map(|(of, load)| (of, *load));
+    let transmission = of_motors.then(|| cell.robot.transmission());
+    let outcome = gains(&cell.robot, &cell.base, &empty, transferred, transmission, &cell.options)?;
+    let Gains { gains, parameters, scale, centre, relative_error_per_joint } = outcome;
+    let basis = match scale {
+        Scale::Load(load) => format!("by a load of {} kg", load.mass_kg),
+        Scale::Reference(joint) => format!("without a load, by the stated gain of joint {joint}"),
+    };
+    let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
+    let gains = gains.iter().map(|gain| {
+        let mut gain_found = FoundGain::new(gain, drives.get(gain.joint - 1), &basis);
+        if scale == Scale::Reference(gain.joint) {
+            // The reference gain stays as configured in the cell.
+            gain_found.cell_line = None;
+        }
+        gain_found
+    });
+    let gains = gains.collect();
+    Ok(FoundGains { gains, parameters, scale, centre, relative_error_per_joint })
+}
+
+impl FoundGain {
+    fn new(gain: &DriveGain, drive: Option<&DriveSpec>, basis: &str) -> Self {
+        let mut scale = drive.map(|drive| drive.torque.scale);
+        let configured = scale.as_mut().and_then(proportional_value);
+        let (key, unit, value) = configured
+            .map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, *value));
+        let factor_found = gain.factor.map(|Uncertain { value: factor, standard_deviation }| {
+            Uncertain { value: value * factor, standard_deviation: value * standard_deviation }
+        });
+        let line = key.zip(drive).zip(factor_found);
+        Self {
+            joint: gain.joint,
+            key,
+            unit,
+            configured: value,
+            found: factor_found,
+            total_least_squares: value * gain.total_least_squares,
+            cell_line: line.and_then(|((_, drive), found)| line_of(drive, found, unit, basis)),
+        }
+    }
+}
+
+/// Returns the number that a torque is proportional to, with its key and unit. `None` if the torque
+/// comes in N·m.
+fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static str, &mut f64)> {
+    match scale {
+        TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
+            Some(("rated_torque_nm", "N·m", rated_torque_nm))
+        }
+        TorqueScale::PerMilleOfRatedCurrent { torque_constant_nm_per_a, .. } => {
+            Some(("torque_constant_nm_per_a", "N·m/A", torque_constant_nm_per_a))
+        }
+        TorqueScale::NmPerCount(torque) => Some(("nm_per_count", "N·m/count", torque)),
+        TorqueScale::NmPerA(torque) => Some(("nm_per_a", "N·m/A", torque)),
+        TorqueScale::Nm => None,
+    }
+}
+
+/// Formats the drive's torque with the found gain for a cell file.
+fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, basis: &str) -> Option<String> {
+    let (value, deviation) = (found.value.abs(), found.standard_deviation);
+    let text = to_uncertainty(value, deviation, DIGITS);
+    let number: f64 = text.parse().ok()?;
+    let mut scale = drive.torque.scale;
+    *proportional_value(&mut scale)?.2 = number;
+    let sign = match drive.torque.sign {
+        same if found.value > 0.0 => same,
+        Sign::Positive => Sign::Negative,
+        Sign::Negative => Sign::Positive,
+    };
+    let comment = format!("didim gains: {text} ± {} {unit}, {basis}", significant(deviation, 2));
+    let provenance = Provenance::try_from(comment).ok()?;
+    let line = toml::Value::try_from(TorqueGain { scale, sign, provenance }).ok()?;
+    Some(format!("torque = {line}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_of_a_cell_has_the_found_gain_and_where_it_comes_from() {
+        let drive: DriveSpec = toml::from_str(
+            "position = { scale = 'rad', sign = 1, zero = 0.0, wraps = 'refuse', provenance = 'x' \
+             }\n\
+             torque = { scale = { per_mille_of_rated_current = { rated_current_a = 2.0, current_is \
+             = 'rms', torque_constant_nm_per_a = 0.5, torque_constant_is = 'rms' } }, sign = 1, \
+             provenance = 'x' }",
+        )
+        .unwrap();
+        let basis = "by a load of 2.5 kg";
+        let factor = Some(Uncertain { value: -1.5, standard_deviation: 0.01 });
+        let gain = DriveGain { joint: 3, factor, total_least_squares: -1.49 };
+        let gain_found = FoundGain::new(&gain, Some(&drive), basis);
+        let torque: TorqueGain = toml::from_str::<toml::Table>(&gain_found.cell_line.unwrap())
+            .unwrap()["torque"]
+            .clone()
+            .try_into()
+            .unwrap();
+        assert_eq!(torque.sign, Sign::Negative);
+        let expected = Some(("torque_constant_nm_per_a", "N·m/A", &mut 0.75));
+        assert_eq!(proportional_value(&mut { torque.scale }), expected);
+        assert!(torque.provenance.as_str().contains("± 0.0050 N·m/A, by a load of 2.5 kg"));
+        // An unidentifiable gain stays.
+        let unidentifiable =
+            FoundGain::new(&DriveGain { factor: None, ..gain }, Some(&drive), basis);
+        assert_eq!(
+            (unidentifiable.found, unidentifiable.cell_line, unidentifiable.configured),
+            (None, None, 0.5)
+        );
+    }
+}

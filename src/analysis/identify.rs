@@ -1,0 +1,269 @@
+//! Identification from a measurement or a window, with the settings of the cell.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use didim_dynamics::control::SimulatedController;
+use didim_identification::identification::{
+    ChosenCutoff, ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
+    Identification, IdentificationError, Method, Note, Reduction, choose_cutoff, choose_friction,
+    cross_validate, essential_parameters, identify,
+};
+
+use super::screening::{LawError, RateError, commanded_controller, measurement};
+use crate::archive::store::WindowProvenance;
+use crate::cell::{Cell, CellError};
+use crate::window::{DriveReadings, Window};
+use didim_formats::{Measurement, Side};
+
+/// Error when nothing was identified. The inner errors state the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentifyError {
+    /// The window's stamps give another sample rate than the layout, or none.
+    #[error(transparent)]
+    Rate(#[from] RateError),
+    /// The cell has no bus.
+    #[error(transparent)]
+    Cell(Box<CellError>),
+    /// The data are not an experiment of this robot.
+    #[error("the data do not fit this robot: {0}")]
+    Experiment(#[from] ExperimentError),
+    /// The cell asks for robust weights, but the method has none.
+    #[error("`identification.robust`: {0}")]
+    NotRobust(IdentificationError),
+    /// The commands of the record contain no law that the method can simulate.
+    #[error("{0}")]
+    Law(#[from] LawError),
+    /// The method refused or failed.
+    #[error("{0}")]
+    Identification(#[from] IdentificationError),
+}
+
+impl IdentifyError {
+    /// Returns the method's kind of failure, if the error is one.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::Identification(error) => error.failure(),
+            _ => None,
+        }
+    }
+}
+
+/// Identifies from one window of the live or replayed stream.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
+    let measurement = measurement_of(cell, window)?;
+    let readings = window.readings();
+    let law = law_of_commands(cell, cell.method, [(&measurement, &window.counted, &readings)])?;
+    let with_law = law.map(|law| {
+        let mut changed = cell.clone();
+        changed.options.controller = Some(law);
+        changed
+    });
+    let cell = with_law.as_ref().unwrap_or(cell);
+    identify_measurement(cell, cell.method, &measurement, window.counted.clone())
+}
+
+/// Returns the controller that the commands of the records state. Applies only if the method
+/// simulates it, the layout names its law and the cell configures none.
+///
+/// # Errors
+/// [`LawError`].
+pub fn law_of_commands<'a>(
+    cell: &Cell,
+    method: Method,
+    records: impl IntoIterator<Item = (&'a Measurement, &'a Range<usize>, &'a DriveReadings)>,
+) -> Result<Option<SimulatedController>, LawError> {
+    if !(method.simulates() && cell.options.controller.is_none() && cell.has_commanded_law()) {
+        return Ok(None);
+    }
+    commanded_controller(records, cell.robot.transmission()).map(Some)
+}
+
+/// Returns the measurement of a window after a check of its rate.
+pub(super) fn measurement_of(cell: &Cell, window: &Window) -> Result<Measurement, IdentifyError> {
+    let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
+    Ok(measurement(&window.samples, &bus.layout)?)
+}
+
+/// Identifies from a measurement. Only the samples in `counted` count; the others are margin for
+/// the edges of the filters. The torque is valid when the cell's layout says so.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_measurement(
+    cell: &Cell,
+    method: Method,
+    measurement: &Measurement,
+    counted: Range<usize>,
+) -> Result<Identification, IdentifyError> {
+    identify_measurements(cell, method, vec![(Cow::Borrowed(measurement), counted)])
+}
+
+/// Identifies one set of parameters from several measurements, each with its range of counted
+/// samples. Owned measurements are not in memory twice.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_measurements(
+    cell: &Cell,
+    method: Method,
+    measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
+) -> Result<Identification, IdentifyError> {
+    let rate_unchecked = measurements.iter().any(|(measurement, _)| measurement.rate_unchecked);
+    let experiment = joined_of(cell, measurements)?;
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
+    if rate_unchecked {
+        identification.estimate.verdict.notes.push(Note::RateUnchecked);
+    }
+    Ok(identification)
+}
+
+/// Chooses the cut-off of the position filter for measurements. Calls `tried` after each
+/// identification on the way.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn choose_cutoff_from(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+    tried: impl FnMut(),
+) -> Result<ChosenCutoff, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
+    Ok(choose_cutoff(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
+}
+
+/// Chooses the friction laws of a cell's robot from measurements. Calls `tried` after each
+/// identification on the way.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn choose_friction_from(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+    tried: impl FnMut(),
+) -> Result<ChosenFriction, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
+    Ok(choose_friction(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
+}
+
+/// Returns the root mean square difference of two identifications over their common parameters.
+/// Each difference is in units of its standard deviation. The value is about 1 if both are of one
+/// arm and its model error is the same in both.
+pub fn rms_deviation(one: &Estimate, other: &Estimate) -> f64 {
+    let squares = one.parameters.iter().filter_map(|p| {
+        let q = other.parameters.iter().find(|q| q.name == p.name)?;
+        let deviation = p.standard_deviation.hypot(q.standard_deviation);
+        Some(((p.value - q.value) / deviation).powi(2))
+    });
+    let (count, sum) = squares.fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
+    (sum / count).sqrt()
+}
+
+/// Leaves out each of `blocks` consecutive parts of the counted samples in turn, identifies from
+/// the rest and predicts the part.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn cross_validate_measurement(
+    cell: &Cell,
+    method: Method,
+    measurement: &Measurement,
+    counted: Range<usize>,
+    blocks: usize,
+) -> Result<CrossValidation, IdentifyError> {
+    let experiment = experiment(cell, Cow::Borrowed(measurement), counted)?;
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
+}
+
+/// Converts measurements to one experiment of this cell.
+pub(super) fn joined(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+) -> Result<Experiment, ExperimentError> {
+    let borrowed = measurements.iter().map(|(of, counted)| (Cow::Borrowed(*of), counted.clone()));
+    joined_of(cell, borrowed.collect())
+}
+
+fn joined_of(
+    cell: &Cell,
+    measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
+) -> Result<Experiment, ExperimentError> {
+    let mut experiments = measurements
+        .into_iter()
+        .map(|(measurement, counted)| experiment(cell, measurement, counted))
+        .collect::<Result<Vec<_>, _>>()?;
+    match experiments.pop() {
+        Some(one) if experiments.is_empty() => Ok(one),
+        last => {
+            experiments.extend(last);
+            Experiment::joined(&experiments)
+        }
+    }
+}
+
+/// Converts a measurement to an experiment of this cell.
+fn experiment(
+    cell: &Cell,
+    measurement: Cow<'_, Measurement>,
+    counted: Range<usize>,
+) -> Result<Experiment, ExperimentError> {
+    let side = measurement.side;
+    let signals = match measurement {
+        Cow::Borrowed(of) => Cow::Borrowed(&of.signals),
+        Cow::Owned(of) => Cow::Owned(of.signals),
+    };
+    match side {
+        Side::Motor => Experiment::motor_side(signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(signals)?,
+    }
+    .with_torque_timing(cell.torque_timing)?
+    .with_counted(counted)
+}
+
+/// Finds the essential parameters in measurements, with the filters of the cell.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn reduce_measurements(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+) -> Result<Reduction, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
+    let (robot, base) = (&cell.robot, &cell.base);
+    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
+}
+
+/// The usual level of an F-test: one in twenty zero parameters stays.
+const SIGNIFICANCE: f64 = 0.05;
+
+/// An identification and its window.
+#[derive(Clone, Debug)]
+pub struct LastWindow {
+    /// The window.
+    pub window: WindowProvenance,
+    /// Identification from the window.
+    pub identification: Identification,
+}
+
+/// The last identification of a worker, for plots.
+#[derive(Clone, Debug, Default)]
+pub struct LastIdentification(Arc<Mutex<Option<LastWindow>>>);
+
+impl LastIdentification {
+    /// Takes the identification if it belongs to this window. An earlier one that was identified
+    /// and not stored is dropped.
+    pub fn take(&self, window: u64) -> Option<LastWindow> {
+        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
+        last.filter(|last| last.window.number == window)
+    }
+
+    pub(crate) fn set(&self, last: LastWindow) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
+    }
+}

@@ -1,0 +1,24 @@
+//! Offline analysis of recordings: screening, identification, prediction, payload, drive gains,
+//! excitation and export of a stored result.
+
+mod bus_log;
+mod excitation;
+mod export;
+mod gains;
+pub mod identify;
+mod payload;
+mod predict;
+pub mod screening;
+mod stored_model;
+mod torque_difference;
+
+pub use bus_log::{LogError, read_log};
+pub use excitation::{
+    Advised, Assignment, AssignmentError, DesignedMotion, ExpectationError, ExpectedParameter,
+    MissingParameter, Wanted, WantedLoad, expectation_line,
+};
+pub use export::{Consistent, ConsistentError, Exported, Format, WriteError};
+pub use gains::{FindGainsError, FoundGain, FoundGains, find_gains};
+pub use payload::{LoadError, find_load};
+pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};
+pub use torque_difference::{JointDifference, TorqueDifferenceError, torque_difference};

@@ -1,0 +1,226 @@
+//! Controller of an arm whose commands state their control law, taken from the record.
+//!
+//! τ = kp (p_d − p) + kd (v_d − v) + τ_ff, where p_d is the reference. Methods that simulate the
+//! loop need constant gains, speed targets equal to the reference speed or zero, and no added
+//! torque. A record with another law is refused.
+
+use std::ops::Range;
+
+use didim_dynamics::control::{
+    ControlLaw, ControlTiming, FeedForward, JointController, SimulatedController,
+};
+use didim_dynamics::robot::Transmission;
+use didim_formats::Measurement;
+
+use crate::window::{DriveReadings, JointReading};
+
+/// A target below this is zero \[rad/s, N·m\]. No count of a 12-bit signal over ±45 rad/s or ±54
+/// N·m is zero; its step is half of this value.
+const ZERO: f64 = 0.05;
+/// Relative tolerance between a speed target and the reference speed. Their extremes have to agree
+/// within [`ZERO`] plus this share.
+const SPEED: f64 = 0.05;
+/// Half of the time over which the reference is differentiated \[s\]. Over a shorter time, single
+/// counts are visible.
+const REACH_S: f64 = 0.01;
+/// Minimum computation rate of the loop \[Hz\]. Motors compute it at tens of kilohertz.
+const LOOP_HZ: f64 = 5000.0;
+
+/// Error when a record does not show the controller of the arm.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LawError {
+    /// A sample has no law or no reference.
+    #[error(
+        "{without_law} of the {samples} samples have no control law or no target of joint {joint} \
+         in the command. Identify a part of the record that has both, set [controller], or use \
+         idim-ls"
+    )]
+    Missing {
+        /// The joint, from 1.
+        joint: usize,
+        /// Samples without it.
+        without_law: u64,
+        /// Samples that count.
+        samples: u64,
+    },
+    /// The gains change along the record.
+    #[error(
+        "the {what} in the commands of joint {joint} goes from {least} to {most} {unit} along the \
+        record, and methods with simulation need one constant law. Identify a part with constant \
+        values, or use idim-ls"
+    )]
+    Changes {
+        /// The joint, from 1.
+        joint: usize,
+        /// Which gain.
+        what: &'static str,
+        /// Smallest value.
+        least: f64,
+        /// The most.
+        most: f64,
+        /// Unit of both values.
+        unit: String,
+    },
+    /// The commands state no stiffness, so nothing holds the joint to the reference.
+    #[error(
+        "the commands of joint {joint} state no stiffness, so that nothing holds it to its \
+        reference; use idim-ls"
+    )]
+    NoStiffness {
+        /// The joint, from 1.
+        joint: usize,
+    },
+    /// The commanded speeds are neither zero nor those of the reference.
+    #[error(
+        "the speeds that the commands of joint {joint} ask for, {least} to {most} rad/s, are \
+         neither zero nor those of their positions; state [controller], or use idim-ls"
+    )]
+    Speed {
+        /// The joint, from 1.
+        joint: usize,
+        /// Smallest commanded speed \[rad/s\].
+        least: f64,
+        /// The most \[rad/s\].
+        most: f64,
+    },
+    /// The commands add torques.
+    #[error(
+        "the commands of joint {joint} add torques of {least} to {most} N·m to their law, which \
+         the methods that simulate do not know; record without them, or use idim-ls"
+    )]
+    Torque {
+        /// The joint, from 1.
+        joint: usize,
+        /// Smallest added torque \[N·m\].
+        least: f64,
+        /// The most \[N·m\].
+        most: f64,
+    },
+    /// The motor does not correspond to one joint of the same angle.
+    #[error(
+        "the law of the commands is that of motor {motor}, which the transmission makes no joint \
+         of the same angle; state [controller], whose gains are those of joints"
+    )]
+    Geared {
+        /// The motor, from 1.
+        motor: usize,
+    },
+    /// The recordings have different laws.
+    #[error(
+        "the commands of the recordings state different laws; identify each alone, or use idim-ls"
+    )]
+    Different,
+}
+
+/// Returns the controller of the arm from the commands of records. Each record has its counted
+/// samples and its drive readings.
+///
+/// # Errors
+/// [`LawError`].
+pub fn commanded_controller<'a>(
+    records: impl IntoIterator<Item = (&'a Measurement, &'a Range<usize>, &'a DriveReadings)>,
+    transmission: &Transmission,
+) -> Result<SimulatedController, LawError> {
+    let mut laws =
+        records.into_iter().map(|(of, counted, readings)| law(of, counted, readings, transmission));
+    let first = laws.next().unwrap_or(Err(LawError::Different))?;
+    laws.try_for_each(|law| if law? == first { Ok(()) } else { Err(LawError::Different) })?;
+    Ok(first)
+}
+
+fn law(
+    measurement: &Measurement,
+    counted: &Range<usize>,
+    readings: &DriveReadings,
+    transmission: &Transmission,
+) -> Result<SimulatedController, LawError> {
+    let signals = &measurement.signals;
+    let samples = counted.len() as u64;
+    // If one axis has no command, no sample has a reference. This check comes first, so the error
+    // names that axis.
+    for joint in 1..=measurement.axes() {
+        for all in [
+            &readings.stiffness,
+            &readings.damping,
+            &readings.speed_target,
+            &readings.torque_target,
+        ] {
+            reading(all, joint, samples)?;
+        }
+    }
+    let joints = (0..measurement.axes()).map(|axis| {
+        let joint = axis + 1;
+        let constant_of = |all| reading(all, joint, samples);
+        let constant = |all, what| {
+            let JointReading { minimum, maximum, unit, .. } = constant_of(all)?;
+            if minimum >= maximum {
+                return Ok(*minimum);
+            }
+            let (least, most, unit) = (*minimum, *maximum, unit.clone());
+            Err(LawError::Changes { joint, what, least, most, unit })
+        };
+        let row = transmission.row(axis);
+        if !row.iter().enumerate().all(|(k, ratio): (usize, &f64)| {
+            let of_joint = if k == axis { 1.0 } else { 0.0 };
+            (ratio.abs() - of_joint).abs() < f64::EPSILON
+        }) {
+            return Err(LawError::Geared { motor: joint });
+        }
+        let stiffness = constant(&readings.stiffness, "stiffness")?;
+        let damping = constant(&readings.damping, "damping")?;
+        if stiffness <= 0.0 {
+            return Err(LawError::NoStiffness { joint });
+        }
+        let &JointReading { minimum: least, maximum: most, .. } =
+            constant_of(&readings.torque_target)?;
+        if least.abs().max(most.abs()) > ZERO {
+            return Err(LawError::Torque { joint, least, most });
+        }
+        let &JointReading { minimum: least, maximum: most, .. } =
+            constant_of(&readings.speed_target)?;
+        let reference = signals.reference_rad.as_ref().and_then(|all| all.get(axis));
+        let reference =
+            reference.ok_or(LawError::Missing { joint, without_law: samples, samples })?;
+        let rests = least.abs().max(most.abs()) <= ZERO;
+        let [slowest, fastest] = speeds(reference, counted, signals.sample_rate_hz);
+        let within = ZERO + SPEED * slowest.abs().max(fastest.abs());
+        if !rests && ((least - slowest).abs() > within || (most - fastest).abs() > within) {
+            return Err(LawError::Speed { joint, least, most });
+        }
+        // The commanded speed is zero: kd (0 − v) equals kd (v_d − v) minus kd v_d.
+        let against = if rests { -damping } else { 0.0 };
+        Ok(JointController {
+            law: ControlLaw::Pd { kp_per_rad: stiffness, kd_s_per_rad: damping, k_tau_nm: 1.0 },
+            feed_forward: FeedForward { acceleration_kg_m2: 0.0, velocity_nm_s_per_rad: against },
+            torque_limit_nm: None,
+        })
+    });
+    let rate_hz = signals.sample_rate_hz;
+    let timing = ControlTiming::Continuous {
+        sample_period_s: (rate_hz * (LOOP_HZ / rate_hz).ceil()).recip(),
+    };
+    let joints = joints.collect::<Result<_, _>>()?;
+    Ok(SimulatedController::Cabinet { timing, joints, rescale_to_inertia_kg_m2: None })
+}
+
+/// Returns the readings of a joint, which need one value per sample.
+fn reading(all: &[JointReading], joint: usize, samples: u64) -> Result<&JointReading, LawError> {
+    let joint_reading = all.iter().find(|one| one.joint == joint);
+    match samples.saturating_sub(joint_reading.map_or(0, |one| one.readings)) {
+        missing_names @ 1.. => {
+            Err(LawError::Missing { joint, without_law: missing_names, samples })
+        }
+        0 => joint_reading.ok_or(LawError::Missing { joint, without_law: 0, samples }),
+    }
+}
+
+/// Returns the smallest and the largest speed of a reference over the counted samples \[rad/s\].
+fn speeds(reference: &[f64], counted: &Range<usize>, rate_hz: f64) -> [f64; 2] {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few samples")]
+    let reach = (REACH_S * rate_hz).ceil() as usize;
+    let along = reference.get(counted.clone()).unwrap_or_default();
+    #[expect(clippy::cast_precision_loss, reason = "a few samples")]
+    let over_s = 2.0 * reach as f64 / rate_hz;
+    let speeds = along.windows(2 * reach + 1).map(|of| (of[2 * reach] - of[0]) / over_s);
+    speeds.fold([0.0; 2], |[least, most]: [f64; 2], speed| [least.min(speed), most.max(speed)])
+}

@@ -1,0 +1,321 @@
+//! Check of a measurement against the robot's limits before any fit. It reveals a wrong unit or
+//! column.
+
+use core::fmt;
+use core::ops::Range;
+
+use didim_dynamics::robot::{JointKind, Limits, Robot};
+use didim_formats::{Measurement, Side};
+use didim_identification::identification::KeptParameters;
+
+use crate::cell::Cell;
+use crate::text::significant;
+
+/// Multiple of a limit beyond which the data are no motion of this robot.
+const REFUSED: f64 = 2.0;
+/// Multiple of a limit beyond which a note is given. Limits are round numbers, and a controller
+/// overshoots.
+const NOTED: f64 = 1.02;
+/// Half step of the position difference that gives a speed \[s\]. It keeps noise out of the speed.
+const HALF_STEP_S: f64 = 0.01;
+/// Largest number of samples beyond a limit that is a glitch and no motion.
+const GLITCH: usize = 5;
+/// Multiple of a limit that indicates a wrong unit. A wrong unit is off by a factor of 57, of 1000
+/// or of a gear ratio.
+const UNIT: f64 = 10.0;
+
+/// Quantity beyond a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limited {
+    /// The position of the joint.
+    Position,
+    /// Its speed.
+    Speed,
+    /// Its torque or force.
+    Torque,
+}
+
+/// Likely cause of the excess.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cause {
+    /// A few isolated samples.
+    Glitch,
+    /// Positions that jump by a turn.
+    Wrap {
+        /// Time of the jump \[s after the first sample\].
+        time_s: f64,
+    },
+    /// Degrees or millimetres in place of radians or metres.
+    PositionUnit,
+    /// mN·m, a current, or the other side of the gear in place of N·m.
+    TorqueUnit,
+    /// Wrong torque gain, or a limit that is not the drive's.
+    Gain,
+    /// Wrong axis, sign or zero, or a limit that is not the robot's.
+    Axis,
+}
+
+/// The sample that is furthest beyond a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beyond {
+    /// Number of the joint, from 1.
+    pub joint: usize,
+    /// What.
+    pub limited: Limited,
+    /// Time of the sample \[s after the first sample\].
+    pub time_s: f64,
+    /// Its value \[SI\].
+    pub value: f64,
+    /// The limit \[SI\].
+    pub limit: f64,
+    /// Ratio to the limit. For a position: 1 plus its excess divided by the larger of both limits.
+    pub times: f64,
+    /// Number of samples beyond the limit.
+    pub samples: usize,
+    /// Likely cause.
+    pub cause: Cause,
+    kind: JointKind,
+}
+
+/// A measurement that is no motion of the robot. Correct the columns or the limits.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("the data do not fit the robot: {}; correct unit, sign, zero or axis in the cell, or the \
+    limits in the robot file", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+pub struct BeyondLimits(pub Vec<Beyond>);
+
+impl fmt::Display for Beyond {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { joint, limited, time_s, value, limit, times, samples, cause, kind } = self;
+        let revolute = *kind == JointKind::Revolute;
+        let (what, unit) = match limited {
+            Limited::Position => ("position", if revolute { "rad" } else { "m" }),
+            Limited::Speed => ("speed", if revolute { "rad/s" } else { "m/s" }),
+            Limited::Torque => ("torque", kind.torque_unit()),
+        };
+        // A position excess has no ratio, because one of its limits may be 0.
+        let beyond = match limited {
+            Limited::Position => "beyond".to_owned(),
+            _ => format!("{} times", significant(*times, 3)),
+        };
+        write!(
+            f,
+            "the {what} of joint {joint} is {} {unit} after {time_s:.3} s, {beyond} its limit of \
+            {} {unit} in {samples} samples ({})",
+            significant(*value, 3),
+            significant(*limit, 3),
+            match cause {
+                Cause::Glitch => "a glitch?".to_owned(),
+                Cause::Wrap { time_s } =>
+                    format!("it jumps by a turn after {time_s:.3} s: unwrap it"),
+                Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
+                Cause::PositionUnit => "millimetres in place of metres?".to_owned(),
+                Cause::TorqueUnit => "mN·m, a current, or the other side of the gear?".to_owned(),
+                Cause::Gain => "the gain, or the limit?".to_owned(),
+                Cause::Axis => "another axis, sign or zero?".to_owned(),
+            }
+        )
+    }
+}
+
+/// Remedy for [`open_limits`].
+pub const STATE_LIMITS: &str =
+    "state velocity_max_* and torque_max_nm or force_max_n where they are known";
+
+/// Describes the limits that a robot's file leaves open. `None` if all are set.
+pub fn open_limits(robot: &Robot) -> Option<String> {
+    let joints_of = |what: &str, is_open: &dyn Fn(&Limits) -> bool| {
+        let joints = (1..).zip(robot.limits()).filter(|(_, limits)| is_open(limits));
+        let joints: Vec<String> = joints.map(|(joint, _): (usize, _)| joint.to_string()).collect();
+        (!joints.is_empty()).then(|| format!("{what} of joint {}", joints.join(", ")))
+    };
+    let open_limits_listed = [
+        joints_of("speed", &|limits| limits.velocity_max.is_none()),
+        joints_of("torque", &|limits| limits.torque_max.is_none()),
+    ];
+    let names: Vec<String> = open_limits_listed.into_iter().flatten().collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "the robot file leaves limits open, against which nothing is checked: {}",
+            names.join(", ")
+        )
+    })
+}
+
+/// Remedy for [`unlisted_laws`].
+pub const LIST_LAWS: &str =
+    "add them to `identification.parameters`, or take the laws out of the robot file";
+
+/// Lists the friction-law parameters of the robot that the cell neither identifies nor fixes, as
+/// text.
+pub fn unlisted_laws(cell: &Cell) -> Option<String> {
+    // Laws that the data choose are listed automatically.
+    let listed = cell.options.parameters.as_ref().filter(|_| !cell.chooses_friction)?;
+    let is_fixed = |name: &String| match &cell.options.keep_nominal {
+        None => false,
+        Some(KeptParameters::All) => {
+            let value = cell.robot.nominal().and_then(|nominal| nominal.value(name));
+            value.is_some_and(|value| value != 0.0)
+        }
+        Some(KeptParameters::Named(names)) => names.contains(name),
+    };
+    let table = cell.robot.parameters();
+    let parameters = table.parameters().iter().zip(table.names());
+    let of_laws = parameters.filter(|(own, _)| own.kind.is_friction_law()).map(|(_, name)| name);
+    let unlisted = of_laws.filter(|name| {
+        cell.base.names().contains(name) && !listed.contains(name) && !is_fixed(name)
+    });
+    let unlisted: Vec<&str> = unlisted.map(String::as_str).collect();
+    (!unlisted.is_empty()).then(|| {
+        format!(
+            "the robot file has friction laws whose parameters are not identified, and count as 0: \
+            {}",
+            unlisted.join(", ")
+        )
+    })
+}
+
+/// Returns the values beyond the robot's limits that need a note, from the counted samples, worst
+/// first.
+///
+/// # Errors
+/// [`BeyondLimits`], if a value exceeds twice its limit.
+pub fn check_limits(
+    measurement: &Measurement,
+    counted: &Range<usize>,
+    robot: &Robot,
+) -> Result<Vec<Beyond>, BeyondLimits> {
+    let signals = &measurement.signals;
+    let fits =
+        signals.position_rad.len() == robot.joints() && signals.torque_nm.len() == robot.joints();
+    if !fits {
+        // The conversion to an experiment reports this.
+        return Ok(Vec::new());
+    }
+    let joints = Joints::new(measurement, counted, robot);
+    let mut beyond: Vec<Beyond> = (0..robot.joints())
+        .flat_map(|joint| {
+            let limited = [Limited::Position, Limited::Speed, Limited::Torque];
+            limited.map(|limited| joints.beyond(joint, limited, robot))
+        })
+        .flatten()
+        .collect();
+    beyond.sort_by(|a, b| b.times.total_cmp(&a.times));
+    if beyond.first().is_some_and(|worst| worst.times > REFUSED) {
+        beyond.retain(|one| one.times > REFUSED);
+        beyond.truncate(3);
+        return Err(BeyondLimits(beyond));
+    }
+    Ok(beyond)
+}
+
+/// The counted samples on the joint side.
+struct Joints {
+    first: usize,
+    period_s: f64,
+    /// By joint.
+    position: Vec<Vec<f64>>,
+    torque: Vec<Vec<f64>>,
+}
+
+impl Joints {
+    fn new(measurement: &Measurement, counted: &Range<usize>, robot: &Robot) -> Self {
+        let signals = &measurement.signals;
+        let side = |columns: &[Vec<f64>], turn: &dyn Fn(&[f64], &mut [f64])| -> Vec<Vec<f64>> {
+            let mut transposed = vec![Vec::with_capacity(counted.len()); columns.len()];
+            let (mut from, mut to) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
+            for k in counted.clone() {
+                for (value, column) in from.iter_mut().zip(columns) {
+                    *value = column.get(k).copied().unwrap_or_default();
+                }
+                match measurement.side {
+                    Side::Joint => to.copy_from_slice(&from),
+                    Side::Motor => turn(&from, &mut to),
+                }
+                transposed.iter_mut().zip(&to).for_each(|(column, value)| column.push(*value));
+            }
+            transposed
+        };
+        let transmission = robot.transmission();
+        Self {
+            first: counted.start,
+            period_s: 1.0 / signals.sample_rate_hz,
+            position: side(&signals.position_rad, &|from, to| {
+                transmission.joint_position(from, to)
+            }),
+            torque: side(&signals.torque_nm, &|from, to| transmission.joint_torque(from, to)),
+        }
+    }
+
+    fn time_s(&self, sample: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+        let samples = (self.first + sample) as f64;
+        samples * self.period_s
+    }
+
+    fn beyond(&self, joint: usize, limited: Limited, robot: &Robot) -> Option<Beyond> {
+        let joint_of_chain = robot.chain()[joint];
+        let limits = joint_of_chain.limits;
+        let position = &self.position[joint];
+        // A limit that the file leaves open is not checked: see [`open_limits`].
+        let most = match limited {
+            Limited::Torque => limits.torque_max?,
+            Limited::Speed => limits.velocity_max?,
+            Limited::Position => limits.position_max,
+        };
+        // Value, its limit, and their ratio.
+        let plain = |value: f64| (value, most, value.abs() / most);
+        let value_at = |k: usize| match limited {
+            Limited::Torque => plain(self.torque[joint][k]),
+            Limited::Speed => plain(self.speed(joint, k)),
+            Limited::Position => {
+                let (low, high) = (limits.position_min, most);
+                let size = low.abs().max(high.abs());
+                let value = position[k];
+                let (limit, out) =
+                    if value > high { (high, value - high) } else { (low, low - value) };
+                (value, limit, 1.0 + out.max(0.0) / size)
+            }
+        };
+        let values = (0..position.len()).map(|k| (k, value_at(k)));
+        let samples = values.clone().filter(|(_, (.., times))| *times > NOTED).count();
+        let (sample, (value, limit, times)) = values.max_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
+        if times <= NOTED {
+            return None;
+        }
+        let cause = match limited {
+            _ if samples <= GLITCH => Cause::Glitch,
+            Limited::Torque if times > UNIT => Cause::TorqueUnit,
+            Limited::Torque => Cause::Gain,
+            _ => match self.wrap(joint, joint_of_chain.kind) {
+                Some(time_s) => Cause::Wrap { time_s },
+                None if times > UNIT => Cause::PositionUnit,
+                None => Cause::Axis,
+            },
+        };
+        let (joint, time_s, kind) = (joint + 1, self.time_s(sample), joint_of_chain.kind);
+        Some(Beyond { joint, limited, time_s, value, limit, times, samples, cause, kind })
+    }
+
+    /// Returns the speed, as a difference over a few samples to either side.
+    fn speed(&self, joint: usize, k: usize) -> f64 {
+        let position = &self.position[joint];
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few samples"
+        )]
+        let half = ((HALF_STEP_S / self.period_s).round() as usize).max(1);
+        let (before, after) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
+        #[expect(clippy::cast_precision_loss, reason = "a few samples")]
+        let time_s = (after - before).max(1) as f64 * self.period_s;
+        (position[after] - position[before]) / time_s
+    }
+
+    /// Returns the time at which a position first jumps by nearly a turn between two samples.
+    fn wrap(&self, joint: usize, kind: JointKind) -> Option<f64> {
+        let turn = core::f64::consts::TAU;
+        let is_turn = |pair: &[f64]| ((pair[1] - pair[0]).abs() / turn - 1.0).abs() < 0.05;
+        let jump = self.position[joint].windows(2).position(is_turn)?;
+        (kind == JointKind::Revolute).then(|| self.time_s(jump + 1))
+    }
+}

@@ -1,0 +1,349 @@
+//! A stored result, with its cell.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use didim_dynamics::robot::JointFriction;
+use didim_identification::identification::{
+    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance, Reached, Use,
+};
+use serde::Deserialize;
+
+use crate::archive::drift::Baseline;
+use crate::cell::Cell;
+
+/// Error when a result cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultError {
+    /// The file cannot be read. Check its name and permissions.
+    #[error("{}: {source}; check its name and permissions", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is no result. Use one that the service stored, or the output of
+    /// `didim identify --json`.
+    #[error(
+        "{}: {source}; give a result that the service stored, or the output of `didim identify \
+         --json`", file.display()
+    )]
+    NoResult {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The parameters of the result are not those of the robot. Use the cell of its identification.
+    #[error(
+        "{}: {what}: give the result as it was stored, and the cell that it was identified with",
+        file.display()
+    )]
+    Parameters {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// The result belongs to another robot. Use the cell of its identification.
+    #[error("{}: the result is of the robot {found}, the cell's is {robot}; give the cell \
+             that it was identified with", file.display())]
+    OtherRobot {
+        /// The file.
+        file: PathBuf,
+        /// Robot of the result.
+        found: String,
+        /// Robot of the cell.
+        robot: String,
+    },
+}
+
+/// Note on a result that [does not belong to](StoredModel::is_of) the cell.
+pub const OTHER_CONFIGURATION: &str = "the result was identified with another configuration";
+
+/// Model of an arm from a stored result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredModel {
+    pub(super) parameters: Vec<(String, f64)>,
+    /// Other parameters, fixed at their nominal values.
+    pub(super) fixed: Vec<(String, f64)>,
+    /// Name of the method.
+    pub method: String,
+    /// Hash of the configuration of its identification, if reported; see [`Self::is_of`].
+    pub(super) configuration: Option<String>,
+    pub(super) uncertainty: Option<ModelUncertainty>,
+    pub(super) covariance: Option<ParameterCovariance>,
+    /// Standard deviation of a row of each joint \[N·m or N\], as for independent rows; empty if
+    /// the result does not report it.
+    pub(super) noise: Vec<f64>,
+    /// Range of the motion, per joint; empty in results of versions that did not report it.
+    pub(super) reached: Vec<Reached>,
+    /// Combined standard uncertainty of each parameter, if the result reports it.
+    pub(super) combined: Vec<Option<f64>>,
+    /// Verdict for each use, if the result has one.
+    pub(super) uses: Vec<JudgedUse>,
+}
+
+/// Verdict of a stored result on a use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JudgedUse {
+    /// Which.
+    pub of: Use,
+    /// True if the result is usable for it; `None` if that is unknown.
+    pub applicable: Option<bool>,
+    /// Reasons against the use.
+    pub reasons: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Stored {
+    configuration: Option<String>,
+    estimate: Option<StoredEstimate>,
+    #[serde(flatten)]
+    alone: serde_json::Value,
+}
+
+#[derive(Deserialize)]
+struct StoredEstimate {
+    robot: String,
+    #[serde(default)]
+    method: String,
+    /// Cut-off, if the data chose it.
+    position_cutoff: Option<StoredCutoff>,
+    /// Friction laws, if the data chose them.
+    friction: Option<StoredFriction>,
+    /// Missing in results of earlier versions.
+    friction_laws: Option<Vec<JointFriction>>,
+    parameters: Vec<StoredParameter>,
+    #[serde(default)]
+    #[serde(rename = "kept")]
+    fixed: Vec<StoredParameter>,
+    /// Missing in results of earlier versions.
+    model_uncertainty: Option<ModelUncertainty>,
+    /// Missing in results of earlier versions.
+    covariance: Option<ParameterCovariance>,
+    #[serde(default)]
+    rms_error_per_joint_nm: Vec<f64>,
+    #[serde(default)]
+    reached_per_joint: Vec<Reached>,
+    #[serde(default)]
+    verdict: StoredVerdict,
+}
+
+#[derive(Default, Deserialize)]
+struct StoredVerdict {
+    #[serde(default)]
+    uses: HashMap<String, StoredUse>,
+}
+
+#[derive(Deserialize)]
+struct StoredUse {
+    applicable: Option<bool>,
+    #[serde(default)]
+    reasons: Vec<String>,
+}
+
+impl StoredVerdict {
+    fn judged(mut self) -> Vec<JudgedUse> {
+        Use::ALL
+            .into_iter()
+            .filter_map(|of: Use| {
+                let StoredUse { applicable, reasons } = self.uses.remove(of.name())?;
+                Some(JudgedUse { of, applicable, reasons })
+            })
+            .collect()
+    }
+}
+
+#[derive(Deserialize)]
+struct StoredCutoff {
+    cutoff_hz: f64,
+}
+
+#[derive(Deserialize)]
+struct StoredFriction {
+    friction: Vec<JointFriction>,
+}
+
+#[derive(Deserialize)]
+struct StoredParameter {
+    name: String,
+    value: f64,
+    standard_deviation: Option<f64>,
+    classical_standard_deviation: Option<f64>,
+    combined_standard_deviation: Option<f64>,
+}
+
+impl StoredEstimate {
+    /// Returns the RMS residuals, scaled by the median factor by which coloured residuals increase
+    /// the standard deviations.
+    fn noise(&self) -> Vec<f64> {
+        let mut ratios: Vec<f64> = self
+            .parameters
+            .iter()
+            .filter_map(|of: &StoredParameter| {
+                let ratio = of.standard_deviation? / of.classical_standard_deviation?;
+                (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+            })
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let colour = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+        self.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect()
+    }
+}
+
+impl StoredModel {
+    /// Reads a result file, or the output of `didim identify --json`. Also returns the cell for
+    /// predictions. Its friction laws are those of the result, and so is the position filter if the
+    /// data chose it.
+    ///
+    /// # Errors
+    /// [`ResultError`].
+    pub fn read(file: &Path, cell: Cell) -> Result<(Self, Cell), ResultError> {
+        let text = fs::read(file)
+            .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
+        Self::parse(&text, file, cell)
+    }
+
+    /// Does the same from the file's text. `file` is the name in errors.
+    ///
+    /// # Errors
+    /// Same as [`read`](Self::read).
+    pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
+        let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
+        let stored: Stored = serde_json::from_slice(text).map_err(wrong)?;
+        let estimate = match stored.estimate {
+            Some(estimate) => estimate,
+            None => serde_json::from_value(stored.alone).map_err(wrong)?,
+        };
+        let robot = cell.robot.name();
+        if estimate.robot != robot {
+            return Err(ResultError::OtherRobot {
+                file: file.to_path_buf(),
+                found: estimate.robot,
+                robot: robot.to_owned(),
+            });
+        }
+        let noise = estimate.noise();
+        let (reached, uses) = (estimate.reached_per_joint, estimate.verdict.judged());
+        let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation).collect();
+        let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
+        match estimate.position_cutoff {
+            Some(StoredCutoff { cutoff_hz }) => {
+                cell.options.position_filter.cutoff_hz = cutoff_hz;
+                let design = cell.options.position_filter.design(cell.sample_rate_hz());
+                design.map_err(|error| {
+                    unfit(format!("`position_cutoff` has {cutoff_hz} Hz: {error}"))
+                })?;
+            }
+            None if cell.chooses_cutoff => {
+                let explanation = "the cell leaves the cut-off of the position filter to the data, \
+                    and the result does not say which it was";
+                return Err(unfit(explanation.to_owned()));
+            }
+            None => {}
+        }
+        let chosen = estimate.friction.map(|of| of.friction);
+        let laws = estimate.friction_laws.or(chosen);
+        if let Some(friction) = laws.filter(|laws| laws != cell.robot.own_friction()) {
+            let (found, joints) = (friction.len(), cell.robot.joints());
+            if found != joints {
+                return Err(unfit(format!(
+                    "it has the friction of {found} joints, not of {joints}"
+                )));
+            }
+            cell = cell.with_friction(friction).map_err(|error| unfit(error.to_string()))?;
+        }
+        let [parameters, fixed] = [estimate.parameters, estimate.fixed]
+            .map(|of| of.into_iter().map(|p| (p.name, p.value)).collect::<Vec<_>>());
+        check_names(&parameters, &fixed, &cell).map_err(unfit)?;
+        let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
+        // The method name goes into other files unchanged.
+        if !estimate.method.is_empty()
+            && let Err(unknown) = estimate.method.parse::<Method>()
+        {
+            return Err(unfit(unknown.to_string()));
+        }
+        let (method, covariance) = (estimate.method, estimate.covariance);
+        let model = Self {
+            parameters,
+            fixed,
+            method,
+            configuration,
+            uncertainty,
+            covariance,
+            noise,
+            reached,
+            combined,
+            uses,
+        };
+        Ok((model, cell))
+    }
+
+    /// Creates the model of a baseline, whose parameters are those of the cell's robot.
+    pub(super) fn of_baseline(baseline: &Baseline) -> Self {
+        let Baseline { result, available, .. } = baseline;
+        Self {
+            parameters: result.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            fixed: available.fixed.iter().map(|fixed| (fixed.name.clone(), fixed.value)).collect(),
+            method: result.method.clone(),
+            configuration: Some(result.configuration.clone()),
+            uncertainty: available.model_uncertainty.clone(),
+            covariance: available.covariance.clone(),
+            noise: Vec::new(),
+            reached: Vec::new(),
+            combined: Vec::new(),
+            uses: Vec::new(),
+        }
+    }
+
+    /// Returns true if the result was identified with the configuration of a cell. `None` if the
+    /// result does not report it.
+    pub fn is_of(&self, cell: &Cell) -> Option<bool> {
+        self.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256)
+    }
+
+    /// Returns its parameters, and those fixed at their nominal values.
+    pub(super) fn named(&self) -> [Vec<(&str, f64)>; 2] {
+        [&self.parameters, &self.fixed]
+            .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+    }
+
+    /// Returns the known arm; `named` comes from [`Self::named`].
+    pub(super) fn known_arm<'s>(&'s self, named: &'s [Vec<(&'s str, f64)>; 2]) -> KnownArm<'s> {
+        let [parameters, fixed_part] = named;
+        let uncertainty = self.uncertainty.as_ref();
+        let model = KnownModel { parameters, fixed: fixed_part, uncertainty };
+        KnownArm { model, covariance: self.covariance.as_ref() }
+    }
+
+    /// Returns the base parameters of the robot that the result does not have. They count as 0.
+    pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
+        let names = cell.base.names().iter().map(String::as_str);
+        let parameters = || self.parameters.iter().chain(&self.fixed);
+        names.filter(|name| parameters().all(|(own, _)| own != name)).collect()
+    }
+}
+
+/// Checks that every parameter belongs to the robot and occurs once.
+fn check_names(
+    parameters: &[(String, f64)],
+    fixed: &[(String, f64)],
+    cell: &Cell,
+) -> Result<(), String> {
+    if parameters.is_empty() {
+        return Err("it has no parameters".to_owned());
+    }
+    let all_parameters = || parameters.iter().chain(fixed);
+    for (index, (name, _)) in all_parameters().enumerate() {
+        if cell.base.find(name).is_none() {
+            return Err(format!("{} has no base parameter `{name}`", cell.robot.name()));
+        }
+        if all_parameters().take(index).any(|(other, _)| other == name) {
+            return Err(format!("`{name}` stands there twice"));
+        }
+    }
+    Ok(())
+}

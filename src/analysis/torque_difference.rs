@@ -1,0 +1,103 @@
+//! Torque difference of two results of one arm along a motion.
+
+use std::ops::Range;
+
+use didim_formats::Measurement;
+use didim_identification::identification::{TorqueAlong, torque_along};
+use serde::Serialize;
+
+use super::identify::{IdentifyError, joined};
+use super::stored_model::StoredModel;
+use crate::cell::Cell;
+
+/// Error when two results have no comparable torques.
+#[derive(Debug, thiserror::Error)]
+pub enum TorqueDifferenceError {
+    /// The recording is not an experiment of this robot.
+    #[error(transparent)]
+    Measurement(#[from] IdentifyError),
+    /// The torques of both results come from different filters.
+    #[error(
+        "the two results were identified behind different filters, so that their torques have no \
+         rows in common; identify both with the same cut-off and decimation"
+    )]
+    Filters,
+}
+
+/// Difference of two results in a joint torque.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JointDifference {
+    /// Number of the joint, from 1.
+    pub joint: usize,
+    /// Unit of all values except the time and the ratio: `N·m`, or `N` of a prismatic joint.
+    pub unit: &'static str,
+    /// Root mean square of the difference.
+    pub rms: f64,
+    /// Root mean square expected from the statistical uncertainty of both results alone. Null if
+    /// one has none.
+    pub by_chance: Option<f64>,
+    /// Largest difference, later result minus earlier one.
+    pub largest: f64,
+    /// Time of the largest difference, since the first sample \[s\].
+    pub at_s: f64,
+    /// Root mean square of the difference relative to that of the torque from the earlier result.
+    pub relative: f64,
+}
+
+/// Computes the torque difference of a later and an earlier result along recordings. Only the
+/// samples in each range count. Each result comes with the cell that it [was read
+/// with](StoredModel::read).
+///
+/// # Errors
+/// [`TorqueDifferenceError`].
+pub fn torque_difference(
+    results: [(&StoredModel, &Cell); 2],
+    measurements: &[(&Measurement, Range<usize>)],
+) -> Result<Vec<JointDifference>, TorqueDifferenceError> {
+    let [(then, earlier), (now, later)] = results;
+    let [then, now] = [then.along(earlier, measurements)?, now.along(later, measurements)?];
+    if then.time_s != now.time_s {
+        return Err(TorqueDifferenceError::Filters);
+    }
+    let chain = earlier.robot.chain().iter().enumerate();
+    Ok(chain
+        .map(|(joint, described)| {
+            let differences = now.torque[joint].iter().zip(&then.torque[joint]).map(|(b, a)| b - a);
+            let largest = differences.clone().zip(&now.time_s);
+            let largest = largest.max_by(|(a, _), (b, _)| a.abs().total_cmp(&b.abs()));
+            let (largest, at_s) = largest.map_or((0.0, 0.0), |(value, time)| (value, *time));
+            let rms = rms(differences);
+            let rms_of = |result: &TorqueAlong| {
+                Some(self::rms(result.standard_deviation.as_ref()?[joint].iter().copied()))
+            };
+            JointDifference {
+                joint: joint + 1,
+                unit: described.kind.torque_unit(),
+                rms,
+                by_chance: rms_of(&then).zip(rms_of(&now)).map(|(then, now)| then.hypot(now)),
+                largest,
+                at_s,
+                relative: rms / self::rms(then.torque[joint].iter().copied()),
+            }
+        })
+        .collect())
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) =
+        values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+impl StoredModel {
+    fn along(
+        &self,
+        cell: &Cell,
+        measurements: &[(&Measurement, Range<usize>)],
+    ) -> Result<TorqueAlong, IdentifyError> {
+        let experiment = joined(cell, measurements)?;
+        let named = self.named();
+        let arm = self.known_arm(&named);
+        Ok(torque_along(&cell.robot, &cell.base, &experiment, &cell.options, arm)?)
+    }
+}

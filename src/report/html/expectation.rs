@@ -1,0 +1,36 @@
+//! Standard deviations predicted for a designed motion, and those achieved.
+
+use maud::{Markup, html};
+
+use super::super::design::{expectation_summary, times};
+use super::{number, section as framed};
+use crate::analysis::ExpectedParameter;
+
+pub(super) fn section(expected: &[ExpectedParameter]) -> Markup {
+    if expected.is_empty() {
+        return html! {};
+    }
+    // The summary comes first: on a phone, the end of the table is beyond the edge.
+    let content = html! {
+        p { "In all, " (expectation_summary(expected)) "." }
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Parameter" }
+                th.number scope="col" { "Times" }
+                th.number scope="col" { "σ expected" }
+                th.number scope="col" { "σ achieved" }
+                th scope="col" { "Unit" }
+            } }
+            tbody { @for of in expected { tr {
+                th scope="row" { (of.name) }
+                td.number { (format!("{:.2}", times(of))) }
+                td.number { (number(of.expected, 3)) }
+                td.number { (number(of.achieved, 3)) }
+                td.unit { (of.unit) }
+            } } }
+        } }
+    };
+    let explanation = "The head of the designed motion predicts standard deviations from the noise \
+        of the result before it. The table compares them with those of this result.";
+    framed("Expected and achieved standard deviations", explanation, &content)
+}

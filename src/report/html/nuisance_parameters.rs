@@ -1,0 +1,56 @@
+//! Estimates of the nuisance parameters, which the model takes as known.
+
+use didim_identification::identification::{NuisanceEstimate, Quantity};
+use maud::{Markup, html};
+
+use super::{Report, number, percent};
+
+/// Number of nuisance parameters to show.
+const SHOWN: usize = 10;
+
+/// Lists the largest torques first.
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let nuisance_parameters = report.identification.estimate.nuisance_parameters.iter();
+    let shown: Vec<&NuisanceEstimate> = nuisance_parameters.take(SHOWN).collect();
+    if shown.is_empty() {
+        return html! {};
+    }
+    let content = html! {
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Taken for known" }
+                th.number scope="col" { "Torque [N·m]" }
+                th scope="col" { "At joint" }
+                th.number scope="col" { "Of its torque" }
+                th.number scope="col" { "Off by" }
+                th.number scope="col" { "Stated to" }
+            } }
+            tbody { @for found in shown { tr {
+                th scope="row" { (found.nuisance) }
+                td.number { (number(found.torque_nm, 3)) }
+                td { (found.joint) }
+                td.number { (percent(found.relative_torque, 2)) }
+                td.number { (found.quantity.map_or("–".to_owned(), off)) }
+                td.number {
+                    (found.quantity.map_or("–".to_owned(), |q| quantity(q.configured, q.unit)))
+                }
+            } } }
+        } }
+    };
+    let explanation = "What the model takes for known is solved for together with the parameters, \
+        each with what is known of it beforehand. The values above stay those of the method; how \
+        far they would move, and what the data leave open, is in their combined uncertainty. The \
+        ten largest are shown.";
+    super::section("What the model takes for known", explanation, &content)
+}
+
+fn off(found: Quantity) -> String {
+    let (value, sd) = (found.value, found.standard_deviation);
+    format!("{} ± {}", quantity(value, ""), quantity(sd, found.unit))
+}
+
+/// Formats `0.0012 deg`; a ratio has no unit.
+fn quantity(value: f64, unit: &str) -> String {
+    let number = number(value, 2);
+    if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
+}

@@ -1,0 +1,99 @@
+//! The parts of a page: the complete file, its sections, and readable numbers.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::report::panel::CURVES;
+use crate::text::significant;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Creates a complete file; `own_style` follows the common style.
+pub fn document(title: &str, own_style: &str, content: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(own_style)) }
+            }
+            body { (content) }
+        }
+    };
+    page.into_string() + "\n"
+}
+
+/// Creates a section under a heading, with a sentence on how to read it.
+pub fn section(heading: &str, explanation: &str, content: &Markup) -> Markup {
+    html! {
+        section id=(anchor(heading)) {
+            h2 { (heading) }
+            @if !explanation.is_empty() { p.explanation { (explanation) } }
+            (content)
+        }
+    }
+}
+
+/// Returns the anchor of a section in its page: `torque-measured-and-predicted`.
+fn anchor(heading: &str) -> String {
+    let words = heading.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_lowercase()
+}
+
+/// Creates a list of the sections from the sections themselves, so it lists the existing ones. Text
+/// from files cannot look like a section: it is escaped.
+pub fn contents(sections: &Markup) -> Markup {
+    let headings = sections.0.split("<section id=\"").skip(1).filter_map(|section| {
+        let (id, rest) = section.split_once('"')?;
+        let heading = rest.split_once("<h2>")?.1.split_once("</h2>")?.0;
+        Some((id, heading))
+    });
+    html! {
+        nav.contents aria-label="Contents" { ul {
+            @for (id, heading) in headings {
+                li { a href=("#".to_owned() + id) { (PreEscaped(heading)) } }
+            }
+        } }
+    }
+}
+
+/// Formats a number with the given significant digits and a real minus sign; a dash if it is not a
+/// number.
+pub fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { signed(&significant(value, digits)) } else { "–".to_owned() }
+}
+
+/// Formats a ratio as a percentage.
+pub fn percent(share: f64, digits: usize) -> String {
+    if share.is_finite() {
+        format!("{} %", number(100.0 * share, digits))
+    } else {
+        "–".to_owned()
+    }
+}
+
+/// Formats a probability; below one in ten thousand its size is meaningless.
+pub fn probability(p: f64) -> String {
+    if p < 1e-4 { "< 0.0001".to_owned() } else { number(p, 2) }
+}
+
+/// Replaces minus signs by real ones, and exponents by powers of ten.
+pub fn signed(text: &str) -> String {
+    let text = text.replace('-', "−");
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
+    let raised = |c: char| match c {
+        '−' => '⁻',
+        digit => digit.to_digit(10).map_or(digit, |k| SUPERSCRIPTS[k as usize]),
+    };
+    format!("{mantissa}·10{}", exponent.chars().map(raised).collect::<String>())
+}
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
+/// Adds a capital letter and a full stop.
+pub fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).chain(['.']).collect()
+}
