@@ -8,6 +8,50 @@
 //!
 //! Dependencies point one way:
 //! `simulation → control → dynamics → trajectory → robot → numeric → sample`.
+//!
+//! # Example
+//! The torque that holds a pendulum still: one revolute joint, its axis horizontal.
+//! ```
+//! use didim_dynamics::dynamics::{Model, Workspace};
+//! use didim_dynamics::robot::Robot;
+//!
+//! let robot = Robot::from_toml(
+//!     r#"
+//!     name = "pendulum"
+//!     gravity_m_s2 = [0.0, -9.81, 0.0]
+//!     [[joint]]
+//!     type = "revolute"
+//!     alpha_deg = 0.0
+//!     d_m = 0.0
+//!     theta_deg = 0.0
+//!     r_m = 0.0
+//!     drive_inertia = false
+//!     position_min_deg = -170.0
+//!     position_max_deg = 170.0
+//!     velocity_max_rad_s = 5.0
+//!     torque_max_nm = 50.0
+//!     [transmission]
+//!     rows = [[1.0]]
+//!     [friction]
+//!     viscous = false
+//!     coulomb = false
+//!     offset = false
+//!     [nominal]
+//!     zz1 = 0.5 # kg·m²
+//!     mx1 = 2.0 # kg·m
+//!     m1 = 4.0 # kg
+//!     "#,
+//! )?;
+//! let nominal = robot.nominal().ok_or("the robot's file has no nominal parameters")?;
+//! let model = Model::new(&robot);
+//!
+//! let (q, dq, ddq) = ([60_f64.to_radians()], [0.0], [0.0]); // rad, rad/s, rad/s²
+//! let mut torque_nm = [0.0];
+//! let mut workspace = Workspace::new();
+//! model.inverse_dynamics(&mut workspace, nominal.standard(), &q, &dq, &ddq, &mut torque_nm);
+//! assert!((torque_nm[0] - 2.0 * 9.81 * q[0].cos()).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod control;
 pub mod dynamics;
