@@ -148,7 +148,7 @@ fn a_designed_motion_shows_about_what_was_predicted() {
 /// Each parameter scatters about as predicted, at 10 s and at 20 s: 200 recordings determine its
 /// scatter to 0.05.
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn designed_motions_show_what_was_predicted() {
     let mut off = Vec::new();
     for duration_s in [10.0, 20.0] {
@@ -163,7 +163,7 @@ fn designed_motions_show_what_was_predicted() {
 
 /// Two motions of 10 s, the second for what the first left, against one of 20 s.
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn two_short_motions_against_a_long_one() {
     let arm = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();

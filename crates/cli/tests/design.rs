@@ -369,7 +369,7 @@ fn a_load_is_found_as_well_as_was_predicted() {
 
 /// The table of docs/evidence/excitation.md.
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn loads_scatter_as_was_predicted() {
     for (what, of_all) in load_found("10", "300", 24) {
         let [off, said] = of_all.map(|of| {

@@ -216,7 +216,7 @@ fn generated_code_of_the_tx40_is_the_library() {
 
 /// By hand, see docs/evidence/models.md: two compilers for each robot of the library.
 #[test]
-#[ignore = "compiles the code of every robot of the library"]
+#[ignore = "needs minutes: tests/run full"]
 fn generated_code_of_every_robot_is_the_library() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/robots");
     let (mut seed, mut files) = (7, 0);

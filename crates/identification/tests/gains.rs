@@ -214,7 +214,7 @@ fn what_shows_no_gains_is_refused() {
 
 /// What 40 pairs of records with 2 % of noise tell: by hand, see docs/evidence/models.md.
 #[test]
-#[ignore = "a study of 40 seeds"]
+#[ignore = "needs minutes: tests/run full"]
 fn gains_study() {
     println!(
         "| arm | σ of gains 1 to 6 | rms z of gains | within 2 σ | of parameters | within 2 σ | \

@@ -426,7 +426,7 @@ fn an_arm_that_is_not_known_is_refused() {
 /// What an identification and a record with 2 % of noise tell of loads: by hand, see
 /// docs/evidence/models.md.
 #[test]
-#[ignore = "a study of 40 seeds"]
+#[ignore = "needs minutes: tests/run full"]
 fn payload_study() {
     println!(
         "| arm | torque of the load | mass | σ of mass | error of mass | of centre | of inertia | \

@@ -205,13 +205,13 @@ fn an_openarm_at_its_own_rate_is_accounted_for_and_identified() {
 }
 
 #[test]
-#[ignore = "takes more than a minute: docs/guide/arms/piper.md, docs/guide/arms/openarm.md"]
+#[ignore = "needs a CAN bus and minutes: tests/run full"]
 fn a_minute_of_a_piper_at_its_own_rate() {
     in_time(|interface| streams(&PIPER, 4, usize::MAX, interface));
 }
 
 #[test]
-#[ignore = "takes more than a minute: docs/guide/arms/piper.md, docs/guide/arms/openarm.md"]
+#[ignore = "needs a CAN bus and minutes: tests/run full"]
 fn a_minute_of_an_openarm_at_its_own_rate() {
     in_time(|interface| streams(&OPENARM, 5, usize::MAX, interface));
 }

@@ -138,7 +138,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn against_random_moves() {
     println!(
         "| arm | length [s] | median of σ | least favourable parameter | condition number | of the \
@@ -191,7 +191,7 @@ fn against_random_moves() {
 /// Whether more starts and more steps find more on the arm that gains least, and which limits hold
 /// it.
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn why_the_openarm_gains_little() {
     let mean = |of: &[f64]| of.iter().map(|of| of.ln()).sum::<f64>() / of.len() as f64;
     for duration_s in [10.0, 20.0] {
@@ -232,7 +232,7 @@ fn why_the_openarm_gains_little() {
 /// error of each parameter, and the standard deviation of the results, in units of the predicted
 /// one.
 #[test]
-#[ignore = "a study of minutes, run by hand"]
+#[ignore = "needs minutes: tests/run full"]
 fn what_is_predicted_comes() {
     const RATE_HZ: f64 = 400.0;
     const REST: usize = 400;

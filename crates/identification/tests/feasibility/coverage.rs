@@ -30,7 +30,7 @@ fn median(values: &mut [f64]) -> f64 {
 /// the torques, bodies near cylinders of the true mass, half of it and twice as much. By hand, see
 /// docs/evidence/models.md.
 #[test]
-#[ignore = "a study of 100 arms"]
+#[ignore = "needs minutes: tests/run full"]
 fn coverage_study() {
     println!(
         "| states | noise | total mass stated | data: rms z, within 2 σ | combinations: within 2 σ \
