@@ -52,9 +52,9 @@ pub enum LogError {
         /// Both rates, and the remedy.
         source: RateError,
     },
-    /// More samples than the capacity of memory and disk. Free some, or cut the log.
-    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set \
-        TMPDIR to a folder on a disk with room, or cut the log", file.display())]
+    /// More samples than the free memory holds. Free some, or cut the log.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the log",
+        file.display())]
     TooLong {
         /// The log.
         file: PathBuf,

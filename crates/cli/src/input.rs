@@ -18,8 +18,7 @@ use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
-    DiskAllocator, Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet,
-    read_bag, read_table,
+    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
 };
 
 /// Selection of the samples of a file that count.
@@ -197,7 +196,6 @@ pub(super) fn read_input(
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
-    DiskAllocator::allow();
     input.named(read_file(input, cell, sample_rate_hz))
 }
 

@@ -2,11 +2,6 @@
 
 use std::process::ExitCode;
 
-use didim_formats::DiskAllocator;
-
-#[global_allocator]
-static MEMORY: DiskAllocator = DiskAllocator;
-
 fn main() -> ExitCode {
     didim_cli::main()
 }

@@ -1,6 +1,5 @@
 //! How long a measurement may be on this machine.
 
-use crate::disk_allocator::DiskAllocator;
 use crate::free_memory::free_memory;
 
 /// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that
@@ -9,7 +8,7 @@ const BYTES_A_VALUE: usize = 36;
 /// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
 const UNKNOWN: usize = 3_600_000;
 
-/// How many samples the free memory holds, and beyond it [`DiskAllocator`]'s files.
+/// Number of samples that the free memory holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capacity {
     /// Samples.
@@ -24,7 +23,7 @@ impl Capacity {
 
     /// For samples that take so many bytes.
     pub fn of_bytes(bytes: usize) -> Self {
-        Self::of_free(free_memory().saturating_add(DiskAllocator::capacity()), bytes)
+        Self::of_free(free_memory(), bytes)
     }
 
     fn of_free(free: u64, bytes: usize) -> Self {

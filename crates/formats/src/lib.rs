@@ -66,7 +66,6 @@ mod bag;
 mod capacity;
 mod code;
 mod columns;
-mod disk_allocator;
 mod export;
 mod free_memory;
 #[cfg(feature = "parquet")]
@@ -86,7 +85,6 @@ pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_
 pub use capacity::Capacity;
 pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity, TimeColumns};
-pub use disk_allocator::DiskAllocator;
 pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };

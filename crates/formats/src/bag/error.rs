@@ -129,9 +129,9 @@ pub enum BagError {
         /// Fault of the times.
         source: TimesError,
     },
-    /// More samples than memory and disk have room for: free some, or cut the bag.
-    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set \
-        TMPDIR to a folder on a disk with room, or cut the bag", file.display())]
+    /// More samples than the free memory holds. Free some, or cut the bag.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the bag",
+        file.display())]
     TooLong {
         /// The file.
         file: PathBuf,

@@ -281,9 +281,9 @@ pub enum TableError {
         /// The rate that was given \[Hz\].
         given_hz: f64,
     },
-    /// More samples than memory and disk have room for: free some, or cut the measurement.
-    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set \
-        TMPDIR to a folder on a disk with room, or cut the measurement", file.display())]
+    /// More samples than the free memory holds. Free some, or cut the measurement.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the \
+        measurement", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
