@@ -55,7 +55,9 @@ fn a_unit_that_the_gain_does_not_expect_is_refused() {
          that unit, or correct the unit in the DBC file"
     );
     let rad = DRIVES.replace("{ counts_per_revolution = 8192 }", "\"rad\"");
-    assert!(matches!(scales(&rad), Err(UnitsError::WrongUnit { axis: 1, .. })));
+    assert!(
+        matches!(scales(&rad), Err(UnitsError::WrongUnit { axis, .. }) if axis.position() == 0)
+    );
     // The reference has to be in the unit of the position.
     let dbc = cia402_dbc().replace(
         "SG_ TargetPosition : 16|32@1- (1,0) [-2147483648|2147483647] \"count\"",
@@ -82,7 +84,10 @@ fn numbers_that_no_drive_has_are_refused() {
         ("zero = 0", "zero = inf"),
     ] {
         let text = DRIVES.replace(from, to);
-        assert!(matches!(scales(&text), Err(UnitsError::Number { axis: 1, .. })), "{to}");
+        assert!(
+            matches!(scales(&text), Err(UnitsError::Number { axis, .. }) if axis.position() == 0),
+            "{to}"
+        );
     }
     assert!(matches!(
         Scales::new(&drives(DRIVES, 5), &cia402()),

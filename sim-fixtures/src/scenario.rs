@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use didim_dynamics::control::ControllerConfig;
 use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_dynamics::robot::{ParameterKind, Robot, RobotError};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot, RobotError};
 use didim_dynamics::simulation::{
     ClosedLoop, InitialState, NoiseConfig, Record, SetupError, SimulationConfig, SimulationError,
     Unmodelled,
@@ -77,8 +77,8 @@ pub enum ScenarioError {
         "joint {joint}: its speed limit is unknown; state velocity_max_rad_s in the robot file"
     )]
     OpenSpeed {
-        /// Joint, counted from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
     },
     /// The scenario is for another robot. Pass the robot that it names.
     #[error("the scenario is for the robot `{expected}`, not for `{found}`")]
@@ -313,7 +313,7 @@ impl Scenario {
     pub fn with_payload(mut self, payload: Payload) -> Result<Self, ScenarioError> {
         let last = self.robot.joints() - 1;
         for (kind, value) in ParameterKind::LINK.into_iter().zip(payload.link_parameters()) {
-            if let Some(column) = self.robot.parameters().column(kind, last) {
+            if let Some(column) = self.robot.parameters().column(kind, JointIndex::new(last)) {
                 self.standard[column] += value;
             }
         }
@@ -440,12 +440,14 @@ fn plan(
     let limits: Vec<JointLimits> = robot
         .limits()
         .zip(motion.acceleration_max_rad_s2)
-        .zip(1..)
+        .zip(0..)
         .map(|((limit, acceleration), joint)| {
             Ok(JointLimits {
                 position_min_rad: limit.position_min,
                 position_max_rad: limit.position_max,
-                velocity_max_rad_s: limit.velocity_max.ok_or(ScenarioError::OpenSpeed { joint })?,
+                velocity_max_rad_s: limit
+                    .velocity_max
+                    .ok_or(ScenarioError::OpenSpeed { joint: JointIndex::new(joint) })?,
                 acceleration_max_rad_s2: acceleration,
             })
         })

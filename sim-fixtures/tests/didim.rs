@@ -3,7 +3,7 @@
 use crate::common::experiment::{MOTIONS, experiment, loop_options, on_motion, with_nominal_error};
 use didim_dynamics::control::SimulatedController;
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{Robot, SignModel};
+use didim_dynamics::robot::{JointIndex, Robot, SignModel};
 use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
@@ -191,7 +191,7 @@ fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     let mut options = options(&scenario);
     options.simulation.start = Start::Nominal;
     let error = identify(&robot, &noisy(&scenario), &options).unwrap_err();
-    let cause = SimulationError::NotPositiveDefinite { joint: 5, time_s: 0.0 };
+    let cause = SimulationError::NotPositiveDefinite { joint: JointIndex::new(4), time_s: 0.0 };
     assert_eq!(error, IdentificationError::Iteration(IterationError::FirstSimulation { cause }));
     assert!(error.to_string().contains("at joint 5") && error.to_string().contains("start"));
 }

@@ -3,7 +3,7 @@
 //! `cargo test --release -p didim-sim --test tests -- --ignored --nocapture excitation`.
 
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::trajectory::SampledReference;
 use didim_identification::excitation::{
     Aim, Bounds, FourierSeries, JointExcitation, JointExcitations, Margins, Noise, Task, advise,
@@ -195,7 +195,8 @@ fn two_short_motions_against_a_long_one() {
 fn advice_that_is_followed_brings_what_was_promised() {
     let arm = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();
-    let excitation = |joint, to, times| JointExcitation { joint, to, times };
+    let excitation =
+        |joint, to, times| JointExcitation { joint: JointIndex::new(joint), to, times };
     let production = JointExcitations {
         duration_s: 6.0,
         posture: vec![0.0, 0.2, 0.5, 0.0, 0.3, 0.0],

@@ -2,7 +2,7 @@
 
 use didim_dynamics::control::{ControlTiming, ControllerConfig};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
     Estimate, Experiment, Method, Note, NuisanceParameter, Options, Reason, Start, identify,
@@ -50,7 +50,7 @@ fn the_zero_of_an_encoder_is_reported_with_its_size() {
         let reasons = &estimate.verdict.uses.prediction.reasons;
         let nuisance_parameters = contradicted(reasons);
         let (nuisance, value) = nuisance_parameters.first().copied().unwrap();
-        assert_eq!(nuisance, NuisanceParameter::Zero(2), "{reasons:?}");
+        assert_eq!(nuisance, NuisanceParameter::Zero(JointIndex::new(1)), "{reasons:?}");
         assert!((value.abs() / degrees.abs() - 1.0).abs() < 0.2, "{value} for {degrees}");
         assert!(!estimate.verdict.applicable);
     }
@@ -80,10 +80,8 @@ fn one_torque_of_the_other_sign_is_reported_by_its_friction() {
     });
     // What follows from it, single coefficients below 0, is left out.
     let reasons = &estimate.verdict.uses.prediction.reasons;
-    assert!(
-        matches!(reasons[..], [Reason::WrongSignsOfJoint { joint: 1, negative: 2 }]),
-        "{reasons:?}"
-    );
+    let joint = JointIndex::new(0);
+    assert_eq!(reasons[..], [Reason::WrongSignsOfJoint { joint, negative: 2 }]);
 }
 
 /// What is checked against a torque limit is not where the robot file leaves it open, and that is
@@ -92,7 +90,8 @@ fn one_torque_of_the_other_sign_is_reported_by_its_friction() {
 fn without_torque_limits_the_largest_torque_takes_their_place_and_that_is_said() {
     let limit = "torque_max_nm = 131.84";
     let without_limit = with_row(limit, "torque_max_nm = \"unknown\"", Method::IdimLs);
-    let said = |note: &Note| matches!(note, Note::TorqueLimitOpen { joints } if *joints == [1, 2]);
+    let joints = [0, 1].map(JointIndex::new).to_vec();
+    let said = |note: &Note| *note == Note::TorqueLimitOpen { joints: joints.clone() };
     assert!(without_limit.verdict.notes.iter().any(said), "{:?}", without_limit.verdict.notes);
     let with_limit = with_row(limit, limit, Method::IdimLs);
     let of_limits = |note: &Note| matches!(note, Note::TorqueLimitOpen { .. });
@@ -151,7 +150,13 @@ fn a_coupling_that_is_left_out_is_named() {
         Note::ModelError { nuisance } => Some(nuisance.nuisance),
         _ => None,
     });
-    assert_eq!(named, Some(NuisanceParameter::Coupling { joint: 5, neighbour: 6 }));
+    assert_eq!(
+        named,
+        Some(NuisanceParameter::Coupling {
+            joint: JointIndex::new(4),
+            neighbour: JointIndex::new(5)
+        })
+    );
     assert!(estimate.extrapolation.relative_error < 0.05, "{:?}", estimate.extrapolation);
     assert_eq!(estimate.verdict.uses.physical_values.applicable, Some(false));
     // Moving alone, joint 6 has its own friction and that of its motor.
@@ -174,7 +179,10 @@ fn a_coupling_of_the_other_sign_is_refused() {
         nuisance_parameters.iter().map(|(nuisance, _)| *nuisance).collect();
     assert_eq!(
         joints,
-        [NuisanceParameter::TorqueGain(6), NuisanceParameter::TorqueGain(5)],
+        [
+            NuisanceParameter::TorqueGain(JointIndex::new(5)),
+            NuisanceParameter::TorqueGain(JointIndex::new(4))
+        ],
         "{nuisance_parameters:?}"
     );
     assert!(!estimate.verdict.applicable);
@@ -191,7 +199,7 @@ fn a_wrong_transmission_is_reported_by_the_commands_of_the_described_controller(
         let estimate = with_row(row, wrong, Method::Didim);
         let joints_named =
             estimate.verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
-                Reason::Controller { joint, .. } => Some(*joint),
+                Reason::Controller { joint, .. } => Some(joint.number()),
                 _ => None,
             });
         assert_eq!(joints_named.collect::<Vec<_>>(), joints, "{wrong}");
@@ -229,7 +237,7 @@ fn torque_gains_that_are_all_wrong_are_reported_by_the_described_controller() {
                 let verdict = identified.unwrap().estimate.verdict;
                 let joints_named =
                     verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
-                        Reason::Controller { joint, .. } => Some(*joint),
+                        Reason::Controller { joint, .. } => Some(joint.number()),
                         _ => None,
                     });
                 assert_eq!(joints_named.collect::<Vec<_>>(), joints, "{method} {gain} {timing:?}");
@@ -268,11 +276,11 @@ fn a_joint_that_does_not_move_is_no_joint_to_predict() {
         let prediction = &estimate.verdict.uses.prediction;
         let joints: Vec<usize> = (prediction.reasons.iter())
             .filter_map(|reason| match reason {
-                Reason::Unmoved { joint, .. } => Some(*joint),
+                Reason::Unmoved { joint, .. } => Some(joint.position()),
                 _ => None,
             })
             .collect();
-        assert_eq!(joints, [fixed + 1], "{:?}", prediction.reasons);
+        assert_eq!(joints, [fixed], "{:?}", prediction.reasons);
         assert_eq!(prediction.applicable, Some(false));
     }
 }
@@ -290,7 +298,7 @@ fn positions_that_are_not_logged_as_they_come_are_reported_with_their_time() {
     });
     let reasons = &estimate.verdict.uses.prediction.reasons;
     let Some(Reason::FrozenSignal { found }) = reasons.first() else { panic!("{reasons:?}") };
-    assert_eq!((&found.motors[..], found.recording), (&[1, 2][..], 1));
+    assert_eq!((&found.motors[..], found.recording), (&[0, 1].map(MotorIndex::new)[..], 1));
     let time_of = |sample: usize| sample as f64 / 5000.0;
     assert!((found.from_s - time_of(frozen.start - 1)).abs() < 1e-9, "{found:?}");
     assert!((found.until_s - time_of(frozen.end)).abs() < 1e-9, "{found:?}");

@@ -1,5 +1,6 @@
 //! Torque gains of a cell's drives, from recordings without and with a known load.
 
+use didim_dynamics::robot::JointIndex;
 use std::ops::Range;
 
 use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale};
@@ -37,8 +38,8 @@ pub enum FindGainsError {
 /// Torque gain of one drive: configured in the cell and found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FoundGain {
-    /// Its joint, from 1.
-    pub joint: usize,
+    /// Its joint.
+    pub joint: JointIndex,
     /// Key of the gain in the cell file. `None` if the torque comes in N·m or from a table.
     pub key: Option<&'static str>,
     /// Its unit.
@@ -104,7 +105,7 @@ pub fn find_gains(
     };
     let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
     let gains = gains.iter().map(|gain| {
-        let mut gain_found = FoundGain::new(gain, drives.get(gain.joint - 1), &basis);
+        let mut gain_found = FoundGain::new(gain, drives.get(gain.joint.position()), &basis);
         if scale == Scale::Reference(gain.joint) {
             // The reference gain stays as configured in the cell.
             gain_found.cell_line = None;
@@ -187,7 +188,7 @@ mod tests {
         .unwrap();
         let basis = "by a load of 2.5 kg";
         let factor = Some(Uncertain { value: -1.5, standard_deviation: 0.01 });
-        let gain = DriveGain { joint: 3, factor, total_least_squares: -1.49 };
+        let gain = DriveGain { joint: JointIndex::new(2), factor, total_least_squares: -1.49 };
         let gain_found = FoundGain::new(&gain, Some(&drive), basis);
         let torque: TorqueGain = toml::from_str::<toml::Table>(&gain_found.cell_line.unwrap())
             .unwrap()["torque"]

@@ -1,5 +1,6 @@
 //! Torque difference of two results of one arm along a motion.
 
+use didim_dynamics::robot::JointIndex;
 use std::ops::Range;
 
 use didim_formats::Measurement;
@@ -27,8 +28,8 @@ pub enum TorqueDifferenceError {
 /// Difference of two results in a joint torque.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointDifference {
-    /// Number of the joint, from 1.
-    pub joint: usize,
+    /// Number of the joint.
+    pub joint: JointIndex,
     /// Unit of all values except the time and the ratio: `N·m`, or `N` of a prismatic joint.
     pub unit: &'static str,
     /// Root mean square of the difference.
@@ -71,7 +72,7 @@ pub fn torque_difference(
                 Some(self::rms(result.standard_deviation.as_ref()?[joint].iter().copied()))
             };
             JointDifference {
-                joint: joint + 1,
+                joint: JointIndex::new(joint),
                 unit: described.kind.torque_unit(),
                 rms,
                 by_chance: rms_of(&then).zip(rms_of(&now)).map(|(then, now)| then.hypot(now)),

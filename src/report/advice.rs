@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use didim_dynamics::robot::{JointKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 use didim_identification::excitation::{self, Advice, JointExcitation};
 
 use super::design::warning;
@@ -88,7 +88,7 @@ fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
     let joint_of = |k: &usize| robot.parameters().parameters()[assignment.task.columns[*k]].joint;
     for ((joint, reached), limits) in advised.reached.iter().enumerate().zip(robot.limits()) {
         let names: Vec<&str> = (advised.advice.missing.iter())
-            .filter(|k| joint_of(k) == joint)
+            .filter(|k| joint_of(k) == JointIndex::new(joint))
             .map(|k| assignment.parameters[*k].name.as_str())
             .collect();
         if names.is_empty() {
@@ -100,7 +100,7 @@ fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
             text,
             "joint {} never moved faster than {} ({}), nor accelerated by more than {}, and stayed \
              between {low} and {high}: {}",
-            joint + 1,
+            JointIndex::new(joint),
             speed(kind, reached.speed()),
             limits.velocity_max.map_or_else(
                 || "its limit is unknown".to_owned(),
@@ -124,17 +124,19 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
             let [fastest, hardest] = excitations.peaks(excitation);
             format!(
                 "joint {} from {} to {} and back, {times} times (up to {}, {})",
-                joint + 1,
-                place(kind(joint), excitations.posture[joint]),
-                place(kind(joint), to),
-                speed(kind(joint), fastest),
-                acceleration(kind(joint), hardest)
+                joint,
+                place(kind(joint.position()), excitations.posture[joint]),
+                place(kind(joint.position()), to),
+                speed(kind(joint.position()), fastest),
+                acceleration(kind(joint.position()), hardest)
             )
         })
         .collect();
     let resting: Vec<String> = (excitations.posture.iter().enumerate())
-        .filter(|(joint, _)| excitations.excitations.iter().all(|of| of.joint != *joint))
-        .map(|(joint, at)| format!("{} at {}", joint + 1, place(kind(joint), *at)))
+        .filter(|(joint, _)| {
+            excitations.excitations.iter().all(|of| of.joint != JointIndex::new(*joint))
+        })
+        .map(|(joint, at)| format!("{} at {}", JointIndex::new(joint), place(kind(joint), *at)))
         .collect();
     let rest = match resting.is_empty() {
         true => String::new(),

@@ -1,6 +1,7 @@
 //! An estimate as tables for people.
 
 use core::fmt::Write as _;
+use didim_dynamics::robot::JointIndex;
 
 use didim_identification::identification::{Estimate, ParameterEstimate};
 
@@ -86,7 +87,7 @@ pub fn summary(estimate: &Estimate) -> String {
         .enumerate()
         .map(|(joint, (((relative, rms), durbin_watson), delay))| {
             vec![
-                format!("joint {}", joint + 1),
+                format!("joint {}", JointIndex::new(joint)),
                 format!("{:.2} %", 100.0 * relative),
                 significant(*rms, 3),
                 format!("{durbin_watson:.2}"),

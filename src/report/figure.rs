@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use didim_dynamics::robot::JointKind;
+use didim_dynamics::robot::{JointIndex, JointKind};
 use didim_identification::identification::ConvergenceStep;
 
 use super::panel::{BOTTOM, CURVES, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
@@ -170,8 +170,8 @@ fn draw_unit(svg: &mut String, unit: &str, y: f64) {
 /// One joint's motion, for a plot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionPanel<'a> {
-    /// The joint's number, from 1.
-    pub(super) joint: usize,
+    /// The joint.
+    pub(super) joint: JointIndex,
     /// Kind of the joint, which decides the units.
     pub(super) kind: JointKind,
     /// Time of each point \[s\].
@@ -277,7 +277,11 @@ mod tests {
             downweighted: &[1, 99],
             relative_error: 0.05,
         };
-        let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)], &[]);
+        let svg = torque_figure(
+            "arm <1> & more",
+            &[panel(JointIndex::new(0)), panel(JointIndex::new(1)), panel(JointIndex::new(2))],
+            &[],
+        );
         assert_eq!(svg.matches("<path").count(), 9);
         assert_eq!(svg.matches("class=\"sigmas\"").count(), 3, "a band for each residual");
         assert_eq!(
@@ -294,7 +298,7 @@ mod tests {
     #[test]
     fn the_band_is_two_deviations_of_the_residual_on_its_own_axis() {
         let panel = TorquePanel {
-            joint: 1,
+            joint: JointIndex::new(0),
             unit: "N·m",
             time_s: &[0.0, 1.0, 2.0],
             measured_nm: &[50.3, -50.3, 1.0],

@@ -1,5 +1,6 @@
 //! The friction laws that the data chose, as a table for people and lines for the robot file.
 
+use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
 use super::percent;
@@ -18,11 +19,11 @@ pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String 
     text += &format!("{}\n", effect(chosen));
     if !rows.is_empty() {
         text += "\nin the robot file, of these [[joint]]s:\n";
-        let changed = |joint: usize| chosen.gains.iter().any(|gain| gain.joint == joint);
-        for joint in 1..=chosen.friction.len() {
+        let changed = |joint: JointIndex| chosen.gains.iter().any(|gain| gain.joint == joint);
+        for joint in (0..chosen.friction.len()).map(JointIndex::new) {
             // A law for the sign in the cell applies to all joints, also the unchanged ones.
             if cell.overrides_sign || changed(joint) {
-                text += &format!("{} # {joint}\n", cell.robot.own_friction_toml(joint - 1));
+                text += &format!("{} # {joint}\n", cell.robot.own_friction_toml(joint.position()));
             }
         }
         if cell.overrides_sign {

@@ -20,7 +20,7 @@ mod sweep;
 pub mod terminal;
 mod uses;
 
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::identification::{Identification, Prediction};
 
 use crate::text::significant;
@@ -37,8 +37,8 @@ pub use sweep::{sweep_lines, sweep_text};
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct TorquePanel<'a> {
-    /// The joint's number, from 1.
-    pub joint: usize,
+    /// The joint's number.
+    pub joint: JointIndex,
     /// Unit of the torque: N·m, or N of a prismatic joint.
     pub unit: &'static str,
     /// Time of each row \[s\].
@@ -95,7 +95,7 @@ pub fn panels<'a>(curves: impl Into<TorqueCurves<'a>>, robot: &Robot) -> Vec<Tor
         .zip(robot.chain())
         .enumerate()
         .map(|(index, (((measured_nm, predicted_nm), relative_error), described))| TorquePanel {
-            joint: index + 1,
+            joint: JointIndex::new(index),
             unit: described.kind.torque_unit(),
             time_s: curves.time_s,
             measured_nm,

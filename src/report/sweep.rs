@@ -27,8 +27,8 @@ pub fn sweep_lines(
     for pass in &sweep.passes {
         let [speed, [low, high]] =
             [[pass.speed; 2], pass.between].map(|of| of.map(|of| significant(of, 3)));
-        let [per_s, unit, _] = units(pass.joint);
-        let (joint, speed) = (pass.joint + 1, &speed[0]);
+        let [per_s, unit, _] = units(pass.joint.position());
+        let (joint, speed) = (pass.joint, &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
     }
     // If the noise is assumed, the standard deviations are too.
@@ -41,7 +41,7 @@ pub fn sweep_lines(
     };
     lines.push(format!("Friction terms that it tells apart{figures}:"));
     for SweptJoint { joint, stribeck, terms } in reported {
-        let [per_s, _, torque] = units(*joint);
+        let [per_s, _, torque] = units(joint.position());
         let named = |kind: ParameterKind| match kind {
             ParameterKind::Fs => {
                 format!("{} (of {} {per_s})", kind.symbol(), significant(*stribeck, 2))
@@ -61,7 +61,7 @@ pub fn sweep_lines(
         let words: Vec<String> = term_lines.collect();
         let not: Vec<String> = not.into_iter().map(|of| named(of.kind)).collect();
         let not = if not.is_empty() { String::new() } else { format!("; NOT {}", not.join(", ")) };
-        lines.push(format!("  joint {}: {}{not}", joint + 1, words.join(", ")));
+        lines.push(format!("  joint {joint}: {}{not}", words.join(", ")));
     }
     lines
 }

@@ -109,6 +109,7 @@ fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use didim_dynamics::robot::JointIndex;
 
     #[test]
     fn a_ramp_runs_from_corner_to_corner() {
@@ -127,7 +128,7 @@ mod tests {
     fn nothing_finite_draws_nothing_and_does_not_fail() {
         let nan = [f64::NAN; 4];
         let panel = TorquePanel {
-            joint: 1,
+            joint: JointIndex::new(0),
             unit: "N·m",
             time_s: &[],
             measured_nm: &nan,

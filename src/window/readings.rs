@@ -1,6 +1,7 @@
 //! Additional drive readings along the samples of a result.
 
 use core::ops::RangeInclusive;
+use didim_dynamics::robot::JointIndex;
 
 use didim_dynamics::{MAX_JOINTS, Reading, Readings};
 use serde::{Deserialize, Serialize};
@@ -37,8 +38,8 @@ pub struct DriveReadings {
 /// A quantity reported by a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointReading {
-    /// The joint, from 1.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// Unit of the values, such as `degC`.
     pub unit: String,
     /// Mean of the readings.
@@ -58,8 +59,8 @@ pub struct JointReading {
 /// The mode of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JointMode {
-    /// The joint, from 1.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// Number that the drive reported last.
     pub mode: i16,
 }
@@ -103,12 +104,12 @@ impl DriveReadings {
         }
         let joints_of = |reading: Reading| {
             let joints = sums[reading as usize].iter().enumerate();
-            joints.filter_map(|(joint, sum)| sum.map(|sum| (joint + 1, sum)))
+            joints.filter_map(|(joint, sum)| sum.map(|sum| (JointIndex::new(joint), sum)))
         };
         let values = |reading: Reading| {
             let steps = reading.steps_per_unit();
             joints_of(reading)
-                .map(|(joint, Sum { sum, count, range, ends }): (usize, Sum)| {
+                .map(|(joint, Sum { sum, count, range, ends }): (JointIndex, Sum)| {
                     let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
                     let [first, last] = ends.map(|value| f64::from(value) / steps);
                     #[expect(
@@ -210,12 +211,12 @@ mod tests {
         ];
         let readings = DriveReadings::from_cycles(&cycles);
         let [second, fourth] = readings.temperature.as_slice() else { panic!("{readings:?}") };
-        assert_eq!((second.joint, second.readings, second.unit.as_str()), (2, 3, "degC"));
+        assert_eq!((second.joint.number(), second.readings, second.unit.as_str()), (2, 3, "degC"));
         assert!((second.mean - 108.5 / 3.0).abs() < 1e-12);
         assert_eq!([second.minimum, second.maximum], [35.0, 37.5]);
         assert_eq!([second.first, second.last], [35.0, 36.0]);
-        assert_eq!((fourth.joint, fourth.mean, fourth.readings), (4, 50.0, 1));
-        assert_eq!(readings.drive_mode, [JointMode { joint: 2, mode: 8 }]);
+        assert_eq!((fourth.joint.number(), fourth.mean, fourth.readings), (4, 50.0, 1));
+        assert_eq!(readings.drive_mode, [JointMode { joint: JointIndex::new(1), mode: 8 }]);
         assert!(readings.supply_voltage.is_empty());
         let lines = readings.lines();
         assert_eq!(

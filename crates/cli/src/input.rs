@@ -1,6 +1,7 @@
 //! Reads the samples of a file that count, cuts it where samples are missing, and checks them
 //! against the robot's limits.
 
+use didim_dynamics::robot::JointIndex;
 use std::ops::Range;
 use std::path::Path;
 
@@ -140,7 +141,7 @@ pub(super) fn pairs<'a>(
 }
 
 /// Explains the consequence of joints that never move; joints count from 1.
-fn standstill(still: &[usize], joints: usize) -> Option<String> {
+fn standstill(still: &[JointIndex], joints: usize) -> Option<String> {
     let named: Vec<String> = still.iter().map(ToString::to_string).collect();
     match still {
         [] => None,

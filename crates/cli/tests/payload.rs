@@ -10,7 +10,7 @@ use crate::program::{
 };
 use didim::cell::Cell;
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_formats::{read_csv, write_csv};
 use didim_identification::identification::{Experiment, filtered_motion};
 use serde_json::Value;
@@ -88,7 +88,7 @@ impl Arm {
         ];
         let mut standard = vec![0.0; robot.parameters().names().len()];
         for (kind, value) in ParameterKind::LINK.into_iter().zip(of_link) {
-            standard[robot.parameters().column(kind, last).unwrap()] = value;
+            standard[robot.parameters().column(kind, JointIndex::new(last)).unwrap()] = value;
         }
         let (model, mut workspace) = (Model::new(robot), Workspace::new());
         let (mut joint, mut motor) = (vec![0.0; last + 1], vec![0.0; last + 1]);

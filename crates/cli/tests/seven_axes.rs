@@ -41,7 +41,7 @@ fn urdf() -> String {
         }
     };
     let parameters = robot.parameters().parameters().iter();
-    let standard: Vec<f64> = parameters.map(|one| value(one.kind, one.joint)).collect();
+    let standard: Vec<f64> = parameters.map(|one| value(one.kind, one.joint.position())).collect();
     let origin = ["A simulated arm.".to_owned()];
     to_urdf(&ExportModel { robot: &robot, standard: &standard, origin: &origin }).unwrap()
 }

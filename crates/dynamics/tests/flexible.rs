@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use didim_dynamics::control::{
     ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController,
 };
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::simulation::{
     ClosedLoop, FlexibleMode, InitialState, Integrator, SetupError, SimulationConfig, Unmodelled,
 };
@@ -190,7 +190,7 @@ fn what_is_slow_has_the_whole_inertia() {
 fn more_flexible_inertia_than_there_is_is_refused() {
     let heavy = FlexibleMode { inertia_kg_m2: 0.6, ..mode(7.0, 0.1) };
     let built = pendulum([0.0; 3], [0.0; 3], Motion(sine), Some(heavy));
-    assert_eq!(built.err(), Some(SetupError::FlexibleInertia { joint: 1 }));
+    assert_eq!(built.err(), Some(SetupError::FlexibleInertia { joint: JointIndex::new(0) }));
 }
 
 #[test]

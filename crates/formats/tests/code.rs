@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
-use didim_dynamics::robot::{FrictionLaw, Robot};
+use didim_dynamics::robot::{FrictionLaw, JointIndex, Robot};
 use didim_formats::{CodeError, CodeModel, to_c, to_rust};
 use nalgebra::DMatrix;
 
@@ -291,7 +291,7 @@ fn what_cannot_be_code_is_refused() {
         let changed = robot.own_friction().iter().map(|own| own.with_law(law)).collect();
         let changed = robot.clone().with_friction(changed);
         let refused = to_c(CodeModel { robot: &changed, ..model });
-        assert_eq!(refused, Err(CodeError::Friction { joint: 1, law }));
+        assert_eq!(refused, Err(CodeError::Friction { joint: JointIndex::new(0), law }));
     }
     let negative = DMatrix::from_element(1, 1, -1.0);
     assert_eq!(to_c(CodeModel { covariance: &negative, ..model }), Err(CodeError::Covariance));

@@ -1,6 +1,6 @@
 //! Torque gains from records without and with a known load.
 
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::identification::{
     Experiment, Gains, GainsError, KnownLoad, Scale, Uncertain, filtered_motion, gains,
 };
@@ -50,7 +50,8 @@ impl Study {
         for (kind, value) in
             ParameterKind::LINK.iter().zip(inertias.chain([m * x, m * y, m * z, m]))
         {
-            standard[self.arm.robot.parameters().column(*kind, last).unwrap()] += value;
+            standard[self.arm.robot.parameters().column(*kind, JointIndex::new(last)).unwrap()] +=
+                value;
         }
         standard
     }
@@ -164,9 +165,9 @@ fn without_a_load_all_is_by_the_gain_of_one_drive() {
     let [empty, _] = study.records();
     let gains = study.find_by(&empty, None).unwrap();
     let Scale::Reference(reference) = gains.scale else { panic!("{:?}", gains.scale) };
-    let scale = study.factors[reference - 1];
+    let scale = study.factors[reference];
     let exact = Uncertain { value: 1.0, standard_deviation: 0.0 };
-    assert_eq!(gains.gains[reference - 1].factor, Some(exact));
+    assert_eq!(gains.gains[reference].factor, Some(exact));
     let mut count = 0;
     for (gain, truth) in gains.gains.iter().zip(&study.factors) {
         let Some(factor) = gain.factor.filter(|_| gain.joint != reference) else { continue };
@@ -185,8 +186,12 @@ fn a_drive_that_is_all_noise_keeps_its_gain_and_spoils_no_other() {
     let mut study = Study::new(TX40, 5);
     study.noise[5] = 50.0;
     let gains = study.find_gains();
-    let joints: Vec<usize> =
-        gains.gains.iter().filter(|gain| gain.factor.is_some()).map(|gain| gain.joint).collect();
+    let joints: Vec<usize> = gains
+        .gains
+        .iter()
+        .filter(|gain| gain.factor.is_some())
+        .map(|gain| gain.joint.number())
+        .collect();
     assert_eq!(joints, [1, 2, 3, 4, 5]);
     assert!(study.deviations(&gains)[0].iter().all(|z| z.abs() < 4.0));
 }

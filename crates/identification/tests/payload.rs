@@ -1,7 +1,7 @@
 //! A load on the last link of arms that are known as well as an identification knows them.
 
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::feasibility::Body;
 use didim_identification::identification::{
     Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
@@ -79,7 +79,8 @@ impl Example {
         let mut standard = self.arm.truth.clone();
         let last = self.arm.robot.joints() - 1;
         for (kind, value) in ParameterKind::LINK.iter().zip(body.parameters()) {
-            standard[self.arm.robot.parameters().column(*kind, last).unwrap()] += value;
+            standard[self.arm.robot.parameters().column(*kind, JointIndex::new(last)).unwrap()] +=
+                value;
         }
         standard
     }

@@ -1,5 +1,6 @@
 //! Least squares against NumPy (`golden/least_squares.py`), and what must not change its result.
 
+use didim_dynamics::robot::JointIndex;
 use didim_identification::regression::{Observations, RegressionError, Solution};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -131,15 +132,15 @@ fn what_is_no_system_is_refused() {
     let mut bad = x.clone();
     bad[(ROWS + 7, 2)] = f64::NAN;
     let refused = Observations::new(bad, y.clone(), JOINTS);
-    assert_eq!(refused, Err(RegressionError::NotFinite { joint: 1, row: 7 }));
+    assert_eq!(refused, Err(RegressionError::NotFinite { joint: JointIndex::new(1), row: 7 }));
     let mut bad = y.clone();
     bad[2 * ROWS] = f64::INFINITY;
     let refused = Observations::new(x.clone(), bad, JOINTS);
-    assert_eq!(refused, Err(RegressionError::NotFinite { joint: 2, row: 0 }));
+    assert_eq!(refused, Err(RegressionError::NotFinite { joint: JointIndex::new(2), row: 0 }));
     let mut silent = y.clone();
     silent.rows_mut(ROWS, ROWS).fill(0.0);
     let refused = Observations::new(x.clone(), silent, JOINTS);
-    assert_eq!(refused, Err(RegressionError::NoMeasurement { joint: 1 }));
+    assert_eq!(refused, Err(RegressionError::NoMeasurement { joint: JointIndex::new(1) }));
     let huge = Observations::new(&x * 1e200, y.clone(), JOINTS).unwrap();
     assert_eq!(huge.ordinary(), Err(RegressionError::OutOfRange));
 
@@ -147,7 +148,7 @@ fn what_is_no_system_is_refused() {
     assert!(matches!(system.weighted(&[1.0]), Err(RegressionError::Shape { .. })));
     for level in [0.0, -1.0, f64::INFINITY] {
         let refused = system.weighted(&[1.0, level, 1.0]);
-        assert_eq!(refused, Err(RegressionError::NoiseLevel { joint: 1, level }));
+        assert_eq!(refused, Err(RegressionError::NoiseLevel { joint: JointIndex::new(1), level }));
     }
 }
 

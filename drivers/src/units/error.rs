@@ -1,6 +1,8 @@
 //! Errors that refuse gains.
 
-/// Reason why gains were refused. Axes count from 1.
+use didim_dynamics::robot::MotorIndex;
+
+/// Reason why gains were refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UnitsError {
     /// The number of drives differs from the number of axes.
@@ -14,8 +16,8 @@ pub enum UnitsError {
     /// A number is impossible for a drive.
     #[error("drive {axis}: `{key}` is {value}; it has to be {expected}")]
     Number {
-        /// The axis.
-        axis: usize,
+        /// The motor of the drive.
+        axis: MotorIndex,
         /// The key.
         key: &'static str,
         /// Its value.
@@ -29,8 +31,8 @@ pub enum UnitsError {
          \"{unit}\"; choose the scale for that unit, or correct the unit in the DBC file"
     )]
     WrongUnit {
-        /// The axis.
-        axis: usize,
+        /// The motor of the drive.
+        axis: MotorIndex,
         /// `Message.Signal`.
         signal: String,
         /// The unit there.
@@ -41,8 +43,8 @@ pub enum UnitsError {
     /// A signal is configured to wrap, but cannot.
     #[error("drive {axis}: `wraps = \"modulo\"`, and `{signal}` is not an integer")]
     NoModulus {
-        /// The axis.
-        axis: usize,
+        /// The motor of the drive.
+        axis: MotorIndex,
         /// `Message.Signal`.
         signal: String,
     },

@@ -8,6 +8,7 @@
 mod error;
 mod spec;
 
+use didim_dynamics::robot::MotorIndex;
 use std::f64::consts::{SQRT_2, TAU};
 
 use didim_dynamics::MAX_JOINTS;
@@ -190,7 +191,10 @@ fn axis_scale(
         }
         let range = Range::from_signal(signal);
         if scale.modulo && !range.length.is_finite() {
-            return Err(UnitsError::NoModulus { axis: axis + 1, signal: signal.name.clone() });
+            return Err(UnitsError::NoModulus {
+                axis: MotorIndex::new(axis),
+                signal: signal.name.clone(),
+            });
         }
         match quantity {
             Quantity::Position => scale.position = range,
@@ -270,7 +274,7 @@ fn number(
     if is_good(value) {
         Ok(value)
     } else {
-        Err(UnitsError::Number { axis: axis + 1, key, value, expected })
+        Err(UnitsError::Number { axis: MotorIndex::new(axis), key, value, expected })
     }
 }
 
@@ -279,7 +283,7 @@ fn check_unit(axis: usize, signal: &SignalFormat, units: Units) -> Result<(), Un
         return Ok(());
     }
     Err(UnitsError::WrongUnit {
-        axis: axis + 1,
+        axis: MotorIndex::new(axis),
         signal: signal.name.clone(),
         unit: signal.unit.clone(),
         expected: units.iter().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(" or "),

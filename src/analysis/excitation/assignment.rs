@@ -3,7 +3,7 @@
 
 use didim_dynamics::Signals;
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{Limits, Parameter, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, Limits, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use didim_identification::excitation::{
     Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first, rows,
@@ -43,7 +43,7 @@ pub enum AssignmentError {
     /// The joint does not exist. Name the joints that move.
     #[error("there is no joint {joint}: the arm has {joints}; name those that move, from 1")]
     NoSuchJoint {
-        /// The joint.
+        /// The number that was asked for.
         joint: usize,
         /// Number of joints of the arm.
         joints: usize,
@@ -61,8 +61,8 @@ pub enum AssignmentError {
          state torque_max_nm (force_max_n of a sliding joint) in the robot file"
     )]
     NoTorqueLimit {
-        /// The joint, counted from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
     },
     /// A box is configured, but no shape of the arm. State shapes, or leave the box out.
     #[error(
@@ -300,7 +300,7 @@ impl Arm<'_> {
             return Err(AssignmentError::NoSuchJoint { joint, joints });
         }
         let moves = |joint| wanted.moving.is_none_or(|of| of.contains(&joint));
-        let column_of = |kind| robot.parameters().column(kind, joints - 1);
+        let column_of = |kind| robot.parameters().column(kind, JointIndex::new(joints - 1));
         if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard) {
             for (kind, value) in ParameterKind::LINK.into_iter().zip(load.parameters()) {
                 if let Some(column) = column_of(kind) {
@@ -336,10 +336,13 @@ impl Arm<'_> {
         let measured_noise = self.noise.is_some();
         let levels = match self.noise {
             Some(levels) => levels,
-            None => (1..)
-                .zip(robot.limits())
+            None => robot
+                .limits()
+                .enumerate()
                 .map(|(joint, limits): (usize, &Limits)| -> Result<f64, AssignmentError> {
-                    let most = limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?;
+                    let most = limits
+                        .torque_max
+                        .ok_or(AssignmentError::NoTorqueLimit { joint: JointIndex::new(joint) })?;
                     Ok(ASSUMED_NOISE * most)
                 })
                 .collect::<Result<_, _>>()?,

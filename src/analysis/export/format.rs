@@ -148,7 +148,7 @@ impl Consistent<'_> {
         lines.extend(masses.map(|(mass, parameter)| {
             format!(
                 "Mass of link {}: {:.4} kg, decided by {}.",
-                parameter.joint + 1,
+                parameter.joint,
                 mass.value,
                 decided_by(mass.class)
             )

@@ -9,7 +9,7 @@ use std::ops::Range;
 use didim_dynamics::control::{
     ControlLaw, ControlTiming, FeedForward, JointController, SimulatedController,
 };
-use didim_dynamics::robot::Transmission;
+use didim_dynamics::robot::{JointIndex, MotorIndex, Transmission};
 use didim_formats::Measurement;
 
 use crate::window::{DriveReadings, JointReading};
@@ -36,8 +36,8 @@ pub enum LawError {
          idim-ls"
     )]
     Missing {
-        /// The joint, from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// Samples without it.
         without_law: u64,
         /// Samples that count.
@@ -50,8 +50,8 @@ pub enum LawError {
         values, or use idim-ls"
     )]
     Changes {
-        /// The joint, from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// Which gain.
         what: &'static str,
         /// Smallest value.
@@ -67,8 +67,8 @@ pub enum LawError {
         reference; use idim-ls"
     )]
     NoStiffness {
-        /// The joint, from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
     },
     /// The commanded speeds are neither zero nor those of the reference.
     #[error(
@@ -76,8 +76,8 @@ pub enum LawError {
          neither zero nor those of their positions; state [controller], or use idim-ls"
     )]
     Speed {
-        /// The joint, from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// Smallest commanded speed \[rad/s\].
         least: f64,
         /// The most \[rad/s\].
@@ -89,8 +89,8 @@ pub enum LawError {
          the methods that simulate do not know; record without them, or use idim-ls"
     )]
     Torque {
-        /// The joint, from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// Smallest added torque \[N·m\].
         least: f64,
         /// The most \[N·m\].
@@ -102,8 +102,8 @@ pub enum LawError {
          of the same angle; state [controller], whose gains are those of joints"
     )]
     Geared {
-        /// The motor, from 1.
-        motor: usize,
+        /// The motor.
+        motor: MotorIndex,
     },
     /// The recordings have different laws.
     #[error(
@@ -138,7 +138,7 @@ fn law(
     let samples = counted.len() as u64;
     // If one axis has no command, no sample has a reference. This check comes first, so the error
     // names that axis.
-    for joint in 1..=measurement.axes() {
+    for joint in (0..measurement.axes()).map(JointIndex::new) {
         for all in [
             &readings.stiffness,
             &readings.damping,
@@ -149,7 +149,7 @@ fn law(
         }
     }
     let joints = (0..measurement.axes()).map(|axis| {
-        let joint = axis + 1;
+        let joint = JointIndex::new(axis);
         let constant_of = |all| reading(all, joint, samples);
         let constant = |all, what| {
             let JointReading { minimum, maximum, unit, .. } = constant_of(all)?;
@@ -164,7 +164,7 @@ fn law(
             let of_joint = if k == axis { 1.0 } else { 0.0 };
             (ratio.abs() - of_joint).abs() < f64::EPSILON
         }) {
-            return Err(LawError::Geared { motor: joint });
+            return Err(LawError::Geared { motor: MotorIndex::new(axis) });
         }
         let stiffness = constant(&readings.stiffness, "stiffness")?;
         let damping = constant(&readings.damping, "damping")?;
@@ -204,7 +204,11 @@ fn law(
 }
 
 /// Returns the readings of a joint, which need one value per sample.
-fn reading(all: &[JointReading], joint: usize, samples: u64) -> Result<&JointReading, LawError> {
+fn reading(
+    all: &[JointReading],
+    joint: JointIndex,
+    samples: u64,
+) -> Result<&JointReading, LawError> {
     let joint_reading = all.iter().find(|one| one.joint == joint);
     match samples.saturating_sub(joint_reading.map_or(0, |one| one.readings)) {
         missing_names @ 1.. => {

@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use didim_dynamics::robot::{JointKind, Limits, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Limits, Robot};
 use didim_formats::{Measurement, Side};
 use didim_identification::identification::KeptParameters;
 
@@ -58,8 +58,8 @@ pub enum Cause {
 /// The sample that is furthest beyond a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beyond {
-    /// Number of the joint, from 1.
-    pub joint: usize,
+    /// Number of the joint.
+    pub joint: JointIndex,
     /// What.
     pub limited: Limited,
     /// Time of the sample \[s after the first sample\].
@@ -292,7 +292,8 @@ impl Joints {
                 None => Cause::Axis,
             },
         };
-        let (joint, time_s, kind) = (joint + 1, self.time_s(sample), joint_of_chain.kind);
+        let (joint, time_s, kind) =
+            (JointIndex::new(joint), self.time_s(sample), joint_of_chain.kind);
         Some(Beyond { joint, limited, time_s, value, limit, times, samples, cause, kind })
     }
 

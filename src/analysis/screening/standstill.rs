@@ -1,6 +1,7 @@
 //! Detection of joints that never move in a recording, before any fit.
 
 use core::ops::Range;
+use didim_dynamics::robot::JointIndex;
 use std::collections::BTreeSet;
 
 use didim_formats::Measurement;
@@ -13,8 +14,8 @@ const LARGEST: f64 = 0.05;
 /// Maximum number of values of an encoder that flickers at rest.
 const VALUES: usize = 4;
 
-/// Returns the joints, from 1, that do not move beyond their noise in any counted sample.
-pub fn still_joints(parts: &[(&Measurement, Range<usize>)]) -> Vec<usize> {
+/// Returns the joints that do not move beyond their noise in any counted sample.
+pub fn still_joints(parts: &[(&Measurement, Range<usize>)]) -> Vec<JointIndex> {
     let axes = parts.first().map_or(0, |(measurement, _)| measurement.axes());
     (0..axes)
         .filter(|axis: &usize| {
@@ -26,7 +27,7 @@ pub fn still_joints(parts: &[(&Measurement, Range<usize>)]) -> Vec<usize> {
                 .collect();
             is_still(&part_list)
         })
-        .map(|axis| axis + 1)
+        .map(JointIndex::new)
         .collect()
 }
 
@@ -85,7 +86,7 @@ mod tests {
         let signals =
             Signals { sample_rate_hz: 500.0, position_rad, torque_nm, reference_rad: None };
         let measurement = Measurement { side: Side::Joint, rate_unchecked: false, signals };
-        assert_eq!(still_joints(&[(&measurement, 0..samples)]), [1, 2, 3]);
-        assert_eq!(still_joints(&[]), [0; 0]);
+        assert_eq!(still_joints(&[(&measurement, 0..samples)]), [0, 1, 2].map(JointIndex::new));
+        assert_eq!(still_joints(&[]), []);
     }
 }

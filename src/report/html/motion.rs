@@ -1,5 +1,6 @@
 //! The motion of a result's identification.
 
+use didim_dynamics::robot::JointIndex;
 use maud::{Markup, html};
 
 use super::super::figure::{MotionPanel, TORQUE_PANEL_HEIGHT, draw_motion};
@@ -10,7 +11,8 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let motion = &report.identification.fit.motion;
     let joints = motion.position.iter().zip(&motion.velocity).zip(report.cell.robot.chain());
     let content = html! { div.panels {
-        @for (number, ((position, velocity), joint)) in (1..).zip(joints) {
+        @for (index, ((position, velocity), joint)) in joints.enumerate() {
+        @let number = JointIndex::new(index);
         @let (kind, time_s) = (joint.kind, &motion.time_s);
         @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };
         figure { (chart::panel_of_height(

@@ -1,5 +1,6 @@
 //! The parameters with their uncertainty, and the composition of regrouped ones.
 
+use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::ParameterEstimate;
 use maud::{Markup, html};
 
@@ -35,10 +36,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                     th.number scope="col" { "Off nominal" }
                 }
             } }
-            @for joint in 0..report.cell.robot.joints() {
+            @for joint in (0..report.cell.robot.joints()).map(JointIndex::new) {
                 @let rows = parameters_of_joint(report.cell, parameters, joint);
                 @if !rows.is_empty() { tbody {
-                    tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint + 1) } }
+                    tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint) } }
                     @for (parameter, unit) in rows {
                         (row(parameter, unit, scale, has_nominal.then(|| nominal(&parameter.name))))
                     }
@@ -104,11 +105,11 @@ fn off(value: f64, nominal: f64) -> String {
 fn parameters_of_joint<'a>(
     cell: &Cell,
     parameters: &'a [ParameterEstimate],
-    joint: usize,
+    joint: JointIndex,
 ) -> Vec<(&'a ParameterEstimate, &'static str)> {
     let table = cell.robot.parameters();
     let described = |p: &ParameterEstimate| table.parameters().get(table.find(&p.name)?).copied();
-    let kind = cell.robot.chain().get(joint).map(|described| described.kind);
+    let kind = cell.robot.chain().get(joint.position()).map(|described| described.kind);
     let described_parameters = parameters.iter().filter_map(|p| {
         let described = described(p).filter(|described| described.joint == joint)?;
         Some((p, described.kind.unit(kind?)))

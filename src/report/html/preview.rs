@@ -1,6 +1,6 @@
 //! Preview of a designed motion before the arm moves.
 
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::excitation::Course;
 use maud::{PreEscaped, html};
 
@@ -54,7 +54,8 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
                 "Position of each joint, and below it the velocity.",
                 &html! { div.panels {
                     @let joints = curves.iter().zip(robot.chain());
-                    @for (number, (curves, joint)) in (1..).zip(joints) {
+                    @for (index, (curves, joint)) in joints.enumerate() {
+                    @let number = JointIndex::new(index);
                     @let [position, velocity] = curves;
                     @let (kind, time_s) = (joint.kind, &time_s);
                     @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };

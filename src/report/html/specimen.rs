@@ -1,5 +1,6 @@
 //! A result with every possible part, and checks of a page, for the tests of reports.
 
+use didim_dynamics::robot::JointIndex;
 use std::path::Path;
 
 use didim::cell::{Cell, Library};
@@ -39,7 +40,7 @@ pub(crate) fn identification() -> Identification {
     let nuisance = |nuisance, relative_torque, quantity| NuisanceEstimate {
         nuisance,
         torque_nm: 0.1,
-        joint: 2,
+        joint: JointIndex::new(1),
         relative_torque,
         quantity,
     };
@@ -72,9 +73,9 @@ pub(crate) fn identification() -> Identification {
             Some(TorqueDelay { standard_deviation_s: f64::NAN, ..delay }),
         ],
         nuisance_parameters: vec![
-            nuisance(NuisanceParameter::JointFriction(1), 0.1, None),
-            nuisance(NuisanceParameter::Zero(2), f64::NAN, Some(zero)),
-            nuisance(NuisanceParameter::Twist(3), 1e-5, None),
+            nuisance(NuisanceParameter::JointFriction(JointIndex::new(0)), 0.1, None),
+            nuisance(NuisanceParameter::Zero(JointIndex::new(1)), f64::NAN, Some(zero)),
+            nuisance(NuisanceParameter::Twist(JointIndex::new(2)), 1e-5, None),
         ],
         iterations: 4,
         simulations: 3,

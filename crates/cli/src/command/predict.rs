@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use didim_dynamics::robot::Joint;
+use didim_dynamics::robot::{Joint, JointIndex};
 use didim_identification::identification::Prediction;
 use serde::Serialize;
 
@@ -138,7 +138,7 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
             let torque =
                 |value: f64| format!("{} {}", significant(value, 3), described.kind.torque_unit());
             vec![
-                format!("joint {}", joint + 1),
+                format!("joint {}", JointIndex::new(joint)),
                 percent(error.relative_error_per_joint[joint]),
                 expected_of_joint.map_or("–".to_owned(), percent),
                 torque(error.rms_error_per_joint_nm[joint]),

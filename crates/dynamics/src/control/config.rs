@@ -1,5 +1,6 @@
 //! Controller description, as it is stored in a file.
 
+use crate::robot::JointIndex;
 use serde::{Deserialize, Serialize};
 
 use super::{ControlError, ControlTiming};
@@ -138,7 +139,7 @@ impl ControllerConfig {
             return Err(ControlError::JointCount { count, max: MAX_JOINTS });
         }
         self.timing.validate()?;
-        self.joints.iter().enumerate().try_for_each(|(j, joint)| joint.validate(j + 1))
+        self.joints.iter().enumerate().try_for_each(|(j, joint)| joint.validate(JointIndex::new(j)))
     }
 }
 
@@ -187,7 +188,7 @@ impl JointController {
         scaled
     }
 
-    fn validate(&self, joint: usize) -> Result<(), ControlError> {
+    fn validate(&self, joint: JointIndex) -> Result<(), ControlError> {
         let not_negative = |key, value: f64| {
             if value.is_finite() && value >= 0.0 {
                 Ok(())

@@ -1,13 +1,15 @@
 //! Faults in a controller's data.
 
+use crate::robot::JointIndex;
+
 /// Reason why a controller cannot be built. Joints are numbered from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlError {
     /// A gain, limit or time is not a finite number or has an invalid sign. Correct the named key.
     #[error("controller of joint {joint}: {key} = {value} must be {expected}")]
     BadValue {
-        /// Joint, from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// The key in the file.
         key: &'static str,
         /// What it holds.

@@ -1,5 +1,6 @@
 //! Controller of a simulation whose arm is only known from an estimate.
 
+use crate::robot::JointIndex;
 use core::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
@@ -151,9 +152,10 @@ fn check(key: &'static str, values: &[f64], expected: usize) -> Result<(), Contr
     if count != expected {
         return Err(ControlError::Length { key, expected, found: count });
     }
-    match (1..).zip(values).find(|(_, value)| !(value.is_finite() && **value > 0.0)) {
+    match values.iter().enumerate().find(|(_, value)| !(value.is_finite() && **value > 0.0)) {
         None => Ok(()),
         Some((joint, &value)) => {
+            let joint = JointIndex::new(joint);
             Err(ControlError::BadValue { joint, key, value, expected: "finite and positive" })
         }
     }

@@ -9,7 +9,7 @@
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
-use crate::robot::{FrictionLaw, Robot, SignModel};
+use crate::robot::{FrictionLaw, JointIndex, Robot, SignModel};
 
 /// τ\[row\] += factor · φ\[column\] · x\[input\].
 #[derive(Clone, Copy, Debug)]
@@ -84,30 +84,33 @@ impl Drives {
         for j in 0..n {
             let direction = transmission.direction(j);
             let sign = robot.sign_model(j);
-            if let Some(column) = table.column(Ia, j) {
+            let joint = JointIndex::new(j);
+            if let Some(column) = table.column(Ia, joint) {
                 let is_uncoupled = |i: usize| {
-                    i == j || transmission.is_coupled(i) || table.column(Ia, i).is_none()
+                    i == j
+                        || transmission.is_coupled(i)
+                        || table.column(Ia, JointIndex::new(i)).is_none()
                 };
                 for term in outer(n, &direction, column, is_uncoupled) {
                     drives.inertia[term.row].push(term);
                 }
             }
-            if let Some(column) = table.column(Fv, j) {
+            if let Some(column) = table.column(Fv, joint) {
                 drives.viscous.push(Term { column, row: j, input: j, factor: 1.0 });
             }
-            if let Some(column) = table.column(FvMotor, j) {
+            if let Some(column) = table.column(FvMotor, joint) {
                 drives.viscous.extend(outer(n, &direction, column, |_| false));
             }
-            if let Some(column) = table.column(Fc, j) {
+            if let Some(column) = table.column(Fc, joint) {
                 drives.add_coulomb(sign, CoulombTerm { column, direction: vec![(j, 1.0)] });
             }
-            if let Some(column) = table.column(FcMotor, j) {
+            if let Some(column) = table.column(FcMotor, joint) {
                 let entries = direction.into_iter().enumerate().filter(|(_, s)| *s != 0.0);
                 let direction = entries.collect();
                 drives.add_coulomb(sign, CoulombTerm { column, direction });
             }
             for &law in &robot.own_friction()[j].laws {
-                if let Some(column) = table.column(law.kind(), j) {
+                if let Some(column) = table.column(law.kind(), joint) {
                     let terms = match law {
                         FrictionLaw::Load => &mut drives.loads,
                         FrictionLaw::Hysteresis { .. } => &mut drives.hysteresis,
@@ -116,7 +119,7 @@ impl Drives {
                     terms.push(LawTerm { column, joint: j, law, sign });
                 }
             }
-            if let Some(column) = table.column(Off, j) {
+            if let Some(column) = table.column(Off, joint) {
                 drives.offset.push((column, j));
             }
         }

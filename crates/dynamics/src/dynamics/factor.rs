@@ -1,5 +1,6 @@
 //! Factorised mass matrix.
 
+use crate::robot::JointIndex;
 use thiserror::Error;
 
 use crate::MAX_JOINTS;
@@ -12,8 +13,8 @@ use crate::numeric::Scalar;
      that joint {joint} moves, first of all its drive inertia"
 )]
 pub struct NotPositiveDefinite {
-    /// Last joint, counted from 1, that has no inertia while all joints after it are free.
-    pub joint: usize,
+    /// Last joint that has no inertia while all joints after it are free.
+    pub joint: JointIndex,
 }
 
 /// Smallest share of a diagonal entry that a pivot may keep. Below it, only rounding remains.
@@ -62,7 +63,7 @@ impl<T: Scalar> Factor<T> {
             pivot -= row[j] * unit[i][j];
         }
         if !(pivot - diagonal * T::constant(SMALLEST_PIVOT)).all_positive() {
-            return Err(NotPositiveDefinite { joint: i + 1 });
+            return Err(NotPositiveDefinite { joint: JointIndex::new(i) });
         }
         inverse[i] = T::constant(1.0) / pivot;
         Ok(())

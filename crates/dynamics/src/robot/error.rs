@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::TransmissionError;
+use super::{JointIndex, TransmissionError};
 
 /// Why a robot file was refused; each message gives the fault, its place and the remedy.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -48,8 +48,8 @@ pub enum RobotError {
     /// A joint has no limit.
     #[error("line {line}: joint {joint} has no `{key}`; add it, limits have no default")]
     MissingLimit {
-        /// Joint, counted from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// The missing key.
         key: &'static str,
         /// Line of the joint, counted from 1.
@@ -58,8 +58,8 @@ pub enum RobotError {
     /// A limit has the unit of the other kind of joint.
     #[error("line {line}: `{key}` does not fit the type of joint {joint}; use `{instead}`")]
     WrongUnit {
-        /// Joint, counted from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// The key found.
         key: &'static str,
         /// The key that fits.
@@ -70,8 +70,8 @@ pub enum RobotError {
     /// A limit leaves no room to move.
     #[error("line {line}: `{min}` of joint {joint} is not below `{max}`; swap or correct them")]
     LimitOrder {
-        /// Joint, counted from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// Key of the lower limit.
         min: &'static str,
         /// Key of the upper limit.
@@ -82,8 +82,8 @@ pub enum RobotError {
     /// A limit on speed or torque is zero or negative.
     #[error("line {line}: `{key}` of joint {joint} is not positive; limits are magnitudes")]
     NotPositive {
-        /// Joint, counted from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// The key.
         key: &'static str,
         /// Line, counted from 1.

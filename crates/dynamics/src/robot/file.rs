@@ -10,8 +10,8 @@ use super::friction::RawJointFriction;
 use super::known_torque::RawKnownTorque;
 use super::limit::RawLimit;
 use super::{
-    Angle, Capsule, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
-    ParameterTable, Robot, RobotError, SignModel, Transmission,
+    Angle, Capsule, FrictionTerms, Joint, JointFriction, JointIndex, JointKind, Limits,
+    NominalParameters, ParameterTable, Robot, RobotError, SignModel, Transmission,
 };
 use crate::MAX_JOINTS;
 
@@ -131,7 +131,7 @@ impl Robot {
             .joint
             .iter()
             .enumerate()
-            .map(|(i, joint)| read_joint(text, i + 1, joint))
+            .map(|(i, joint)| read_joint(text, JointIndex::new(i), joint))
             .collect::<Result<Vec<_>, _>>()?;
         let transmission =
             Transmission::new(count, raw.transmission.rows.get_ref()).map_err(|source| {
@@ -175,7 +175,7 @@ impl Robot {
 /// The key of a limit that fits the kind of joint, and what it holds.
 fn fitting<'a, V>(
     text: Text<'_>,
-    joint: usize,
+    joint: JointIndex,
     kind: JointKind,
     revolute: (&'static str, &'a Option<Spanned<V>>),
     prismatic: (&'static str, &'a Option<Spanned<V>>),
@@ -193,21 +193,21 @@ fn fitting<'a, V>(
     Ok((key, value.as_ref().ok_or(missing)?))
 }
 
-fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<Joint, RobotError> {
+fn read_joint(
+    text: Text<'_>,
+    joint: JointIndex,
+    raw: &Spanned<RawJoint>,
+) -> Result<Joint, RobotError> {
     let joint_line = text.line_of(raw);
     let raw = raw.get_ref();
     // The limit's key that fits the kind of joint, its value and its line; the other is an error.
     let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
-        let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
+        let (key, value) = fitting(text, joint, raw.r#type, revolute, prismatic, joint_line)?;
         Ok((key, text.finite(key, value)?, text.line_of(value)))
     };
     let positive = |(key, value, line): (&'static str, f64, usize)| {
-        if value > 0.0 {
-            Ok(value)
-        } else {
-            Err(RobotError::NotPositive { joint: number, key, line })
-        }
+        if value > 0.0 { Ok(value) } else { Err(RobotError::NotPositive { joint, key, line }) }
     };
 
     let (min, position_min, line) = limit(
@@ -219,7 +219,7 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
         ("position_max_m", &raw.position_max_m),
     )?;
     if position_min >= position_max {
-        return Err(RobotError::LimitOrder { joint: number, min, max, line });
+        return Err(RobotError::LimitOrder { joint, min, max, line });
     }
     let to_si = |position: f64| match raw.r#type {
         JointKind::Revolute => position.to_radians(),
@@ -235,7 +235,7 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
     let either_limit =
         |revolute: (&'static str, &Option<Spanned<RawLimit>>),
          prismatic: (&'static str, &Option<Spanned<RawLimit>>)| {
-            let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
+            let (key, value) = fitting(text, joint, raw.r#type, revolute, prismatic, joint_line)?;
             let line = text.line_of(value);
             match *value.get_ref() {
                 RawLimit::Unknown => Ok(None),

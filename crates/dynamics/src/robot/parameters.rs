@@ -2,20 +2,20 @@
 
 use core::fmt;
 
-use super::{FrictionTerms, Joint, JointFriction, ParameterKind, Transmission};
+use super::{FrictionTerms, Joint, JointFriction, JointIndex, ParameterKind, Transmission};
 
 /// One standard parameter: its kind and the joint, link or motor it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// What it stands for.
     pub kind: ParameterKind,
-    /// Joint, link or motor, counted from 0 (names count from 1).
-    pub joint: usize,
+    /// Joint, link or motor.
+    pub joint: JointIndex,
 }
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.kind.symbol(), self.joint + 1)
+        write!(f, "{}{}", self.kind.symbol(), self.joint)
     }
 }
 
@@ -41,6 +41,7 @@ impl ParameterTable {
 
         let mut parameters = Vec::new();
         for (joint, (has, laws)) in joints.iter().zip(own_friction).enumerate() {
+            let joint = JointIndex::new(joint);
             parameters.extend(ParameterKind::LINK.map(|kind| Parameter { kind, joint }));
             let law = |kind| (kind, laws.laws.iter().any(|law| law.kind() == kind));
             let drive_kinds = [
@@ -61,7 +62,9 @@ impl ParameterTable {
         for joint in (0..joints.len()).filter(|motor| transmission.is_coupled(*motor)) {
             let motor_kinds = [(FvMotor, friction.viscous), (FcMotor, friction.coulomb)];
             let motor_kinds = motor_kinds.into_iter().filter(|(_, present)| *present);
-            parameters.extend(motor_kinds.map(|(kind, _)| Parameter { kind, joint }));
+            parameters.extend(
+                motor_kinds.map(|(kind, _)| Parameter { kind, joint: JointIndex::new(joint) }),
+            );
         }
         let names = parameters.iter().map(Parameter::to_string).collect();
         Self { parameters, names }
@@ -78,7 +81,7 @@ impl ParameterTable {
     }
 
     /// The column of a parameter that the robot has.
-    pub fn column(&self, kind: ParameterKind, joint: usize) -> Option<usize> {
+    pub fn column(&self, kind: ParameterKind, joint: JointIndex) -> Option<usize> {
         self.parameters.iter().position(|p| *p == Parameter { kind, joint })
     }
 

@@ -1,5 +1,6 @@
 //! Gear ratios and couplings between motors and joints.
 
+use super::MotorIndex;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
@@ -24,8 +25,8 @@ pub enum TransmissionError {
     /// A row does not have n entries.
     #[error("row {motor} has {found} entries for {expected} joints; give one per joint")]
     RowLength {
-        /// Motor, counted from 1.
-        motor: usize,
+        /// Motor.
+        motor: MotorIndex,
         /// Entries in the row.
         found: usize,
         /// Joints of the arm.
@@ -34,14 +35,14 @@ pub enum TransmissionError {
     /// An entry is infinite or not a number.
     #[error("row {motor} has an entry that is not finite; give the gear ratio")]
     NotFinite {
-        /// Motor, counted from 1.
-        motor: usize,
+        /// Motor.
+        motor: MotorIndex,
     },
     /// A motor does not drive the joint of its own number.
     #[error("entry ({motor},{motor}) is 0; number the motors after the joints that they drive")]
     ZeroRatio {
-        /// Motor, counted from 1.
-        motor: usize,
+        /// Motor.
+        motor: MotorIndex,
     },
     /// Motor positions do not determine joint positions.
     #[error("it is singular; check the couplings, the rows must be linearly independent")]
@@ -73,7 +74,7 @@ impl Transmission {
         }
         let mut ratio = [[0.0; MAX_JOINTS]; MAX_JOINTS];
         for (i, row) in rows.iter().enumerate() {
-            let motor = i + 1;
+            let motor = MotorIndex::new(i);
             if row.len() != joints {
                 let length = row.len();
                 return Err(TransmissionError::RowLength {

@@ -1,5 +1,6 @@
 //! Errors of a simulation. Joints are numbered from 1.
 
+use crate::robot::JointIndex;
 use core::fmt;
 
 use crate::control::ControlError;
@@ -37,7 +38,7 @@ pub enum SetupError {
     )]
     FlexibleInertia {
         /// The last joint that has no inertia left while all joints after it are free.
-        joint: usize,
+        joint: JointIndex,
     },
     /// The loop is not differentiable, or not known to the derivatives. Remedy: leave it out of the
     /// loop whose sensitivities are wanted.
@@ -56,7 +57,7 @@ pub enum SimulationError {
     #[error("joint {joint} diverged at {time_s:.6} s: {quantity} is {value}")]
     Divergence {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// Time of the simulation \[s\].
         time_s: f64,
         /// Quantity that left its bounds.
@@ -71,7 +72,7 @@ pub enum SimulationError {
     )]
     NotPositiveDefinite {
         /// The last joint that has no inertia while all joints after it are free.
-        joint: usize,
+        joint: JointIndex,
         /// Time of the simulation \[s\].
         time_s: f64,
     },

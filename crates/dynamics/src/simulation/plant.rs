@@ -3,7 +3,7 @@
 use crate::MAX_JOINTS;
 use crate::control::ContinuousController;
 use crate::dynamics::{Model, Workspace};
-use crate::robot::{Hysteresis, SignModel, Transmission};
+use crate::robot::{Hysteresis, JointIndex, SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
@@ -232,7 +232,7 @@ impl<R: Reference> Plant<R> {
                 // NaN exceeds every limit.
                 if value.is_nan() || value.abs() > limit {
                     return Err(SimulationError::Divergence {
-                        joint: j + 1,
+                        joint: JointIndex::new(j),
                         time_s,
                         quantity,
                         value,
@@ -250,7 +250,7 @@ impl<R: Reference> Plant<R> {
                 [(StateQuantity::PositionError, *q), (StateQuantity::Velocity, *dq)]
             {
                 if !value.is_finite() {
-                    let joint = j + 1;
+                    let joint = JointIndex::new(j);
                     return Err(SimulationError::Divergence { joint, time_s, quantity, value });
                 }
             }

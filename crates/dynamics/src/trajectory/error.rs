@@ -1,5 +1,7 @@
 //! Faults of a motion. Joints and moves are numbered from 1; move 0 is the start.
 
+use crate::robot::JointIndex;
+
 /// Why a motion cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TrajectoryError {
@@ -30,7 +32,7 @@ pub enum TrajectoryError {
         /// The move, 0 for the start.
         number: usize,
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// Target of the move \[rad\].
         position_rad: f64,
         /// Lower limit \[rad\].
@@ -66,7 +68,7 @@ pub enum TrajectoryError {
     #[error("limits of joint {joint}: {key} = {value} must be {expected}")]
     BadLimit {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// The key in the file.
         key: &'static str,
         /// What it holds.

@@ -1,5 +1,6 @@
 //! Limits of a joint.
 
+use crate::robot::JointIndex;
 use serde::{Deserialize, Serialize};
 
 use super::TrajectoryError;
@@ -19,8 +20,8 @@ pub struct JointLimits {
 }
 
 impl JointLimits {
-    /// Checks the limits of joint number `joint` (from 1).
-    pub(super) fn validate(&self, joint: usize) -> Result<(), TrajectoryError> {
+    /// Checks the limits of a joint.
+    pub(super) fn validate(&self, joint: JointIndex) -> Result<(), TrajectoryError> {
         let bad =
             |key, value, expected| Err(TrajectoryError::BadLimit { joint, key, value, expected });
         if !self.position_min_rad.is_finite() {

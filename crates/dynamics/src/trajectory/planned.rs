@@ -3,6 +3,7 @@
 use super::trapezoid::Trapezoid;
 use super::{JointLimits, MoveSequence, Reference, TrajectoryError};
 use crate::MAX_JOINTS;
+use crate::robot::JointIndex;
 
 /// A motion within limits: every joint's position, velocity and acceleration at every time.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +36,7 @@ impl Trajectory {
         if joints == 0 || joints > MAX_JOINTS {
             return Err(TrajectoryError::ArmSize { count: joints, max: MAX_JOINTS });
         }
-        limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(j + 1))?;
+        limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(JointIndex::new(j)))?;
         let mut start_rad = posture(0, &sequence.start_rad, limits)?;
         let mut start_s = dwell(0, sequence.start_dwell_s)?;
         let mut segments = vec![Segment {
@@ -128,7 +129,7 @@ fn posture(
         if !limit.contains(*q) {
             return Err(TrajectoryError::PositionLimit {
                 number,
-                joint: j + 1,
+                joint: JointIndex::new(j),
                 position_rad: *q,
                 min_rad: limit.position_min_rad,
                 max_rad: limit.position_max_rad,
@@ -241,7 +242,9 @@ mod tests {
             Trajectory::plan(&sequence, &limits()).unwrap_err()
         };
         let error = plan(|s| s.moves[2].target_rad[0] = 2.1);
-        assert!(matches!(error, TrajectoryError::PositionLimit { number: 3, joint: 1, .. }));
+        assert!(matches!(
+            error,
+            TrajectoryError::PositionLimit { number: 3, joint, .. } if joint.position() == 0));
         assert!(error.to_string().starts_with("move 3, joint 1: position 2.1 rad"), "{error}");
         let error = plan(|s| s.moves[1].target_rad = s.moves[0].target_rad.clone());
         assert_eq!(error, TrajectoryError::NoMotion { number: 2 });
@@ -250,7 +253,9 @@ mod tests {
         let error = plan(|s| s.moves[0].velocity_fraction = 1.5);
         assert!(matches!(error, TrajectoryError::Fraction { number: 1, .. }));
         let error = plan(|s| s.moves[0].target_rad[1] = f64::NAN);
-        assert!(matches!(error, TrajectoryError::PositionLimit { number: 1, joint: 2, .. }));
+        assert!(matches!(
+            error,
+            TrajectoryError::PositionLimit { number: 1, joint, .. } if joint.position() == 1));
         let error = plan(|s| s.moves[2].dwell_s = -1.0);
         assert!(matches!(error, TrajectoryError::Dwell { number: 3, .. }));
     }

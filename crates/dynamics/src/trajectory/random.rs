@@ -1,5 +1,6 @@
 //! Sequences of random moves: candidates for an exciting trajectory.
 
+use crate::robot::JointIndex;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -36,7 +37,7 @@ impl RandomMoves {
     /// # Errors
     /// [`TrajectoryError`] when a field or a limit makes no sense.
     pub fn draw(&self, limits: &[JointLimits]) -> Result<MoveSequence, TrajectoryError> {
-        limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(j + 1))?;
+        limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(JointIndex::new(j)))?;
         let bad = |key, expected| TrajectoryError::BadGenerator { key, expected };
         if self.moves < 2 {
             return Err(bad("moves", "at least 2"));

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::iter::repeat;
 
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 pub(crate) const TX40: &str = include_str!("../../../../config/robots/tx40.toml");
 pub(crate) const TX40_PHYSICAL: &str = include_str!("../../../../config/robots/tx40-physical.toml");
@@ -188,7 +188,7 @@ impl Motors {
         let table = robot.parameters();
         let mut parameters = vec![0.0; table.names().len()];
         let mut add = |kind, joint, value: f64| {
-            if let Some(column) = table.column(kind, joint) {
+            if let Some(column) = table.column(kind, JointIndex::new(joint)) {
                 parameters[column] += value;
             }
         };

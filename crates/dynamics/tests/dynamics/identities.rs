@@ -5,7 +5,7 @@ use super::arms::{
     random_robots,
 };
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{FrictionLaw, Parameter, ParameterKind};
+use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 use nalgebra::DMatrix;
 
 const ROBOTS: u64 = 300;
@@ -65,7 +65,8 @@ fn friction_grows_with_the_torque_at_rest() {
             without.map(|name| parameters[robot.parameters().find(name).unwrap()]).collect();
         let mut expected = inverse(&plain_model, &without, &q, &dq, &ddq);
         for (joint, torque) in expected.iter_mut().enumerate() {
-            let column = robot.parameters().column(ParameterKind::FcLoad, joint).unwrap();
+            let column =
+                robot.parameters().column(ParameterKind::FcLoad, JointIndex::new(joint)).unwrap();
             let by_load = parameters[column] * load[joint].abs();
             *torque += by_load * robot.sign_model(joint).value(dq[joint]);
             acting += usize::from(by_load.abs() > 0.1);

@@ -2,7 +2,7 @@
 
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::numeric::{Lanes, Scalar};
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 use nalgebra::{DMatrix, DVector};
 
 use super::arms::{
@@ -91,7 +91,7 @@ fn selected_columns_are_those_of_the_whole_regressor() {
 fn link_parameters(random: &mut Random, robot: &Robot) -> Vec<f64> {
     let mut parameters = vec![0.0; robot.parameters().names().len()];
     for joint in 0..robot.joints() {
-        let first = robot.parameters().column(ParameterKind::Xx, joint).unwrap();
+        let first = robot.parameters().column(ParameterKind::Xx, JointIndex::new(joint)).unwrap();
         for parameter in &mut parameters[first..first + 10] {
             *parameter = if random.chance(0.2) { 0.0 } else { random.uniform(-1.0, 1.0) };
         }
@@ -168,7 +168,8 @@ fn every_lane_has_the_bits_of_an_evaluation_alone() {
             core::array::from_fn(|_| physical_parameters(&mut random, &robot));
         // The outer links of one arm have no inertia; their drives do.
         for joint in random.below(n + 1)..n {
-            let first = robot.parameters().column(ParameterKind::Xx, joint).unwrap();
+            let first =
+                robot.parameters().column(ParameterKind::Xx, JointIndex::new(joint)).unwrap();
             if robot.chain()[joint].drive_inertia {
                 parameters[0][first..first + 10].fill(0.0);
             }

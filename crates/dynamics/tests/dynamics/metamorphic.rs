@@ -38,7 +38,9 @@ fn compare(
         .parameters()
         .iter()
         .zip(&parameters)
-        .map(|(parameter, value)| value * change(parameter.kind, kind(first, parameter.joint)))
+        .map(|(parameter, value)| {
+            value * change(parameter.kind, kind(first, parameter.joint.position()))
+        })
         .collect();
     let map = |x: &[f64], factor: &dyn Fn(JointKind) -> f64| -> Vec<f64> {
         x.iter().enumerate().map(|(j, x)| x * factor(kind(first, j))).collect()

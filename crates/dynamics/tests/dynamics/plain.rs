@@ -2,7 +2,7 @@
 //! Featherstone's textbook (*Rigid Body Dynamics Algorithms*, table 5.1), with nothing left out
 //! that is 0. What the fast kernels are held to.
 
-use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 /// v×
@@ -61,7 +61,7 @@ pub(crate) fn link_torques(
         let (w, u) = (velocity.fixed_rows::<3>(0).into(), velocity.fixed_rows::<3>(3).into());
         let matrix = blocks(cross(w), Matrix3::zeros(), cross(u), cross(w));
         acceleration = x * acceleration + axis * ddq[j] + matrix * axis * dq[j];
-        let first = robot.parameters().column(ParameterKind::Xx, j).unwrap();
+        let first = robot.parameters().column(ParameterKind::Xx, JointIndex::new(j)).unwrap();
         let body = inertia(&parameters[first..first + 10]);
         wrenches.push(body * acceleration - matrix.transpose() * (body * velocity));
         transforms.push(x);

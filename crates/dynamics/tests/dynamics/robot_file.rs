@@ -1,6 +1,8 @@
 //! What the reader of robot files takes, and how it refuses the rest.
 
-use didim_dynamics::robot::{Robot, RobotError, SignModel, TransmissionError};
+use didim_dynamics::robot::{
+    JointIndex, MotorIndex, Robot, RobotError, SignModel, TransmissionError,
+};
 
 use super::arms::{Random, TX40, difference, random_robots, tx40};
 
@@ -72,21 +74,25 @@ fn numbers_that_make_no_arm_are_refused() {
 
     let (error, line) = refused("position_min_deg = -138.0", "position_min_deg = 138.0");
     let (min, max) = ("position_min_deg", "position_max_deg");
-    assert_eq!(error, RobotError::LimitOrder { joint: 3, min, max, line });
+    assert_eq!(error, RobotError::LimitOrder { joint: JointIndex::new(2), min, max, line });
 
     let (error, line) = refused("torque_max_nm = 103.49", "torque_max_nm = 0.0");
-    assert_eq!(error, RobotError::NotPositive { joint: 3, key: "torque_max_nm", line });
+    assert_eq!(
+        error,
+        RobotError::NotPositive { joint: JointIndex::new(2), key: "torque_max_nm", line }
+    );
 
     let (error, line) = refused("velocity_max_rad_s = 7.504", "velocity_max_m_s = 7.504");
     let (key, instead) = ("velocity_max_m_s", "velocity_max_rad_s");
-    assert_eq!(error, RobotError::WrongUnit { joint: 3, key, instead, line });
+    assert_eq!(error, RobotError::WrongUnit { joint: JointIndex::new(2), key, instead, line });
 
     let of_motions = |line: &str| format!("velocity_max_rad_s = 7.504\n{line}");
     let (error, _) =
         refused("velocity_max_rad_s = 7.504", &of_motions("acceleration_max_rad_s2 = -1.0"));
-    let RobotError::NotPositive { joint: 3, key: "acceleration_max_rad_s2", .. } = error else {
+    let RobotError::NotPositive { joint, key: "acceleration_max_rad_s2", .. } = error else {
         panic!("{error}")
     };
+    assert_eq!(joint, JointIndex::new(2));
     let (error, _) = refused("velocity_max_rad_s = 7.504", &of_motions("jerk_max_m_s3 = 100.0"));
     let RobotError::WrongUnit { key: "jerk_max_m_s3", instead: "jerk_max_rad_s3", .. } = error
     else {
@@ -95,7 +101,7 @@ fn numbers_that_make_no_arm_are_refused() {
 
     let (error, _) = refused("torque_max_nm = 103.49", "");
     let RobotError::MissingLimit { joint, key, .. } = error else { panic!("{error}") };
-    assert_eq!((joint, key), (3, "torque_max_nm"));
+    assert_eq!((joint, key), (JointIndex::new(2), "torque_max_nm"));
 
     let (error, line) = refused("torque_max_nm = 103.49", "torque_max_nm = \"high\"");
     let RobotError::Format { line: at, message } = error else { panic!("{error}") };
@@ -114,10 +120,16 @@ fn transmissions_that_do_not_fit_are_refused() {
         RobotError::Transmission { source, .. } => source,
         other => panic!("{other}"),
     };
-    let length = TransmissionError::RowLength { motor: 5, found: 2, expected: 6 };
+    let length = TransmissionError::RowLength { motor: MotorIndex::new(4), found: 2, expected: 6 };
     assert_eq!(rows("[0.0, 45.0]"), length);
-    assert_eq!(rows("[0, 0, 0, 0, inf, 0]"), TransmissionError::NotFinite { motor: 5 });
-    assert_eq!(rows("[0, 0, 0, 0, 0, 1]"), TransmissionError::ZeroRatio { motor: 5 });
+    assert_eq!(
+        rows("[0, 0, 0, 0, inf, 0]"),
+        TransmissionError::NotFinite { motor: MotorIndex::new(4) }
+    );
+    assert_eq!(
+        rows("[0, 0, 0, 0, 0, 1]"),
+        TransmissionError::ZeroRatio { motor: MotorIndex::new(4) }
+    );
     assert_eq!(rows("[0, 0, 0, 0, 45, 45]"), TransmissionError::Singular);
     let (error, _) = refused("  [0.0, 0.0, 0.0, 0.0, 45.0, 0.0],\n", "");
     let source = TransmissionError::RowCount { found: 5, expected: 6 };
@@ -157,8 +169,11 @@ fn a_joint_may_have_friction_of_its_own() {
     let robot = Robot::from_toml(&text).unwrap();
     let table = robot.parameters();
     fn of_joint(joint: usize, table: &didim_dynamics::robot::ParameterTable) -> Vec<&str> {
-        let joint_names =
-            table.parameters().iter().zip(table.names()).filter(|(p, _)| p.joint == joint);
+        let joint_names = table
+            .parameters()
+            .iter()
+            .zip(table.names())
+            .filter(|(p, _)| p.joint == JointIndex::new(joint));
         joint_names.map(|(_, name)| name.as_str()).skip(10).collect::<Vec<_>>()
     }
     assert_eq!(of_joint(1, table), ["ia2", "fv2", "fvq2", "fc2", "off2"]);

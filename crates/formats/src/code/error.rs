@@ -1,7 +1,7 @@
 //! Why a model cannot be written as code.
 
 use didim_dynamics::dynamics::UnknownBaseParameter;
-use didim_dynamics::robot::FrictionLaw;
+use didim_dynamics::robot::{FrictionLaw, JointIndex};
 
 /// Why a model cannot be written as code.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -12,8 +12,8 @@ pub enum CodeError {
          torque by yourself, and remove it from the robot's file for this export"
     )]
     KnownTorque {
-        /// Counted from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
     },
     /// Code has friction by speed alone.
     #[error(
@@ -21,8 +21,8 @@ pub enum CodeError {
          the speed alone; identify without it for this export"
     )]
     Friction {
-        /// Counted from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// A law that depends on the load or on the positions of reversals.
         law: FrictionLaw,
     },

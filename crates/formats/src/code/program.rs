@@ -2,7 +2,7 @@
 
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::numeric::Scalar;
-use didim_dynamics::robot::{FrictionLaw, ParameterKind, Robot};
+use didim_dynamics::robot::{FrictionLaw, JointIndex, ParameterKind, Robot};
 use nalgebra::{Cholesky, DMatrix};
 
 use super::error::CodeError;
@@ -81,13 +81,13 @@ impl<'a> Program<'a> {
     pub(super) fn new(model: CodeModel<'a>) -> Result<Self, CodeError> {
         let CodeModel { robot, base, covariance, identified, .. } = model;
         if let Some(joint) = robot.known_torques().iter().position(Option::is_some) {
-            return Err(CodeError::KnownTorque { joint: joint + 1 });
+            return Err(CodeError::KnownTorque { joint: JointIndex::new(joint) });
         }
         let of_the_speed =
             |law: &&FrictionLaw| !matches!(law, FrictionLaw::Load | FrictionLaw::Hysteresis { .. });
-        for (joint, own) in (1..).zip(robot.own_friction()) {
+        for (joint, own) in robot.own_friction().iter().enumerate() {
             if let Some(law) = own.laws.iter().find(|law| !of_the_speed(law)) {
-                return Err(CodeError::Friction { joint, law: *law });
+                return Err(CodeError::Friction { joint: JointIndex::new(joint), law: *law });
             }
         }
         let dynamics = Model::new(robot);
@@ -159,7 +159,7 @@ impl<'a> Program<'a> {
         let input = |number: usize| format!("{}[{}]", ["q", "dq", "ddq"][number / n], number % n);
         let prefix = format!("{}_", self.prefix);
         statements(tape, results, language, &prefix, input)
-            .ok_or(CodeError::KnownTorque { joint: 1 })
+            .ok_or(CodeError::KnownTorque { joint: JointIndex::new(0) })
     }
 }
 

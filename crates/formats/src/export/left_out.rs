@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 use super::model::ExportModel;
 
@@ -28,8 +28,8 @@ pub struct LeftOut {
     pub unit: &'static str,
     /// What it is.
     pub what: &'static str,
-    /// The joint or motor, counted from 1.
-    pub joint: usize,
+    /// The joint or motor.
+    pub joint: JointIndex,
 }
 
 impl LeftOut {
@@ -43,7 +43,7 @@ impl LeftOut {
                 let quantity = place(robot, parameter.kind, holder)?;
                 let unit = parameter.kind.unit(robot.chain()[parameter.joint].kind);
                 let (name, value) = (Some(name.clone()), Some(*value));
-                Some(Self { name, value, unit, what: quantity, joint: parameter.joint + 1 })
+                Some(Self { name, value, unit, what: quantity, joint: parameter.joint })
             })
             .collect();
         let known_torques =
@@ -53,7 +53,7 @@ impl LeftOut {
             value: None,
             unit: robot.chain()[joint].kind.torque_unit(),
             what: "additional torque from the robot file",
-            joint: joint + 1,
+            joint: JointIndex::new(joint),
         }));
         omitted
     }

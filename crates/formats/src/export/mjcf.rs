@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{JointIndex, MotorIndex, ParameterKind};
 use nalgebra::UnitQuaternion;
 
 use super::left_out::{Holder, LeftOut};
@@ -114,7 +114,7 @@ fn own_drive(
     attributes
         .into_iter()
         .map(|(name, quantity, value)| match value < 0.0 {
-            true => Err(ExportError::Negative { quantity, joint: joint + 1, value }),
+            true => Err(ExportError::Negative { quantity, joint: JointIndex::new(joint), value }),
             false => Ok((name, value)),
         })
         .collect()
@@ -133,13 +133,13 @@ fn tendons(model: &ExportModel<'_>) -> String {
         let attributes = motor_terms.iter().filter_map(|(name, kind)| {
             model.value(*kind, motor).map(|value| format!(" {name}=\"{value:?}\""))
         });
-        let number = motor + 1;
+        let number = MotorIndex::new(motor);
         // Writing to a String cannot fail.
         let _ =
             writeln!(text, "    <fixed name=\"motor_{number}\"{}>", attributes.collect::<String>());
         let direction = robot.transmission().direction(motor);
         for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-            let joint = joint + 1;
+            let joint = JointIndex::new(joint);
             let _ = writeln!(text, "      <joint joint=\"joint_{joint}\" coef=\"{share:?}\"/>");
         }
         text.push_str("    </fixed>\n");

@@ -1,6 +1,6 @@
 //! Contents of an export, and why an export fails.
 
-use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 use didim_identification::feasibility::Body as LinkBody;
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3};
 
@@ -12,7 +12,7 @@ pub enum ExportError {
     /// A link has no possible body. Export consistent parameters.
     #[error("link {link} has no possible body; export consistent parameters")]
     NoBody {
-        /// Counted from 1.
+        /// The joint.
         link: usize,
     },
     /// A joint's share without its coupled motors is below 0, which the format cannot hold.
@@ -23,8 +23,8 @@ pub enum ExportError {
     Negative {
         /// What.
         quantity: &'static str,
-        /// Counted from 1.
-        joint: usize,
+        /// The joint.
+        joint: JointIndex,
         /// The remaining value.
         value: f64,
     },
@@ -67,7 +67,7 @@ pub struct ExportModel<'a> {
 impl ExportModel<'_> {
     /// A parameter that the robot has.
     pub fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
-        let column = self.robot.parameters().column(kind, joint)?;
+        let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
         self.standard.get(column).copied()
     }
 

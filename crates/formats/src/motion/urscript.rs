@@ -1,6 +1,7 @@
 //! A motion as a program for Universal Robots.
 
 use core::fmt::Write as _;
+use didim_dynamics::robot::JointIndex;
 
 use didim_identification::excitation::FourierSeries;
 
@@ -68,7 +69,7 @@ pub(super) fn write(file: &MotionFile<'_>, series: &FourierSeries, name: &str) -
     let start = file.motion.state(0.0).position;
     let _ = writeln!(text, "  start = [{}]", list(start[..6].iter().copied(), 9));
     for (joint, own) in lists.into_iter().enumerate() {
-        let _ = writeln!(text, "  c{} = [{}]", joint + 1, list(own, 8));
+        let _ = writeln!(text, "  c{} = [{}]", JointIndex::new(joint), list(own, 8));
     }
     text += LOOP;
     let _ = writeln!(text, "{name}()");

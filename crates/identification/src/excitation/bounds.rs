@@ -6,7 +6,7 @@ use super::series::{Course, State};
 use super::shapes::{Nearest, Shapes, gap_share};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{JointKind, Limits, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Limits, Robot};
 
 /// Margins of a motion to a robot's limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,8 +60,8 @@ pub struct Bounds {
 pub struct Used {
     /// Which limit.
     pub kind: LimitKind,
-    /// Joint, or the motor of this number if it is geared to several joints, counted from 1.
-    pub joint: usize,
+    /// Joint, or the motor of this number if it is geared to several joints.
+    pub joint: JointIndex,
     /// True if the limit is that of the motor.
     pub of_motor: bool,
     /// Lower limit \[SI\].
@@ -95,7 +95,7 @@ impl Bounds {
             let configured = limits.acceleration_max.map(|a| margins.speed * a);
             let acceleration = accelerations.map(|of| of[joint]).or(configured);
             if acceleration.is_none() && parameters.is_none() {
-                return Err(ExcitationError::NoAcceleration { joint: joint + 1 });
+                return Err(ExcitationError::NoAcceleration { joint: JointIndex::new(joint) });
             }
             let selector = core::array::from_fn(|j| if j == joint { 1.0 } else { 0.0 });
             let Limits { position_min, position_max, .. } = *limits;
@@ -106,7 +106,8 @@ impl Bounds {
                 middle: 0.5 * (position_min + position_max),
                 half: (0.5 - margins.position) * (position_max - position_min),
             });
-            let open_limit = |what, key| ExcitationError::OpenLimit { joint: joint + 1, what, key };
+            let open_limit =
+                |what, key| ExcitationError::OpenLimit { joint: JointIndex::new(joint), what, key };
             let prismatic = robot.chain()[joint].kind == JointKind::Prismatic;
             let [speed_key, torque_key] = match prismatic {
                 true => ["velocity_max_m_s", "force_max_n"],
@@ -273,7 +274,7 @@ impl Used {
         let Bound { kind, joint, direction, middle, half } = *bound;
         Self {
             kind,
-            joint: joint + 1,
+            joint: JointIndex::new(joint),
             of_motor: direction.iter().filter(|d| **d != 0.0).count() > 1,
             lowest: middle - half,
             highest: middle + half,

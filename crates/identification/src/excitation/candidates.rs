@@ -13,7 +13,7 @@ use super::limit_kind::LimitKind;
 use super::prediction::predicted_at;
 use super::random::uniform;
 use super::task::Task;
-use didim_dynamics::robot::{JointKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 
 /// Length of a candidate \[s\].
 pub(super) const PIECE_S: f64 = 5.0;
@@ -124,7 +124,11 @@ fn within(
             let middle = (posture[joint] / grid[joint]).round();
             let first_node = (middle - (0.5 * steps).floor()).clamp(first, last - steps);
             begin[joint] = on_grid(first_node);
-            excitation_list.push(JointExcitation { joint, to: on_grid(first_node + steps), times });
+            excitation_list.push(JointExcitation {
+                joint: JointIndex::new(joint),
+                to: on_grid(first_node + steps),
+                times,
+            });
         }
         let excitation_list =
             JointExcitations { duration_s: PIECE_S, posture: begin, excitations: excitation_list };

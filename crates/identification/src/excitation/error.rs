@@ -1,6 +1,7 @@
 //! Errors of a motion design.
 
 use super::limit_kind::LimitKind;
+use didim_dynamics::robot::JointIndex;
 
 /// Reason why no motion can be designed. Joints are numbered from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -13,7 +14,7 @@ pub enum ExcitationError {
     )]
     NoAcceleration {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
     },
     /// The robot file does not specify a limit that a motion has to keep. Add it.
     #[error(
@@ -22,7 +23,7 @@ pub enum ExcitationError {
     )]
     OpenLimit {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// What is limited.
         what: &'static str,
         /// Key in the robot file.
@@ -55,7 +56,7 @@ pub enum ExcitationError {
     )]
     Middle {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// Which limit.
         kind: LimitKind,
         /// Share of the limit.
@@ -83,7 +84,7 @@ pub enum ExcitationError {
     )]
     NoSweep {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// Available time \[s\].
         seconds: f64,
     },

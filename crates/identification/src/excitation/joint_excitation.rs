@@ -1,6 +1,7 @@
 //! Motion that can be described in words: joints that move from a posture and back.
 
 use core::f64::consts::TAU;
+use didim_dynamics::robot::JointIndex;
 
 use super::series::{FourierSeries, JointSeries};
 
@@ -11,8 +12,8 @@ pub(super) const SPEED: f64 = 1.299_038_105_676_658;
 /// times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointExcitation {
-    /// Counted from 0.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// Reversal position \[rad or m\].
     pub to: f64,
     /// How many times.
@@ -79,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_single_joint_excitation_is_what_is_said_of_it() {
-        let excitation = JointExcitation { joint: 1, to: -0.5, times: 3 };
+        let excitation = JointExcitation { joint: JointIndex::new(1), to: -0.5, times: 3 };
         let excitations = JointExcitations {
             duration_s: 6.0,
             posture: vec![0.2, 0.7],

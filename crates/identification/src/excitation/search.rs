@@ -12,7 +12,7 @@ use super::limit_kind::LimitKind;
 use super::objective::Objective;
 use super::random::uniform;
 use super::task::Task;
-use didim_dynamics::robot::SignModel;
+use didim_dynamics::robot::{JointIndex, SignModel};
 
 /// Share of the smallest speed limit over which the friction sign changes. A narrow law jumps
 /// between two samples, and has no gradient.
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
         }
         Err(place.map_or(ExcitationError::Touching, |place| {
             let Bound { joint, kind, .. } = self.bounds.all[place];
-            ExcitationError::Middle { joint: joint + 1, kind, share }
+            ExcitationError::Middle { joint: JointIndex::new(joint), kind, share }
         }))
     }
 }

@@ -9,6 +9,7 @@ use super::series::{Course, FourierSeries, JointSeries, State};
 use super::shapes::Nearest;
 use super::task::Task;
 use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::robot::JointIndex;
 use didim_dynamics::trajectory::Reference;
 
 /// Number of speeds of a joint, a constant factor apart, and the lowest relative to the highest.
@@ -44,8 +45,8 @@ struct Stroke {
 /// Speed of a joint, and its range of movement there and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pass {
-    /// Counted from 0.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// \[rad/s or m/s\].
     pub speed: f64,
     /// Both ends of the movement \[rad or m\].
@@ -91,7 +92,10 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
             Sweep { duration_s: 0.0, posture: posture.clone(), strokes: vec![], passes: vec![] };
         for (&joint, &presliding) in joints.iter().zip(&spans) {
             if sweep.add(&task.bounds, joint, presliding, part_s, longer) < FEWEST {
-                return Err(ExcitationError::NoSweep { joint: joint + 1, seconds: part_s });
+                return Err(ExcitationError::NoSweep {
+                    joint: JointIndex::new(joint),
+                    seconds: part_s,
+                });
             }
         }
         let (share, used, nearest) = task.bounds.share(&task.model, &sweep, CHECK_HZ);
@@ -100,7 +104,7 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
         }
         longer *= LONGER;
     }
-    let joint = joints.first().map_or(0, |joint| joint + 1);
+    let joint = JointIndex::new(joints.first().copied().unwrap_or_default());
     Err(ExcitationError::NoSweep { joint, seconds: part_s })
 }
 
@@ -157,7 +161,11 @@ impl Sweep {
             }
             left_s -= 2.0 * part * (high - low) / speed + 3.0 * blend(speed);
             let target = |end: f64| self.posture[joint] + part * (end - self.posture[joint]);
-            passes.push(Pass { joint, speed, between: [target(low), target(high)] });
+            passes.push(Pass {
+                joint: JointIndex::new(joint),
+                speed,
+                between: [target(low), target(high)],
+            });
         }
         let count = passes.len();
         for pass in passes.into_iter().rev() {

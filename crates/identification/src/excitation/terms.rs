@@ -9,7 +9,7 @@ use super::sweep::{Pass, Sweep};
 use super::task::Task;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Workspace;
-use didim_dynamics::robot::{FrictionLaw, FrictionTerms, ParameterKind, Robot};
+use didim_dynamics::robot::{FrictionLaw, FrictionTerms, JointIndex, ParameterKind, Robot};
 
 /// Limit of singular values of the non-friction columns, relative to the largest; smaller ones are
 /// rounding errors.
@@ -34,8 +34,8 @@ pub struct Term {
 /// Friction terms of a joint, as a sweep identifies them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweptJoint {
-    /// Counted from 0.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// Speed of the Stribeck term: the third slowest of the joint's speeds \[rad/s or m/s\].
     pub stribeck: f64,
     /// The usual terms and all laws.
@@ -45,7 +45,7 @@ pub struct SweptJoint {
 /// Predicts how well a sweep identifies the friction of each joint that it moves. It uses the
 /// torques of that joint while it moves. Gravity and inertia count as unknown.
 pub fn terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
-    let mut joints: Vec<usize> = sweep.passes.iter().map(|pass| pass.joint).collect();
+    let mut joints: Vec<usize> = sweep.passes.iter().map(|pass| pass.joint.position()).collect();
     joints.dedup();
     let columns: Vec<usize> = task
         .columns
@@ -74,7 +74,7 @@ fn prediction(
 ) -> SweptJoint {
     let n = robot.joints();
     let samples = auxiliary.nrows() / n;
-    let speed = |pass: &Pass| (pass.joint == joint).then_some(pass.speed);
+    let speed = |pass: &Pass| (pass.joint == JointIndex::new(joint)).then_some(pass.speed);
     let stribeck = sweep.passes.iter().filter_map(speed).nth(2).unwrap_or(0.0);
     let sign = robot.own_friction()[joint].sign;
     let usual = robot.friction();
@@ -137,7 +137,11 @@ fn prediction(
         let others: Vec<usize> = (0..USUAL).filter(|usual| *usual != k).chain([k]).collect();
         Term { kind: kinds[k], alone: deviation(&others, k), together: deviation(&indices, k) }
     };
-    SweptJoint { joint, stribeck, terms: indices.iter().map(|k| term(*k)).collect() }
+    SweptJoint {
+        joint: JointIndex::new(joint),
+        stribeck,
+        terms: indices.iter().map(|k| term(*k)).collect(),
+    }
 }
 
 /// Returns the kinds of the friction terms, the usual ones first, and the further laws.

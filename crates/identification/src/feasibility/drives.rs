@@ -16,7 +16,7 @@ use super::error::FeasibilityError;
 use super::estimate::Rows;
 use super::prior::Prior;
 use didim_dynamics::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Zz};
-use didim_dynamics::robot::{JointKind, Parameter, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Parameter, ParameterKind, Robot};
 
 /// Assumed part of a drive inertia in a sum with a link's inertia, if only the sum is known.
 const PART_OF_SUM: f64 = 0.3;
@@ -53,7 +53,7 @@ impl Drives<'_> {
 
     /// Returns the column of a parameter if the identified model has it.
     fn present(&self, kind: ParameterKind, joint: usize) -> Option<usize> {
-        let column = self.robot.parameters().column(kind, joint)?;
+        let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
         (!self.rows.absent.contains(&column)).then_some(column)
     }
 
@@ -63,7 +63,7 @@ impl Drives<'_> {
         let transmission = self.robot.transmission();
         let takes = motor != joint
             && !transmission.is_coupled(joint)
-            && self.robot.parameters().column(Ia, joint).is_some();
+            && self.robot.parameters().column(Ia, JointIndex::new(joint)).is_some();
         if takes { transmission.direction(motor)[joint].powi(2) } else { 0.0 }
     }
 
@@ -173,7 +173,7 @@ impl Drives<'_> {
         let mut diagonal = DMatrix::zeros(n, n);
         for (at, &joint) in joints.iter().enumerate() {
             let Some(column) = self.present(Fv, joint) else {
-                let name = Parameter { kind: Fv, joint }.to_string();
+                let name = Parameter { kind: Fv, joint: JointIndex::new(joint) }.to_string();
                 return Err(FeasibilityError::LeftOut { names: vec![name] });
             };
             diagonal[(at, at)] = self.size(column, &[])?;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::body::Body;
 use super::error::FeasibilityError;
-use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 
 /// Mass of each link relative to the one before.
 const LIGHTER: f64 = 0.7;
@@ -71,7 +71,8 @@ impl Prior {
             |kind, joint| table.column(kind, joint).and_then(|column| values.get(column).copied());
         let link_bodies = (0..robot.joints())
             .map(|link: usize| {
-                let ten = ParameterKind::LINK.map(|kind| value(kind, link).unwrap_or(0.0));
+                let ten = ParameterKind::LINK
+                    .map(|kind| value(kind, JointIndex::new(link)).unwrap_or(0.0));
                 let body = Body::from_parameters(ten);
                 if body.least_extent().is_some_and(|extent| extent > LEAST_EXTENT) {
                     Ok(body)
@@ -80,8 +81,10 @@ impl Prior {
                 }
             })
             .collect::<Result<_, _>>()?;
-        let positive =
-            |motor| value(ParameterKind::Ia, motor).filter(|ia| ia.is_finite() && *ia > 0.0);
+        let positive = |motor| {
+            value(ParameterKind::Ia, JointIndex::new(motor))
+                .filter(|ia| ia.is_finite() && *ia > 0.0)
+        };
         let drive_inertia = (0..robot.joints()).map(positive).collect();
         Ok(Self { link_bodies, drive_inertia, source: PriorSource::Nominal })
     }

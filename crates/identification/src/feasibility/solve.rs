@@ -14,7 +14,7 @@ use super::posterior::Posterior;
 use super::prior::Prior;
 use super::problem::{Point, Problem, divergence};
 use didim_dynamics::dynamics::BaseParameters;
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 /// Weight at which the cost is within λ ν, about one nat, of the least cost of any bodies.
 const NEGLIGIBLE_WEIGHT: f64 = 0.03;
@@ -131,7 +131,8 @@ fn nearest(
 
 /// Returns the ten columns of a link, which are consecutive.
 fn columns(robot: &Robot, link: usize) -> [usize; 10] {
-    let first = robot.parameters().column(ParameterKind::LINK[0], link).unwrap_or(0);
+    let first =
+        robot.parameters().column(ParameterKind::LINK[0], JointIndex::new(link)).unwrap_or(0);
     core::array::from_fn(|k| first + k)
 }
 

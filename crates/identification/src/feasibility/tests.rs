@@ -14,7 +14,7 @@ use super::prior::Prior;
 use super::problem::{Problem, divergence};
 use super::solve::{class, problem};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 /// Position of each parameter of a link in the golden file's order: mass, first moments, inertia xx
 /// xy yy xz yz zz.
@@ -319,7 +319,7 @@ fn what_was_not_identified_is_named_or_absent_or_held() {
     assert_eq!(refused, FeasibilityError::LeftOut { names: vec!["mx2".into()] });
 
     let absent = without("fv2", &[]).unwrap();
-    assert_eq!(absent.absent, [parameters.column(ParameterKind::Fv, 1).unwrap()]);
+    assert_eq!(absent.absent, [parameters.column(ParameterKind::Fv, JointIndex::new(1)).unwrap()]);
     assert_eq!(problem(&turret.robot, &absent, &turret.prior).unwrap().blocks.len(), 5);
 
     let fixed = FixedParameter { name: "mx2".into(), value: 1.0, deviation: 0.03 };

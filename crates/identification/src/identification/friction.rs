@@ -15,7 +15,7 @@ use super::observation::filtered_motion;
 use super::problem::{Experiment, IdentificationError, Method, Options};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{
-    FrictionLaw, JointFriction, Parameter, ParameterKind, Robot, SignModel,
+    FrictionLaw, JointFriction, JointIndex, Parameter, ParameterKind, Robot, SignModel,
 };
 
 /// Widths of the sign that are tried, as shares of a joint's highest speed.
@@ -77,7 +77,7 @@ pub fn choose_friction(
     search.refine(&mut best, &gains);
     // Each with the shape that it has in the end.
     for gain in &mut gains {
-        gain.change = refined(gain.change, &best.friction[gain.joint - 1]);
+        gain.change = refined(gain.change, &best.friction[gain.joint]);
     }
     for (joint, (own, configured)) in best.friction.iter().zip(robot.own_friction()).enumerate() {
         if let Some(way_rad) = own
@@ -86,7 +86,7 @@ pub fn choose_friction(
         {
             let held_out = [unrefined[joint], best.held_out_per_joint[joint]];
             let change = FrictionChange::Law(FrictionLaw::Hysteresis { way_rad });
-            gains.push(FrictionGain { joint: joint + 1, change, held_out });
+            gains.push(FrictionGain { joint: JointIndex::new(joint), change, held_out });
         }
     }
     Ok(ChosenFriction {
@@ -167,7 +167,7 @@ impl<T: FnMut()> Search<'_, T> {
             base.as_ref().is_ok_and(|base| column.is_some_and(|own| base.columns().contains(&own)))
         };
         let of_joint = |(joint, speed): (usize, &f64)| {
-            (*speed > 0.0 && shows(joint)).then_some(FrictionChange::Law(law))
+            (*speed > 0.0 && shows(JointIndex::new(joint))).then_some(FrictionChange::Law(law))
         };
         highest.iter().enumerate().map(of_joint).collect()
     }
@@ -207,7 +207,7 @@ impl<T: FnMut()> Search<'_, T> {
                 continue;
             }
             let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
-            gains.push(FrictionGain { joint: joint + 1, change, held_out });
+            gains.push(FrictionGain { joint: JointIndex::new(joint), change, held_out });
             *best = trial;
             accepted = true;
         }
@@ -217,7 +217,7 @@ impl<T: FnMut()> Search<'_, T> {
     /// Moves the shapes that are not linear to where each joint is predicted best.
     fn refine(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
         // The speeds of a joint that was not changed stay as they are.
-        let changed = |joint: usize| gains.iter().any(|gain| gain.joint == joint + 1);
+        let changed = |joint: usize| gains.iter().any(|gain| gain.joint == JointIndex::new(joint));
         let chain = self.robot.chain();
         for factor in REFINEMENTS {
             let scaled = |v: f64| rounded(factor * v);
@@ -321,7 +321,7 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
     let disguised = (0..friction.len())
         .map(|joint: usize| {
             possible.iter().any(|&(kind, most)| {
-                let name = Parameter { kind, joint }.to_string();
+                let name = Parameter { kind, joint: JointIndex::new(joint) }.to_string();
                 let is_implausible = |own: &ParameterEstimate| {
                     own.name == name && !(0.0..=most).contains(&own.value)
                 };

@@ -1,5 +1,6 @@
 //! Reasons why a least-squares problem has no trustworthy solution.
 
+use didim_dynamics::robot::JointIndex;
 use thiserror::Error;
 
 /// Fault of an overdetermined system; indices count from 0.
@@ -34,7 +35,7 @@ pub enum RegressionError {
     #[error("the equation of joint {joint}, row {row} holds a value that is not finite")]
     NotFinite {
         /// Joint of the equation.
-        joint: usize,
+        joint: JointIndex,
         /// Row within the joint.
         row: usize,
     },
@@ -46,7 +47,7 @@ pub enum RegressionError {
     #[error("every measurement of joint {joint} is zero")]
     NoMeasurement {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
     },
     /// Columns are zero, or zero but for rounding: the motion does not excite these parameters.
     /// Remedy: leave them out, or move the joints concerned.
@@ -67,7 +68,7 @@ pub enum RegressionError {
     #[error("noise level {level} of joint {joint} is not a positive number")]
     NoiseLevel {
         /// The joint.
-        joint: usize,
+        joint: JointIndex,
         /// Given level, in the unit of the measurements.
         level: f64,
     },

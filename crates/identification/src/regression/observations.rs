@@ -1,6 +1,7 @@
 //! The overdetermined system of equation 7.
 
 use core::ops::Range;
+use didim_dynamics::robot::JointIndex;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
@@ -75,7 +76,7 @@ impl Observations {
             let row = measurements.iter().position(|value| !value.is_finite())?;
             Some((row / matrix.rows_per_joint(), row % matrix.rows_per_joint()))
         }) {
-            return Err(RegressionError::NotFinite { joint, row });
+            return Err(RegressionError::NotFinite { joint: JointIndex::new(joint), row });
         }
         let system =
             Self { matrix, measurements, known_torque: None, joints, triangles: OnceLock::new() };
@@ -85,7 +86,7 @@ impl Observations {
                 return Err(RegressionError::OutOfRange);
             }
             if square <= 0.0 {
-                return Err(RegressionError::NoMeasurement { joint });
+                return Err(RegressionError::NoMeasurement { joint: JointIndex::new(joint) });
             }
         }
         Ok(system)

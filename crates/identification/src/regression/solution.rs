@@ -1,5 +1,6 @@
 //! Least squares by Householder QR (Golub & Van Loan, *Matrix Computations*, section 5.3).
 
+use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
@@ -92,7 +93,7 @@ fn weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution, Reg
     }
     for (joint, &level) in noise_levels.iter().enumerate() {
         if !(level.is_finite() && level > 0.0) {
-            return Err(RegressionError::NoiseLevel { joint, level });
+            return Err(RegressionError::NoiseLevel { joint: JointIndex::new(joint), level });
         }
     }
     let weights: Vec<f64> = noise_levels.iter().map(|level| 1.0 / level).collect();

@@ -6,7 +6,7 @@ mod study;
 mod sweeps;
 
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::excitation::{
     Aim, Bounds, Design, ExcitationError, LimitKind, Margins, Noise, Task, design, predicted,
 };
@@ -172,7 +172,7 @@ fn what_cannot_be_designed_is_refused() {
     let bounds =
         |margins, accelerations, parameters| Bounds::new(&tx40, margins, accelerations, parameters);
     let unheld = bounds(Margins::default(), None, None);
-    assert_eq!(unheld.unwrap_err(), ExcitationError::NoAcceleration { joint: 1 });
+    assert_eq!(unheld.unwrap_err(), ExcitationError::NoAcceleration { joint: JointIndex::new(0) });
     let wrong = Margins { speed: 1.5, ..Margins::default() };
     assert!(matches!(
         bounds(wrong, None, Some(nominal.clone())),

@@ -1,6 +1,6 @@
 //! Friction sweeps, executed: the predicted terms are identifiable, and the others are not.
 
-use didim_dynamics::robot::{FrictionLaw, ParameterKind};
+use didim_dynamics::robot::{FrictionLaw, JointIndex, ParameterKind};
 use didim_identification::excitation::{
     Bounds, Course, Margins, Noise, SweptJoint, Task, Term, sweep, terms,
 };
@@ -38,7 +38,8 @@ fn swept(arm: &Arm) -> (Motion, SweptJoint) {
 
 /// The largest torque of a law along a motion, per unit of its coefficient.
 fn largest(arm: &Arm, law: FrictionLaw, motion: &Motion) -> f64 {
-    let (mut with, column) = (arm.truth.clone(), arm.robot.parameters().column(law.kind(), 0));
+    let (mut with, column) =
+        (arm.truth.clone(), arm.robot.parameters().column(law.kind(), JointIndex::new(0)));
     with[column.unwrap()] += 1.0;
     let [of_arm, of_more] = [&arm.truth, &with].map(|of| arm.torques_of(of, motion).remove(0));
     of_arm.iter().zip(of_more).map(|(own, more)| (more - own).abs()).fold(0.0, f64::max)

@@ -2,7 +2,7 @@
 //! own.
 
 use didim_dynamics::dynamics::Model;
-use didim_dynamics::robot::{ParameterKind, SignModel};
+use didim_dynamics::robot::{JointIndex, ParameterKind, SignModel};
 use didim_identification::feasibility::{Judgement, Prior};
 use nalgebra::DMatrix;
 
@@ -21,7 +21,9 @@ fn what_the_data_know_is_kept_and_every_link_is_a_body() {
         coupled += usize::from((0..n).any(|motor| robot.transmission().is_coupled(motor)));
         let truth = physical_parameters(&mut random, &robot);
         let table = robot.parameters().clone();
-        let mass = (0..n).map(|link| truth[table.column(ParameterKind::M, link).unwrap()]).sum();
+        let mass = (0..n)
+            .map(|link| truth[table.column(ParameterKind::M, JointIndex::new(link)).unwrap()])
+            .sum();
         let seen = states(&mut random, n, 200);
         let measured = torques(&robot, &truth, &seen);
         let size = measured.norm() / (measured.len() as f64).sqrt();

@@ -1,6 +1,6 @@
 //! How far what is said of standard parameters is from the truth, on arms whose bodies can be.
 
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::feasibility::{Class, Prior};
 
 use super::estimates::{Example, states, torques};
@@ -45,8 +45,9 @@ fn coverage_study() {
                 let n = robot.joints();
                 let truth = physical_parameters(&mut random, &robot);
                 let table = robot.parameters().clone();
-                let masses =
-                    (0..n).map(|link| truth[table.column(ParameterKind::M, link).unwrap()]);
+                let masses = (0..n).map(|link| {
+                    truth[table.column(ParameterKind::M, JointIndex::new(link)).unwrap()]
+                });
                 let mass: f64 = masses.sum();
                 let seen = states(&mut random, n, count);
                 let mut measured = torques(&robot, &truth, &seen);

@@ -1,6 +1,7 @@
 //! Errors put in on purpose: each is found under its own name, and nothing is found where none is.
 
 use didim_dynamics::SignalTiming;
+use didim_dynamics::robot::{JointIndex, MotorIndex};
 use didim_identification::identification::{
     Estimate, Experiment, Method, Note, NuisanceParameter, Options, Reason, identify,
 };
@@ -165,8 +166,10 @@ fn a_friction_law_that_is_not_the_model_s_is_named_with_its_joint() {
         let estimate = bench.identify();
         let (nuisance, torque) = most_wanted(&estimate);
         // Motor 3 is also geared to joint 2.
-        let expected =
-            [NuisanceParameter::JointFriction(joint + 1), NuisanceParameter::MotorFriction(3)];
+        let expected = [
+            NuisanceParameter::JointFriction(JointIndex::new(joint)),
+            NuisanceParameter::MotorFriction(MotorIndex::new(2)),
+        ];
         let named = &expected[..if joint == 0 { 1 } else { 2 }];
         assert!(named.contains(&nuisance), "{joint}: {nuisance} {torque}");
     }
@@ -181,7 +184,7 @@ fn a_gain_is_reported_against_the_others_only() {
     let estimate = scaled_one.identify();
     let contradictions = contradicted(&estimate);
     assert!(
-        contradictions.contains(&NuisanceParameter::TorqueGain(2)),
+        contradictions.contains(&NuisanceParameter::TorqueGain(JointIndex::new(1))),
         "{:?}",
         estimate.nuisance_parameters
     );

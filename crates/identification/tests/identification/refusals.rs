@@ -1,7 +1,7 @@
 //! What is wrong with the input is said, with its place and what to do.
 
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
     Experiment, ExperimentError, IdentificationError, Method, Motion, Options, Reason, Selection,
@@ -170,7 +170,7 @@ fn a_silent_torque_is_refused() {
     let (arm, mut signals) = arm();
     signals.torque_nm[2].fill(0.0);
     let refusal = refused(&arm, &signals, &options(20.0, 0.8, 10));
-    assert_eq!(refusal, IdentificationError::NoTorque { joint: 3 });
+    assert_eq!(refusal, IdentificationError::NoTorque { joint: JointIndex::new(2) });
 }
 
 #[test]

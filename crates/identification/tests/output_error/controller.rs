@@ -71,7 +71,7 @@ fn joints_of_controller(estimate: &Estimate) -> Vec<usize> {
     let reasons = estimate.verdict.uses.prediction.reasons.iter();
     reasons
         .filter_map(|reason| match reason {
-            Reason::Controller { joint, .. } => Some(*joint),
+            Reason::Controller { joint, .. } => Some(joint.number()),
             _ => None,
         })
         .collect()

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::identification::problem::Context;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
 /// Smallest inertia of a joint, as a share of the largest: an estimate on its way may have none,
 /// and gains that follow it must not vanish.
@@ -88,7 +88,7 @@ pub(super) fn ball(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> +
         JointKind::Revolute => &[Xx, Yy, Zz],
         JointKind::Prismatic => &[M],
     };
-    kinds.iter().filter_map(move |kind| robot.parameters().column(*kind, joint))
+    kinds.iter().filter_map(move |kind| robot.parameters().column(*kind, JointIndex::new(joint)))
 }
 
 /// Calls `each` with the mass matrix in every posture.

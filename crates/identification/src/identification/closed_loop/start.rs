@@ -6,7 +6,7 @@ use super::consistent_parameters::ConsistentParameters;
 use super::inertia::ball;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::problem::{Context, IdentificationError, Start};
-use didim_dynamics::robot::{ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 /// A value for every selected parameter, those of bodies where the steps are to be theirs.
 pub(super) fn start(
@@ -60,7 +60,8 @@ fn chosen(
 /// turn of joint j, over how far it turns per turn of its own.
 fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
     let (table, transmission) = (robot.parameters(), robot.transmission());
-    let has_inertia = |motor: usize| table.column(ParameterKind::Ia, motor).is_some();
+    let has_inertia =
+        |motor: usize| table.column(ParameterKind::Ia, JointIndex::new(motor)).is_some();
     let value = |joint: usize| {
         let others = (0..robot.joints()).filter(|&motor| {
             motor != joint && has_inertia(motor) && !transmission.is_coupled(joint)
@@ -69,7 +70,7 @@ fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
     };
     let mut standard = vec![0.0; table.parameters().len()];
     for joint in 0..robot.joints() {
-        match table.column(ParameterKind::Ia, joint) {
+        match table.column(ParameterKind::Ia, JointIndex::new(joint)) {
             Some(column) => standard[column] = value(joint),
             None => ball(robot, joint).for_each(|column| standard[column] = 1.0),
         }
@@ -88,7 +89,7 @@ mod tests {
             Robot::from_toml(include_str!("../../../../../config/robots/tx40.toml")).unwrap();
         let standard = unit_drive_inertias(&robot);
         for (parameter, value) in robot.parameters().parameters().iter().zip(standard) {
-            let expected = match (parameter.kind, parameter.joint) {
+            let expected = match (parameter.kind, parameter.joint.position()) {
                 (ParameterKind::Ia, 4) => 2.0,
                 (ParameterKind::Ia, _) => 1.0,
                 _ => 0.0,

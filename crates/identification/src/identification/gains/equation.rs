@@ -9,7 +9,7 @@ use crate::identification::observation::{
 };
 use crate::identification::problem::Context;
 use didim_dynamics::MAX_JOINTS;
-use didim_dynamics::robot::{ParameterKind, Transmission};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Transmission};
 
 /// Inertias of a load below this share of the largest are none.
 const RANK: f64 = 1e-9;
@@ -78,7 +78,7 @@ impl Equation {
         let order: Vec<usize> =
             order.filter_map(|column| base.columns().binary_search(column).ok()).collect();
         let last = robot.joints() - 1;
-        let column = |kind| robot.parameters().column(kind, last);
+        let column = |kind| robot.parameters().column(kind, JointIndex::new(last));
         let ten: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
         let change = base.regrouping().select_rows(&order).select_columns(&ten);
         let width = matrix.ncols();

@@ -1,5 +1,6 @@
 //! Why no gains are found.
 
+use didim_dynamics::robot::JointIndex;
 use thiserror::Error;
 
 use crate::identification::problem::{ExperimentError, IdentificationError};
@@ -38,8 +39,8 @@ pub enum GainsError {
         motion of all joints in both recordings", text(.joints)
     )]
     NotIdentifiable {
-        /// Joints, from 1.
-        joints: Vec<usize>,
+        /// Joints.
+        joints: Vec<JointIndex>,
     },
     /// The estimate does not come to rest.
     #[error(
@@ -69,6 +70,6 @@ pub enum GainsError {
     Experiment(#[from] ExperimentError),
 }
 
-fn text(joints: &[usize]) -> String {
+fn text(joints: &[JointIndex]) -> String {
     joints.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }

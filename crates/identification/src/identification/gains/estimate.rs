@@ -1,5 +1,6 @@
 //! Gains and parameters in one step: total least squares, and from there the most probable ones.
 
+use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
 
 use super::equation::Equation;
@@ -202,7 +203,7 @@ impl Equation {
                     drives = free.iter().collect();
                 }
                 GainsError::NotIdentifiable {
-                    joints: drives.into_iter().map(|drive| drive + 1).collect(),
+                    joints: drives.into_iter().copied().map(JointIndex::new).collect(),
                 }
             }
             other => GainsError::Regression(other),

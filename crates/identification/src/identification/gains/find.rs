@@ -9,13 +9,13 @@ use super::load::KnownLoad;
 use crate::identification::payload::{Distance, Uncertain};
 use crate::identification::problem::{Context, Experiment, Method, Options};
 use didim_dynamics::dynamics::BaseParameters;
-use didim_dynamics::robot::{Robot, Transmission};
+use didim_dynamics::robot::{JointIndex, Robot, Transmission};
 
 /// The gain of one drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriveGain {
-    /// Its joint, from 1.
-    pub joint: usize,
+    /// Its joint.
+    pub joint: JointIndex,
     /// True torque over the torque by the configured gain; negative if the configured sign is
     /// wrong, `None` if the records do not distinguish it from infinity.
     pub factor: Option<Uncertain>,
@@ -41,9 +41,9 @@ pub struct ArmParameter {
 pub enum Scale {
     /// The mass of a load.
     Load(KnownLoad),
-    /// Without a load, the configured gain of the drive of this joint, from 1, which is taken as
+    /// Without a load, the configured gain of the drive of this joint, which is taken as
     /// right.
-    Reference(usize),
+    Reference(JointIndex),
 }
 
 /// Gains and parameters of an arm.
@@ -109,8 +109,9 @@ pub fn gains(
     equation.check().map_err(|error| context.selection.named(error))?;
     let filter = context.row_filter();
     let joints = equation.drives;
-    let unidentifiable = || GainsError::NotIdentifiable { joints: (1..=joints).collect() };
-    let of_drive = equation.reference.map(|drive| Scale::Reference(drive + 1));
+    let unidentifiable =
+        || GainsError::NotIdentifiable { joints: (0..joints).map(JointIndex::new).collect() };
+    let of_drive = equation.reference.map(|drive| Scale::Reference(JointIndex::new(drive)));
     let scale = load.map(Scale::Load).or(of_drive).ok_or_else(unidentifiable)?;
     let start = equation.total_least_squares().ok_or_else(unidentifiable)?;
     let estimate = equation.most_probable(&start, &filter)?;
@@ -121,7 +122,7 @@ pub fn gains(
     };
     let gains: Vec<DriveGain> = (0..joints)
         .map(|k| DriveGain {
-            joint: k + 1,
+            joint: JointIndex::new(k),
             factor: Some(uncertain(k)).filter(Uncertain::differs_from_none).map(|inverse| {
                 let value = 1.0 / inverse.value;
                 let standard_deviation = inverse.standard_deviation * value * value;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use didim_dynamics::robot::{FrictionLaw, JointFriction, SignModel};
+use didim_dynamics::robot::{FrictionLaw, JointFriction, JointIndex, SignModel};
 
 /// What of a joint's friction was changed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -17,8 +17,8 @@ pub enum FrictionChange {
 /// One change, and what it gained.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrictionGain {
-    /// The joint, counted from 1.
-    pub joint: usize,
+    /// The joint.
+    pub joint: JointIndex,
     /// What was changed, with the shape that it has after all changes.
     pub change: FrictionChange,
     /// Relative error of the joint on held-out pieces, before and after.

@@ -3,6 +3,7 @@
 
 use crate::identification::problem::Context;
 use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::robot::MotorIndex;
 
 /// Samples of a recording, with fewer of which it is not asked.
 const SAMPLES: usize = 1000;
@@ -24,8 +25,8 @@ const SAME: f64 = 1e-9;
 /// The torque of a motor that stands at a value again and again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClippedSignal {
-    /// The motor, numbered from 1.
-    pub motor: usize,
+    /// The motor.
+    pub motor: MotorIndex,
     /// The value \[N·m or N\].
     pub torque: f64,
     /// The share of the samples of a recording where it is that, the largest of all; 1 where it
@@ -51,7 +52,7 @@ impl ClippedSignal {
                 true => (high, 1.0),
                 false => Self::standing_in_any(context, motor, same)?,
             };
-            Some(Self { motor: motor + 1, torque, share })
+            Some(Self { motor: MotorIndex::new(motor), torque, share })
         };
         (0..joints).filter_map(of_motor).collect()
     }

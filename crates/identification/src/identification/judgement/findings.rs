@@ -1,6 +1,7 @@
 //! From a solved equation to the record that leaves the library.
 
 use core::ops::Range;
+use didim_dynamics::robot::MotorIndex;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
@@ -219,8 +220,8 @@ impl Findings<'_> {
         let errors = &estimate.relative_error_per_joint;
         let transmission = context.robot.transmission();
         // What is not explained may follow from it.
-        let unexplained = |motor: usize| {
-            let mut joints = errors.iter().zip(transmission.row(motor - 1));
+        let unexplained = |motor: MotorIndex| {
+            let mut joints = errors.iter().zip(transmission.row(motor.position()));
             joints.any(|(error, ratio)| *error > UNEXPLAINED && *ratio != 0.0)
         };
         let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) = ClippedSignal::all(context)

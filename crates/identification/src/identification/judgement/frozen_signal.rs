@@ -2,6 +2,7 @@
 
 use core::cmp::Ordering;
 use core::ops::Range;
+use didim_dynamics::robot::MotorIndex;
 
 use crate::identification::problem::Context;
 use didim_dynamics::MAX_JOINTS;
@@ -25,8 +26,8 @@ const MUCH: f64 = 0.001;
 /// Positions of motors that freeze and then jump together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrozenSignal {
-    /// The motors, numbered from 1.
-    pub motors: Vec<usize>,
+    /// The motors.
+    pub motors: Vec<MotorIndex>,
     /// The recording, numbered from 1.
     pub recording: usize,
     /// Start of the frozen section before the largest jump, since the recording's first sample
@@ -55,7 +56,14 @@ impl FrozenSignal {
                 let at_s = |k: usize| (of.counted.start - of.samples.start + k) as f64 / rate_hz;
                 let (from_s, until_s) = (at_s(samples.start), at_s(samples.end));
                 let share = fixed as f64 / positions.len() as f64;
-                Some(Self { motors: vec![motor + 1], recording, from_s, until_s, jump, share })
+                Some(Self {
+                    motors: vec![MotorIndex::new(motor)],
+                    recording,
+                    from_s,
+                    until_s,
+                    jump,
+                    share,
+                })
             });
             let key = |of: &Self| (of.is_much(), of.jump);
             found.max_by(|one, other| key(one).partial_cmp(&key(other)).unwrap_or(Ordering::Equal))

@@ -9,6 +9,7 @@
 //! low-pass. The other is the torque behind one, which matches a low-passed position. The rows are
 //! those behind the decimation filter, which does not affect a low-pass.
 
+use didim_dynamics::robot::MotorIndex;
 use nalgebra::DVector;
 
 use super::checks::FittedModel;
@@ -71,7 +72,11 @@ impl FittedModel<'_> {
                     let left = residuals + of_all - observations.matrix().times(&moved);
                     let explains = (joints as f64 - squares(&left)) / own;
                     if explains > best.as_ref().map_or(EXPLAINS, |best| best.explains) {
-                        let note = Note::LowPassed { motor: motor + 1, slow, time_constant_s };
+                        let note = Note::LowPassed {
+                            motor: MotorIndex::new(motor),
+                            slow,
+                            time_constant_s,
+                        };
                         best = Some(LowPassed { note, explains, shifted: moved });
                     }
                 }

@@ -1,6 +1,7 @@
 //! Misassigned signals and gravity: the model fits far better with the signals of two drives
 //! swapped, or with gravity from another side.
 
+use didim_dynamics::robot::MotorIndex;
 use nalgebra::DVector;
 
 use super::reasons::{Note, Reason};
@@ -77,7 +78,7 @@ fn swapped(context: &Context<'_>, glance: &ScreeningFit, worst: usize) -> Option
     let exchanged = configured.with_exchanged_motors(transmission, motors);
     let [stated, exchanged] =
         [&configured, &exchanged].map(|of| Some(Refit::new(context, of).ok()?.remaining));
-    let (left, motors) = (exchanged? / stated?, motors.map(|motor| motor + 1));
+    let (left, motors) = (exchanged? / stated?, motors.map(MotorIndex::new));
     if left < LEAVES {
         return Some(Misassignment::For(Reason::Swapped { motors }));
     }

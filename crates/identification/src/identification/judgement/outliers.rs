@@ -2,6 +2,7 @@
 //! are those that the model does not describe.
 
 use core::ops::Range;
+use didim_dynamics::robot::JointIndex;
 
 use super::reasons::Note;
 use crate::regression::{RobustLoss, RobustSolution};
@@ -120,9 +121,11 @@ impl DownweightedRows {
             let (of, more) = (self.rows * self.per_joint.len(), groups.len() - times_s.len());
             notes.push(Note::Outliers { rows, of, times_s, more });
         }
-        let joints =
-            self.spread().into_iter().map(|joint| (joint + 1, self.per_joint[joint].len()));
-        let joints: Vec<(usize, usize)> = joints.collect();
+        let joints = self
+            .spread()
+            .into_iter()
+            .map(|joint| (JointIndex::new(joint), self.per_joint[joint].len()));
+        let joints: Vec<(JointIndex, usize)> = joints.collect();
         if !joints.is_empty() {
             notes.push(Note::DownweightedThroughout { joints, of: self.rows });
         }

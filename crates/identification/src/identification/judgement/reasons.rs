@@ -2,6 +2,7 @@
 
 use core::fmt::{self, Display};
 use core::ops::Range;
+use didim_dynamics::robot::{JointIndex, MotorIndex};
 
 use serde::{Serialize, Serializer};
 
@@ -12,8 +13,8 @@ use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use crate::feasibility::{FarBody, NoBodies};
 use crate::identification::problem::Failure;
 
-/// Reason against the use of a result. Joints are numbered from 1. Errors and deviations are shares
-/// of the torque unless stated otherwise.
+/// Reason against the use of a result. Errors and deviations are shares of
+/// the torque unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(
     missing_docs,
@@ -21,15 +22,15 @@ use crate::identification::problem::Failure;
 )]
 pub enum Reason {
     /// The described controller does not reproduce the recorded command.
-    Controller { joint: usize, error: f64 },
+    Controller { joint: JointIndex, error: f64 },
     /// The motion does not distinguish the parameters.
     ConditionNumber { value: f64, limit: f64 },
     /// The parameters leave the torque of a joint uncertain.
-    PredictionDeviation { joint: usize, deviation: f64, limit: f64 },
+    PredictionDeviation { joint: JointIndex, deviation: f64, limit: f64 },
     /// The model does not describe the torques.
     RelativeError { error: f64, limit: f64 },
     /// The model does not describe the torque of a joint.
-    JointError { joint: usize, error: f64, limit: f64 },
+    JointError { joint: JointIndex, error: f64, limit: f64 },
     /// Too few independent rows for each parameter.
     FewRows { per_parameter: f64, limit: f64 },
     /// Identified without the decimation filter.
@@ -43,17 +44,17 @@ pub enum Reason {
     NoBodies(NoBodies),
     /// The described controller commands the opposite of the recorded command, or three times as
     /// much.
-    OppositeCommand { joint: usize },
+    OppositeCommand { joint: JointIndex },
     /// Parameters that cannot be negative are negative: their number, and that of all such
     /// parameters.
     WrongSigns { negative: usize, of: usize },
     /// The residual is far smaller with the signals of these two motors swapped.
-    Swapped { motors: [usize; 2] },
+    Swapped { motors: [MotorIndex; 2] },
     /// The residual is far smaller with gravity from another side \[m/s²\].
     Gravity { gravity_m_s2: [f64; 3] },
-    /// All identifiable quantities of a joint (numbered from 1) that cannot be negative are
-    /// negative. They are two at least.
-    WrongSignsOfJoint { joint: usize, negative: usize },
+    /// All identifiable quantities of a joint that cannot be negative are negative.
+    /// They are two at least.
+    WrongSignsOfJoint { joint: JointIndex, negative: usize },
     /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
     /// model does not explain a joint of that motor.
     CutOff { found: ClippedSignal },
@@ -61,16 +62,16 @@ pub enum Reason {
     /// joints.
     FrozenSignal { found: FrozenSignal },
     /// The torque of a joint is many times its limit \[N·m or N\].
-    OtherUnit { joint: usize, torque: f64, limit: f64 },
+    OtherUnit { joint: JointIndex, torque: f64, limit: f64 },
     /// The data contradict a configured value.
     Contradicted { nuisance: NuisanceEstimate },
     /// The torque is uncertain outside the recorded motion. `freedoms` are the nuisance parameters
     /// with the largest torques in the data.
     Elsewhere { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
     /// The torque of one joint is uncertain outside the recorded motion.
-    JointElsewhere { joint: usize, error: f64, limit: f64 },
-    /// A joint, numbered from 1, moves no further than this in any recording.
-    Unmoved { joint: usize, moved: f64, unit: &'static str },
+    JointElsewhere { joint: JointIndex, error: f64, limit: f64 },
+    /// A joint moves no further than this in any recording.
+    Unmoved { joint: JointIndex, moved: f64, unit: &'static str },
     /// Parameters found without a fold predict it badly.
     HeldOut { error: f64, limit: f64 },
     /// The motion cannot be split into folds for cross-validation.
@@ -98,8 +99,8 @@ pub enum Note {
     SlowerLoop { bandwidth_hz: f64 },
     /// These parameters may be zero.
     Insignificant { names: Vec<String> },
-    /// The residuals of these joints, numbered from 1, are not white.
-    ColouredResiduals { joints: Vec<usize>, decimated: bool },
+    /// The residuals of these joints are not white.
+    ColouredResiduals { joints: Vec<JointIndex>, decimated: bool },
     /// The position filter is too close to half the sample rate to be checked.
     PositionFilterUnchecked { cutoff_hz: f64 },
     /// The method does not check the effect of position noise.
@@ -112,12 +113,12 @@ pub enum Note {
     ControllerUnchecked { why: ControllerUnchecked },
     /// Position filter and position noise shift a parameter.
     PositionBias { bias: PositionBias },
-    /// A signal of a motor, numbered from 1, looks low-passed with this time constant \[s\].
-    LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
+    /// A signal of a motor looks low-passed with this time constant \[s\].
+    LowPassed { motor: MotorIndex, slow: Slow, time_constant_s: f64 },
     /// The torque of a motor repeatedly stands at its largest value.
     CutOff { found: ClippedSignal },
     /// Share of the squares that the model leaves with the signals of these two motors swapped.
-    Exchanged { motors: [usize; 2], left: f64 },
+    Exchanged { motors: [MotorIndex; 2], left: f64 },
     /// Positions of motors freeze and then jump.
     Stale { found: FrozenSignal },
     /// All signals look low-passed with this time constant \[s\].
@@ -125,17 +126,17 @@ pub enum Note {
     /// Isolated groups of rows were downweighted: the times \[s\] of the first groups, and the
     /// number of further groups.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
-    /// Rows were downweighted throughout the motion: joints, numbered from 1, each with its number
-    /// of such rows.
-    DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
+    /// Rows were downweighted throughout the motion: joints, each with its number of such
+    /// rows.
+    DownweightedThroughout { joints: Vec<(JointIndex, usize)>, of: usize },
     /// Largest model error, if it is more than small.
     ModelError { nuisance: NuisanceEstimate },
     /// Bodies with these parameters are far from the nominal ones.
     FarFromNominal { far: FarBody },
     /// The bus layout counts frames and ignores their time stamps.
     RateUnchecked,
-    /// The robot file does not specify the torque limits of these joints, numbered from 1.
-    TorqueLimitOpen { joints: Vec<usize> },
+    /// The robot file does not specify the torque limits of these joints.
+    TorqueLimitOpen { joints: Vec<JointIndex> },
 }
 
 /// Reason why the described controller could not be compared with the recorded torques.
@@ -628,7 +629,7 @@ impl Display for Note {
                  neither it nor a lost sample can be checked",
             ),
             Self::DownweightedThroughout { joints, of } => {
-                let share = |(joint, rows): &(usize, usize)| {
+                let share = |(joint, rows): &(JointIndex, usize)| {
                     let percent = 100.0 * *rows as f64 / *of as f64;
                     format!("{percent:.0} % of the rows of joint {joint}")
                 };

@@ -9,7 +9,7 @@ use super::uses::{UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
 use crate::identification::problem::{Context, Tolerances, VerdictLimits};
-use didim_dynamics::robot::{FrictionLaw, Parameter, ParameterKind};
+use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 
 /// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
 /// no model error.
@@ -66,12 +66,12 @@ pub(super) struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// True if a torque of a joint, numbered from 1, is small compared with the joint's capability.
-    fn is_small(&self, joint: usize, torque_nm: f64) -> bool {
-        let reached = self.largest_torque[joint - 1];
+    /// True if a torque of a joint is small compared with the joint's capability.
+    fn is_small(&self, joint: JointIndex, torque_nm: f64) -> bool {
+        let reached = self.largest_torque[joint];
         // A joint can reach the recorded torque. Without a configured limit, nothing shows that it
         // can do more.
-        let can = match self.context.robot.chain()[joint - 1].limits.torque_max {
+        let can = match self.context.robot.chain()[joint].limits.torque_max {
             Some(limit) => limit.min(REACHED * reached),
             None => reached,
         };
@@ -97,7 +97,7 @@ impl VerdictLimits {
     fn wrong(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
         let mut reasons = known.further.clone();
         let limits = known.context.robot.limits().map(|limits| limits.torque_max);
-        let joints = (1..).zip(known.largest_torque.iter().zip(limits));
+        let joints = numbered(known.largest_torque.iter().zip(limits));
         reasons.extend(
             joints
                 .filter_map(|(joint, (&torque, limit))| Some((joint, torque, limit?)))
@@ -105,7 +105,7 @@ impl VerdictLimits {
                 .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
         );
         // Joint, and true if the quantity is negative.
-        let positive: Vec<(usize, bool)> = (estimate.parameters.iter().enumerate())
+        let positive: Vec<(JointIndex, bool)> = (estimate.parameters.iter().enumerate())
             .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
             .filter(|(_, p)| p.value.abs() > self.negative_deviations * p.standard_deviation)
             .map(|(index, p)| (parameter(known.context, index).joint, p.value < 0.0))
@@ -114,10 +114,10 @@ impl VerdictLimits {
         if 2 * negative > positive.len() {
             reasons.push(Reason::WrongSigns { negative, of: positive.len() });
         } else {
-            reasons.extend((0..known.torque.len()).filter_map(|joint| {
+            reasons.extend((0..known.torque.len()).map(JointIndex::new).filter_map(|joint| {
                 let own = || positive.iter().filter(|(of, _)| *of == joint);
                 let is_turned = own().count() >= TURNED && own().all(|(_, negative)| *negative);
-                let (joint, negative) = (joint + 1, own().count());
+                let negative = own().count();
                 is_turned.then_some(Reason::WrongSignsOfJoint { joint, negative })
             }));
         }
@@ -139,7 +139,7 @@ impl VerdictLimits {
         }
         let deviations = &estimate.relative_prediction_deviation_per_joint;
         let limit = self.prediction_deviation;
-        let in_nm = |joint: usize, share: f64| share * known.torque[joint - 1];
+        let in_nm = |joint: JointIndex, share: f64| share * known.torque[joint];
         reasons.extend(
             exceeding(deviations, limit)
                 .filter(|&(joint, share)| !known.is_small(joint, in_nm(joint, share)))
@@ -154,8 +154,7 @@ impl VerdictLimits {
             reasons.push(Reason::NotDecimated);
         }
         // Without the joints that exceed the limit by a small torque only.
-        let judged: Vec<f64> = (1..)
-            .zip(deviations)
+        let judged: Vec<f64> = numbered(deviations)
             .filter(|&(joint, &share)| {
                 !exceeds(share, limit) || !known.is_small(joint, in_nm(joint, share))
             })
@@ -197,7 +196,7 @@ impl VerdictLimits {
         reasons.extend(
             exceeding(errors, limit)
                 .filter(|(joint, _)| {
-                    !known.is_small(*joint, estimate.rms_error_per_joint_nm[joint - 1])
+                    !known.is_small(*joint, estimate.rms_error_per_joint_nm[*joint])
                 })
                 .map(|(joint, error)| Reason::JointError { joint, error, limit }),
         );
@@ -210,10 +209,8 @@ impl VerdictLimits {
             let freedoms = estimate.nuisance_parameters.iter().take(3).cloned().collect();
             reasons.push(Reason::Elsewhere { error, limit, freedoms });
         } else {
-            let joints =
-                exceeding(&elsewhere.relative_error_per_joint, limit).filter(|(joint, _)| {
-                    !known.is_small(*joint, elsewhere.error_per_joint_nm[joint - 1])
-                });
+            let joints = exceeding(&elsewhere.relative_error_per_joint, limit)
+                .filter(|(joint, _)| !known.is_small(*joint, elsewhere.error_per_joint_nm[*joint]));
             reasons.extend(joints.map(|(joint, error)| Reason::JointElsewhere {
                 joint,
                 error,
@@ -327,8 +324,7 @@ impl VerdictLimits {
         let mut notes = Vec::new();
         let far = bodies.and_then(Outcome::far_body);
         notes.extend(far.map(|far| Note::FarFromNominal { far }));
-        let joints: Vec<usize> = (1..)
-            .zip(context.robot.limits())
+        let joints: Vec<JointIndex> = numbered(context.robot.limits())
             .filter(|(_, limits)| limits.torque_max.is_none())
             .map(|(joint, _)| joint)
             .collect();
@@ -353,8 +349,7 @@ impl VerdictLimits {
         if !names.is_empty() {
             notes.push(Note::Insignificant { names });
         }
-        let joints = (1..).zip(&estimate.whiteness_per_joint);
-        let joints: Vec<usize> = joints
+        let joints: Vec<JointIndex> = numbered(&estimate.whiteness_per_joint)
             .filter(|(_, probability)| exceeds(self.model_probability, **probability))
             .map(|(joint, _)| joint)
             .collect();
@@ -408,12 +403,17 @@ fn largest(values: &[f64]) -> Option<f64> {
     values.iter().copied().reduce(f64::max)
 }
 
-/// Returns the joints, numbered from 1, whose value exceeds the limit.
+/// Returns each item with the index of its joint.
+fn numbered<T>(items: impl IntoIterator<Item = T>) -> impl Iterator<Item = (JointIndex, T)> {
+    items.into_iter().enumerate().map(|(joint, item)| (JointIndex::new(joint), item))
+}
+
+/// Returns the joints whose value exceeds the limit.
 fn exceeding<'a>(
     values: impl IntoIterator<Item = &'a f64>,
     limit: f64,
-) -> impl Iterator<Item = (usize, f64)> {
-    (1..).zip(values).map(|(joint, &value)| (joint, value)).filter(move |of| exceeds(of.1, limit))
+) -> impl Iterator<Item = (JointIndex, f64)> {
+    numbered(values).map(|(joint, &value)| (joint, value)).filter(move |of| exceeds(of.1, limit))
 }
 
 /// True if a value exceeds its limit, or is not a number.
@@ -456,18 +456,18 @@ fn rows_per_parameter(context: &Context<'_>, estimate: &Estimate) -> f64 {
 fn unmoved(context: &Context<'_>) -> impl Iterator<Item = Reason> {
     let (positions, recordings) =
         (context.experiment.position_rad(), context.experiment.recordings());
-    let moved = |joint: usize| {
+    let moved = |joint: JointIndex| {
         let ranges = recordings.iter().map(|of| {
-            let of_samples = of.counted.clone().map(|k| positions[(k, joint)]);
+            let of_samples = of.counted.clone().map(|k| positions[(k, joint.position())]);
             let [low, high] =
                 of_samples.fold([f64::MAX, f64::MIN], |[low, high], q| [low.min(q), high.max(q)]);
             high - low
         });
         ranges.fold(0.0, f64::max)
     };
-    (0..).zip(context.robot.chain()).filter_map(move |(joint, own)| {
+    numbered(context.robot.chain()).filter_map(move |(joint, own)| {
         let (moved, range) = (moved(joint), own.limits.position_max - own.limits.position_min);
-        let (number, unit) = (joint + 1, own.kind.position_unit());
-        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint: number, moved, unit })
+        let unit = own.kind.position_unit();
+        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint, moved, unit })
     })
 }

@@ -7,7 +7,7 @@ use crate::identification::problem::{Experiment, IdentificationError, PositionFi
 use crate::signal::{Group, neighbours};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::numeric::each;
-use didim_dynamics::robot::{Hysteresis, Robot};
+use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are computed
 /// on request, because allocating memory for all of them takes longer than computing them.
@@ -49,7 +49,7 @@ impl FilteredPositions {
                 .filter_zero_phase_lanes(&mut self.samples[start..end], sections.default_padding())
                 .map_err(|cause| IdentificationError::Signal {
                     signal: "position",
-                    joint: 1,
+                    joint: JointIndex::new(0),
                     cause: cause.later_by(start),
                 })?;
             start = end;

@@ -8,7 +8,7 @@ use crate::identification::problem::{Experiment, IdentificationError, PositionFi
 use crate::signal::{Group, SignalError, group_of, neighbours};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::numeric::{Lanes, WIDTH};
-use didim_dynamics::robot::{Hysteresis, Robot};
+use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
 use didim_dynamics::simulation::set_row;
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
@@ -204,7 +204,11 @@ pub(crate) fn motion_along(
 ) -> Result<Motion, IdentificationError> {
     let recordings = experiment.recordings();
     let failed = |joint: usize, cause| {
-        Err(IdentificationError::Signal { signal: "position", joint: joint + 1, cause })
+        Err(IdentificationError::Signal {
+            signal: "position",
+            joint: JointIndex::new(joint),
+            cause,
+        })
     };
     for samples in recordings.iter().map(|of| of.samples.clone()) {
         if samples.len() < 2 {

@@ -1,5 +1,6 @@
 //! Measured torque at the instants of the positions, behind the parallel filter.
 
+use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
 
 use crate::identification::problem::{Context, Experiment, IdentificationError};
@@ -42,12 +43,16 @@ pub(crate) fn delayed(
     delay: f64,
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let mut torque = experiment.torque_nm().clone();
-    for (joint, mut signal) in (1..).zip(torque.column_iter_mut()) {
+    for (joint, mut signal) in torque.column_iter_mut().enumerate() {
         for of in experiment.recordings() {
             let rows = &mut signal.as_mut_slice()[of.samples.clone()];
             let delayed = delay_linear(rows, delay).map_err(|cause| {
                 let cause = cause.later_by(of.samples.start);
-                IdentificationError::Signal { signal: "torque", joint, cause }
+                IdentificationError::Signal {
+                    signal: "torque",
+                    joint: JointIndex::new(joint),
+                    cause,
+                }
             })?;
             rows.copy_from_slice(&delayed);
         }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::PayloadError;
 use crate::regression::RegressionError;
 use didim_dynamics::dynamics::{BaseParameters, format_sum, select_columns};
-use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
 /// Order in which parameters are chosen, by index among the ten: mass and centre, which are needed
 /// first, then inertia. Later ones are regrouped into earlier ones.
@@ -36,7 +36,7 @@ impl LoadSums {
         identified: &[String],
     ) -> Result<Self, PayloadError> {
         let last = robot.joints() - 1;
-        let column = |kind| robot.parameters().column(kind, last);
+        let column = |kind| robot.parameters().column(kind, JointIndex::new(last));
         // A link has all ten.
         let columns: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
         let load_columns = base.regrouping().select_columns(&columns);

@@ -12,7 +12,7 @@ use super::selection::Selection;
 use crate::regression::RowFilter;
 use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 
 /// Entries of an observation matrix without decimation, those included that are 0: 160 MB at most.
 const MOST_ENTRIES: usize = 20_000_000;
@@ -256,7 +256,7 @@ impl<'a> Context<'a> {
                 }
                 _ => None,
             };
-            let joint = joint.unwrap_or_default() + 1;
+            let joint = JointIndex::new(joint.unwrap_or_default());
             IdentificationError::Signal { signal, joint, cause }
         })?;
         Ok(DVector::from_column_slice(rows.as_slice()))

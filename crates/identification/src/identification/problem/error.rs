@@ -1,6 +1,7 @@
 //! Why an identification is refused.
 
 use core::ops::Range;
+use didim_dynamics::robot::JointIndex;
 
 use thiserror::Error;
 
@@ -104,8 +105,8 @@ pub enum IdentificationError {
     Signal {
         /// Which signal.
         signal: &'static str,
-        /// Joint, from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
         /// What is wrong.
         cause: SignalError,
     },
@@ -177,8 +178,8 @@ pub enum IdentificationError {
     /// A joint's torque is zero in every row. Remedy: check that it is recorded.
     #[error("the torque of joint {joint} is zero throughout; check that it is recorded")]
     NoTorque {
-        /// Joint, from 1.
-        joint: usize,
+        /// Joint.
+        joint: JointIndex,
     },
     /// A limit of the iteration makes no sense. Remedy: correct the named key.
     #[error("convergence.{key} = {value} must be {expected}")]

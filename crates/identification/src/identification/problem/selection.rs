@@ -173,9 +173,7 @@ impl Selection {
             RegressionError::DependentColumns { columns } => {
                 IdentificationError::RankDeficient { parameters: named(columns) }
             }
-            RegressionError::NoMeasurement { joint } => {
-                IdentificationError::NoTorque { joint: joint + 1 }
-            }
+            RegressionError::NoMeasurement { joint } => IdentificationError::NoTorque { joint },
             other => IdentificationError::Regression(other),
         }
     }

@@ -6,6 +6,7 @@
 //! law does: of the difference, the part counts that the motion explains.
 
 use core::ops::Range;
+use didim_dynamics::robot::JointIndex;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -351,7 +352,11 @@ fn velocity(
     for (joint, mut to) in velocity.column_iter_mut().enumerate() {
         let from = &positions.column(joint);
         central_difference(&from.as_slice()[samples.clone()], rate_hz, to.as_mut_slice()).map_err(
-            |cause| IdentificationError::Signal { signal: "position", joint: joint + 1, cause },
+            |cause| IdentificationError::Signal {
+                signal: "position",
+                joint: JointIndex::new(joint),
+                cause,
+            },
         )?;
     }
     Ok(velocity)

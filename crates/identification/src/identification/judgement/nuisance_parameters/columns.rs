@@ -13,7 +13,7 @@ use crate::signal::Group;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
-use didim_dynamics::robot::JointKind;
+use didim_dynamics::robot::{JointIndex, JointKind};
 
 /// Share of a nuisance parameter's variance that the data have to remove before they are taken to
 /// say anything about it.
@@ -178,7 +178,7 @@ impl<'a> Columns<'a> {
             estimates.push(NuisanceEstimate {
                 nuisance,
                 torque_nm: rms[joint],
-                joint: joint + 1,
+                joint: JointIndex::new(joint),
                 relative_torque: relative(joint),
                 quantity,
             });

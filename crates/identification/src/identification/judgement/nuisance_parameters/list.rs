@@ -8,7 +8,9 @@ use crate::identification::observation::{AuxiliaryObservation, Motion};
 use crate::identification::problem::Context;
 use crate::regression::Observations;
 use didim_dynamics::dynamics::Model;
-use didim_dynamics::robot::{Angle, Joint, JointKind, ParameterKind, Robot, SignModel};
+use didim_dynamics::robot::{
+    Angle, Joint, JointIndex, JointKind, MotorIndex, ParameterKind, Robot, SignModel,
+};
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -180,7 +182,7 @@ pub(super) struct Sizes<'a> {
 
 impl Sizes<'_> {
     fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
-        let column = self.context.robot.parameters().column(kind, joint)?;
+        let column = self.context.robot.parameters().column(kind, JointIndex::new(joint))?;
         let index = self.context.selection.columns().iter().position(|own| *own == column)?;
         Some(self.parameters[index].abs())
     }
@@ -217,10 +219,14 @@ impl Sizes<'_> {
                     Moving::Motor(motor) => {
                         let value = |kind| self.value(kind, motor).unwrap_or_default();
                         let friction = [ParameterKind::FcMotor, ParameterKind::FvMotor].map(value);
-                        (NuisanceParameter::MotorFriction(motor + 1), friction[0], friction[1])
+                        (
+                            NuisanceParameter::MotorFriction(MotorIndex::new(motor)),
+                            friction[0],
+                            friction[1],
+                        )
                     }
                     Moving::Joint(joint) => {
-                        let nuisance = NuisanceParameter::JointFriction(joint + 1);
+                        let nuisance = NuisanceParameter::JointFriction(JointIndex::new(joint));
                         (nuisance, self.coulomb(joint), self.viscous(joint))
                     }
                 };
@@ -254,13 +260,16 @@ impl Sizes<'_> {
                     joint,
                     number: PRESLIDING_FACTORS.len() * number + factor_index,
                 };
-                add(NuisanceParameter::JointFriction(joint + 1), size, acts);
+                add(NuisanceParameter::JointFriction(JointIndex::new(joint)), size, acts);
             }
         }
         for row in 0..joints {
             for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
                 let Some(of) = of else { continue };
-                let nuisance = NuisanceParameter::Coupling { joint: row + 1, neighbour: of + 1 };
+                let nuisance = NuisanceParameter::Coupling {
+                    joint: JointIndex::new(row),
+                    neighbour: JointIndex::new(of),
+                };
                 let sizes = [
                     (Motive::Speed, self.viscous(row)),
                     (Motive::Sign, self.value(ParameterKind::Fc, row).unwrap_or_default()),
@@ -273,14 +282,14 @@ impl Sizes<'_> {
         }
         add(NuisanceParameter::CommonGain, tolerances.torque_gain, Acts::Gain(None));
         for joint in 0..joints {
-            let number = joint + 1;
+            let index = JointIndex::new(joint);
             let (gain, delay) = (Acts::Gain(Some(joint)), Acts::Delay(joint));
-            add(NuisanceParameter::TorqueGain(number), tolerances.torque_gain, gain);
-            add(NuisanceParameter::TorqueDelay(number), tolerances.torque_delay_s, delay);
+            add(NuisanceParameter::TorqueGain(index), tolerances.torque_gain, gain);
+            add(NuisanceParameter::TorqueDelay(index), tolerances.torque_delay_s, delay);
             if context.robot.known_torques()[joint].is_some() {
                 for over_range in [false, true] {
                     let acts = Acts::KnownTorque { joint, over_range };
-                    add(NuisanceParameter::KnownTorque(number), tolerances.known_torque, acts);
+                    add(NuisanceParameter::KnownTorque(index), tolerances.known_torque, acts);
                 }
             }
             let link = context.model.chain()[joint];
@@ -288,17 +297,17 @@ impl Sizes<'_> {
                 JointKind::Revolute => tolerances.zero_deg.to_radians(),
                 JointKind::Prismatic => tolerances.length_m,
             };
-            add(NuisanceParameter::Zero(number), zero, Acts::Zero(joint));
+            add(NuisanceParameter::Zero(index), zero, Acts::Zero(joint));
             let geometry =
                 |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
             let twist = geometry(Joint { alpha: rotated(link.alpha, STEP), ..link });
-            add(NuisanceParameter::Twist(number), tolerances.twist_deg.to_radians(), twist);
+            add(NuisanceParameter::Twist(index), tolerances.twist_deg.to_radians(), twist);
             let distance = geometry(Joint { d_m: link.d_m + STEP, ..link });
-            add(NuisanceParameter::Distance(number), tolerances.length_m, distance);
+            add(NuisanceParameter::Distance(index), tolerances.length_m, distance);
             // That of a prismatic joint is its zero.
             if link.kind == JointKind::Revolute {
                 let offset = geometry(Joint { r_m: link.r_m + STEP, ..link });
-                add(NuisanceParameter::Offset(number), tolerances.length_m, offset);
+                add(NuisanceParameter::Offset(index), tolerances.length_m, offset);
             }
         }
         let left_out = &self.observed.left_out_shares;

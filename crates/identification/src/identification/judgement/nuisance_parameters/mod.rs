@@ -7,42 +7,43 @@ mod list;
 
 use core::fmt;
 
+use didim_dynamics::robot::{JointIndex, MotorIndex};
 use serde::{Serialize, Serializer};
 
 pub(super) use along::Along;
 pub(super) use columns::Columns;
 pub(super) use list::Observed;
 
-/// What the model takes for known. Joints and motors are numbered from 1.
+/// What the model takes for known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NuisanceParameter {
     /// The shape of friction over speed at a joint.
-    JointFriction(usize),
+    JointFriction(JointIndex),
     /// The same at a motor that is geared to several joints.
-    MotorFriction(usize),
+    MotorFriction(MotorIndex),
     /// Friction and inertia that act on a joint as its neighbour moves.
     Coupling {
         /// The joint on which they act.
-        joint: usize,
+        joint: JointIndex,
         /// The joint that moves.
-        neighbour: usize,
+        neighbour: JointIndex,
     },
     /// The torque gain of one joint.
-    TorqueGain(usize),
+    TorqueGain(JointIndex),
     /// A torque gain common to all joints.
     CommonGain,
     /// When the torque of a joint acts.
-    TorqueDelay(usize),
+    TorqueDelay(JointIndex),
     /// The zero of a joint's position.
-    Zero(usize),
+    Zero(JointIndex),
     /// The angle between the axes of a joint and the one before.
-    Twist(usize),
+    Twist(JointIndex),
     /// The distance between these axes, along their common normal.
-    Distance(usize),
+    Distance(JointIndex),
     /// The offset of a joint's link along its axis.
-    Offset(usize),
+    Offset(JointIndex),
     /// The known torque on a joint: its size, and how it grows over the joint's range.
-    KnownTorque(usize),
+    KnownTorque(JointIndex),
     /// The base parameters that are not identified.
     LeftOutParameters,
 }
@@ -83,8 +84,8 @@ pub struct NuisanceEstimate {
     /// Root mean square of the torque that it causes along the motion, at the joint where that is
     /// largest relative to the joint's own \[N·m or N\].
     pub torque_nm: f64,
-    /// That joint, numbered from 1.
-    pub joint: usize,
+    /// That joint.
+    pub joint: JointIndex,
     /// The same torque relative to the joint's own.
     pub relative_torque: f64,
     /// The quantity itself, if the nuisance parameter is one and the data identify it.
