@@ -75,7 +75,7 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
     let (samples, since_1970_ns) = read_samples(path, bus)?;
     // The check covers all samples: gaps do not affect it, and a short piece alone gives no rate.
-    let rate_unchecked = check_rate(&samples, &bus.layout)
+    let rate_unchecked = check_rate(&samples, &bus.layout, cell.screening.rate)
         .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
     // First sequence number and stamp of the samples in use; the first piece sets both.
     let (mut first, mut start) = (None, None);

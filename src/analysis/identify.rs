@@ -80,13 +80,13 @@ pub fn law_of_commands<'a>(
     if !(method.simulates() && cell.options.controller.is_none() && cell.has_commanded_law()) {
         return Ok(None);
     }
-    commanded_controller(records, cell.robot.transmission()).map(Some)
+    commanded_controller(records, cell.robot.transmission(), cell.screening.commands).map(Some)
 }
 
 /// Returns the measurement of a window after a check of its rate.
 pub(super) fn measurement_of(cell: &Cell, window: &Window) -> Result<Measurement, IdentifyError> {
     let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
-    Ok(measurement(&window.samples, &bus.layout)?)
+    Ok(measurement(&window.samples, &bus.layout, cell.screening.rate)?)
 }
 
 /// Identifies from a measurement. Only the samples in `counted` count; the others are margin for

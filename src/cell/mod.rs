@@ -15,6 +15,7 @@ mod open;
 mod read;
 mod restart;
 mod robot;
+mod screening;
 mod suggestion;
 mod values;
 
@@ -38,6 +39,7 @@ pub use library::{Library, SHIPPED};
 pub use mistyped::WrongKey;
 pub use open::{OPEN, OpenKey};
 pub use robot::{RobotSource, joint_names};
+pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
 
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;
@@ -75,6 +77,8 @@ pub struct Cell {
     pub bag: Option<BagSpec>,
     /// When to identify.
     pub window: WindowOptions,
+    /// What counts as wrong before anything is fitted.
+    pub screening: ScreeningOptions,
     /// The method.
     pub method: Method,
     /// Identification options, for all methods.

@@ -8,11 +8,14 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::SetupError;
 use didim_formats::{BagSpec, Columns};
-use didim_identification::identification::{IdentificationError, Options, PositionFilter};
+use didim_identification::identification::{
+    CutoffSearch, FrictionSearch, IdentificationError, Options, PositionFilter,
+};
 
 use super::file::Cutoff;
 use super::{
-    Cell, CellBus, CellError, CellFile, Faults, Library, RobotSource, mistyped, open, values,
+    Cell, CellBus, CellError, CellFile, Faults, Library, RobotSource, ScreeningOptions, mistyped,
+    open, values,
 };
 use crate::archive::store::ConfigurationTexts;
 use crate::live::worker::WindowOptions;
@@ -226,6 +229,8 @@ fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
         tolerances: section.tolerances,
         controller: file.controller.clone(),
         simulation: section.simulation.clone().unwrap_or_default(),
+        friction_search: FrictionSearch::default(),
+        cutoff_search: CutoffSearch::default(),
     }
 }
 
@@ -334,6 +339,7 @@ fn cell(
         columns,
         bag,
         window,
+        screening: ScreeningOptions::default(),
         method: file.identification.method,
         options,
         overrides_sign: file.identification.sign.is_some(),

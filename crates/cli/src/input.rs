@@ -62,12 +62,15 @@ impl Samples {
             tracing::warn!("{}: {open}; {STATE_LIMITS}", path.display());
         }
         for Counted { piece, counted, .. } in &parts {
-            let beyond = check_limits(&piece.measurement, counted, &cell.robot);
+            let beyond =
+                check_limits(&piece.measurement, counted, &cell.robot, cell.screening.limits);
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
                 tracing::warn!("{}: {one}", path.display());
             }
         }
-        if let Some(hint) = standstill(&still_joints(&pairs(&parts)), cell.robot.joints()) {
+        if let Some(hint) =
+            standstill(&still_joints(&pairs(&parts), cell.screening.rest), cell.robot.joints())
+        {
             tracing::warn!("{}: {hint}", path.display());
         }
         Ok(parts)

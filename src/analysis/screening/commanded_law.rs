@@ -12,19 +12,8 @@ use didim_dynamics::control::{
 use didim_dynamics::robot::{JointIndex, MotorIndex, Transmission};
 use didim_formats::Measurement;
 
+use crate::cell::CommandCheck;
 use crate::window::{DriveReadings, JointReading};
-
-/// A target below this is zero \[rad/s, N·m\]. No count of a 12-bit signal over ±45 rad/s or ±54
-/// N·m is zero; its step is half of this value.
-const ZERO: f64 = 0.05;
-/// Relative tolerance between a speed target and the reference speed. Their extremes have to agree
-/// within [`ZERO`] plus this share.
-const SPEED: f64 = 0.05;
-/// Half of the time over which the reference is differentiated \[s\]. Over a shorter time, single
-/// counts are visible.
-const REACH_S: f64 = 0.01;
-/// Minimum computation rate of the loop \[Hz\]. Motors compute it at tens of kilohertz.
-const LOOP_HZ: f64 = 5000.0;
 
 /// Error when a record does not show the controller of the arm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -120,9 +109,11 @@ pub enum LawError {
 pub fn commanded_controller<'a>(
     records: impl IntoIterator<Item = (&'a Measurement, &'a Range<usize>, &'a DriveReadings)>,
     transmission: &Transmission,
+    check: CommandCheck,
 ) -> Result<SimulatedController, LawError> {
-    let mut laws =
-        records.into_iter().map(|(of, counted, readings)| law(of, counted, readings, transmission));
+    let mut laws = records
+        .into_iter()
+        .map(|(of, counted, readings)| law(of, counted, readings, transmission, check));
     let first = laws.next().unwrap_or(Err(LawError::Different))?;
     laws.try_for_each(|law| if law? == first { Ok(()) } else { Err(LawError::Different) })?;
     Ok(first)
@@ -133,6 +124,7 @@ fn law(
     counted: &Range<usize>,
     readings: &DriveReadings,
     transmission: &Transmission,
+    check: CommandCheck,
 ) -> Result<SimulatedController, LawError> {
     let signals = &measurement.signals;
     let samples = counted.len() as u64;
@@ -173,7 +165,7 @@ fn law(
         }
         let &JointReading { minimum: least, maximum: most, .. } =
             constant_of(&readings.torque_target)?;
-        if least.abs().max(most.abs()) > ZERO {
+        if least.abs().max(most.abs()) > check.zero {
             return Err(LawError::Torque { joint, least, most });
         }
         let &JointReading { minimum: least, maximum: most, .. } =
@@ -181,9 +173,9 @@ fn law(
         let reference = signals.reference_rad.as_ref().and_then(|all| all.get(axis));
         let reference =
             reference.ok_or(LawError::Missing { joint, without_law: samples, samples })?;
-        let rests = least.abs().max(most.abs()) <= ZERO;
-        let [slowest, fastest] = speeds(reference, counted, signals.sample_rate_hz);
-        let within = ZERO + SPEED * slowest.abs().max(fastest.abs());
+        let rests = least.abs().max(most.abs()) <= check.zero;
+        let [slowest, fastest] = speeds(reference, counted, signals.sample_rate_hz, check.reach_s);
+        let within = check.zero + check.speed_share * slowest.abs().max(fastest.abs());
         if !rests && ((least - slowest).abs() > within || (most - fastest).abs() > within) {
             return Err(LawError::Speed { joint, least, most });
         }
@@ -197,7 +189,7 @@ fn law(
     });
     let rate_hz = signals.sample_rate_hz;
     let timing = ControlTiming::Continuous {
-        sample_period_s: (rate_hz * (LOOP_HZ / rate_hz).ceil()).recip(),
+        sample_period_s: (rate_hz * (check.loop_hz / rate_hz).ceil()).recip(),
     };
     let joints = joints.collect::<Result<_, _>>()?;
     Ok(SimulatedController::Cabinet { timing, joints, rescale_to_inertia_kg_m2: None })
@@ -219,9 +211,9 @@ fn reading(
 }
 
 /// Returns the smallest and the largest speed of a reference over the counted samples \[rad/s\].
-fn speeds(reference: &[f64], counted: &Range<usize>, rate_hz: f64) -> [f64; 2] {
+fn speeds(reference: &[f64], counted: &Range<usize>, rate_hz: f64, reach_s: f64) -> [f64; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few samples")]
-    let reach = (REACH_S * rate_hz).ceil() as usize;
+    let reach = (reach_s * rate_hz).ceil() as usize;
     let along = reference.get(counted.clone()).unwrap_or_default();
     #[expect(clippy::cast_precision_loss, reason = "a few samples")]
     let over_s = 2.0 * reach as f64 / rate_hz;

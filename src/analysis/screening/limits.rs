@@ -9,20 +9,8 @@ use didim_formats::{Measurement, Side};
 use didim_identification::identification::KeptParameters;
 
 use crate::cell::Cell;
+use crate::cell::LimitCheck;
 use crate::text::significant;
-
-/// Multiple of a limit beyond which the data are no motion of this robot.
-const REFUSED: f64 = 2.0;
-/// Multiple of a limit beyond which a note is given. Limits are round numbers, and a controller
-/// overshoots.
-const NOTED: f64 = 1.02;
-/// Half step of the position difference that gives a speed \[s\]. It keeps noise out of the speed.
-const HALF_STEP_S: f64 = 0.01;
-/// Largest number of samples beyond a limit that is a glitch and no motion.
-const GLITCH: usize = 5;
-/// Multiple of a limit that indicates a wrong unit. A wrong unit is off by a factor of 57, of 1000
-/// or of a gear ratio.
-const UNIT: f64 = 10.0;
 
 /// Quantity beyond a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,11 +166,12 @@ pub fn unlisted_laws(cell: &Cell) -> Option<String> {
 /// first.
 ///
 /// # Errors
-/// [`BeyondLimits`], if a value exceeds twice its limit.
+/// [`BeyondLimits`], if a value exceeds [`LimitCheck::refused`] times its limit.
 pub fn check_limits(
     measurement: &Measurement,
     counted: &Range<usize>,
     robot: &Robot,
+    check: LimitCheck,
 ) -> Result<Vec<Beyond>, BeyondLimits> {
     let signals = &measurement.signals;
     let fits =
@@ -191,7 +180,7 @@ pub fn check_limits(
         // The conversion to an experiment reports this.
         return Ok(Vec::new());
     }
-    let joints = Joints::new(measurement, counted, robot);
+    let joints = Joints::new(measurement, counted, robot, check);
     let mut beyond: Vec<Beyond> = (0..robot.joints())
         .flat_map(|joint| {
             let limited = [Limited::Position, Limited::Speed, Limited::Torque];
@@ -200,8 +189,8 @@ pub fn check_limits(
         .flatten()
         .collect();
     beyond.sort_by(|a, b| b.times.total_cmp(&a.times));
-    if beyond.first().is_some_and(|worst| worst.times > REFUSED) {
-        beyond.retain(|one| one.times > REFUSED);
+    if beyond.first().is_some_and(|worst| worst.times > check.refused) {
+        beyond.retain(|one| one.times > check.refused);
         beyond.truncate(3);
         return Err(BeyondLimits(beyond));
     }
@@ -210,6 +199,7 @@ pub fn check_limits(
 
 /// The counted samples on the joint side.
 struct Joints {
+    check: LimitCheck,
     first: usize,
     period_s: f64,
     /// By joint.
@@ -218,7 +208,12 @@ struct Joints {
 }
 
 impl Joints {
-    fn new(measurement: &Measurement, counted: &Range<usize>, robot: &Robot) -> Self {
+    fn new(
+        measurement: &Measurement,
+        counted: &Range<usize>,
+        robot: &Robot,
+        check: LimitCheck,
+    ) -> Self {
         let signals = &measurement.signals;
         let side = |columns: &[Vec<f64>], turn: &dyn Fn(&[f64], &mut [f64])| -> Vec<Vec<f64>> {
             let mut transposed = vec![Vec::with_capacity(counted.len()); columns.len()];
@@ -237,6 +232,7 @@ impl Joints {
         };
         let transmission = robot.transmission();
         Self {
+            check,
             first: counted.start,
             period_s: 1.0 / signals.sample_rate_hz,
             position: side(&signals.position_rad, &|from, to| {
@@ -277,18 +273,18 @@ impl Joints {
             }
         };
         let values = (0..position.len()).map(|k| (k, value_at(k)));
-        let samples = values.clone().filter(|(_, (.., times))| *times > NOTED).count();
+        let samples = values.clone().filter(|(_, (.., times))| *times > self.check.noted).count();
         let (sample, (value, limit, times)) = values.max_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
-        if times <= NOTED {
+        if times <= self.check.noted {
             return None;
         }
         let cause = match limited {
-            _ if samples <= GLITCH => Cause::Glitch,
-            Limited::Torque if times > UNIT => Cause::TorqueUnit,
+            _ if samples <= self.check.glitch_samples => Cause::Glitch,
+            Limited::Torque if times > self.check.other_unit => Cause::TorqueUnit,
             Limited::Torque => Cause::Gain,
             _ => match self.wrap(joint, joint_of_chain.kind) {
                 Some(time_s) => Cause::Wrap { time_s },
-                None if times > UNIT => Cause::PositionUnit,
+                None if times > self.check.other_unit => Cause::PositionUnit,
                 None => Cause::Axis,
             },
         };
@@ -305,7 +301,7 @@ impl Joints {
             clippy::cast_sign_loss,
             reason = "a few samples"
         )]
-        let half = ((HALF_STEP_S / self.period_s).round() as usize).max(1);
+        let half = ((self.check.half_step_s / self.period_s).round() as usize).max(1);
         let (before, after) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
         #[expect(clippy::cast_precision_loss, reason = "a few samples")]
         let time_s = (after - before).max(1) as f64 * self.period_s;

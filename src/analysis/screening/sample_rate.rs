@@ -13,19 +13,7 @@ use didim_drivers::layout::{CompiledLayout, CyclesBy};
 use didim_dynamics::JointSample;
 use didim_formats::{Measurement, RATE_TOLERANCE};
 
-/// Number of standard uncertainties beyond the tolerance at which an estimate counts as wrong.
-const COVERAGE: f64 = 3.0;
-
-/// Largest relative standard uncertainty of a checked rate. A rate error of 1e-3 is then four of
-/// these uncertainties away from an accepted rate.
-const UNCERTAINTY: f64 = 1e-4;
-
-/// Number of blocks of samples. Fewer samples than this identify nothing.
-const BLOCKS: usize = 16;
-
-/// Share of the blocks within the scatter, and the corresponding standard deviations of normal
-/// noise. The share tolerates nearly as many outlier blocks as the median of the slopes does.
-const WITHIN: (f64, f64) = (0.75, 1.15);
+use crate::cell::RateCheck;
 
 /// The rate of the samples differs from the layout or cannot be determined.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -85,8 +73,9 @@ fn without_stamps(frames_may_count: bool) -> &'static str {
 pub(crate) fn measurement(
     samples: &[JointSample],
     layout: &CompiledLayout,
+    options: RateCheck,
 ) -> Result<Measurement, RateError> {
-    let rate_unchecked = check_rate(samples, layout)?;
+    let rate_unchecked = check_rate(samples, layout, options)?;
     let measurement = Measurement::from_samples(samples, layout.axes(), 1e9 / layout.period_ns());
     Ok(Measurement { rate_unchecked, ..measurement })
 }
@@ -99,10 +88,11 @@ pub(crate) fn measurement(
 pub(crate) fn check_rate(
     samples: &[JointSample],
     layout: &CompiledLayout,
+    options: RateCheck,
 ) -> Result<bool, RateError> {
     let rate_unchecked = layout.cycles_by() == CyclesBy::Frames;
     if !rate_unchecked {
-        check(samples, 1e9 / layout.period_ns(), !layout.at_arrival())?;
+        check(samples, 1e9 / layout.period_ns(), !layout.at_arrival(), options)?;
     }
     Ok(rate_unchecked)
 }
@@ -115,19 +105,20 @@ fn check(
     samples: &[JointSample],
     expected_hz: f64,
     frames_may_count: bool,
+    options: RateCheck,
 ) -> Result<(), RateError> {
-    if samples.len() < BLOCKS {
+    if samples.len() < options.blocks {
         return Ok(());
     }
-    let (slow, uncertainty) = slope(&least_late(samples, expected_hz));
+    let (slow, uncertainty) = slope(&least_late(samples, expected_hz, options.blocks), options);
     let found_hz = expected_hz / (1.0 + slow);
     let uncertainty_hz = expected_hz * uncertainty;
     let off = (found_hz / expected_hz - 1.0).abs();
-    if off > RATE_TOLERANCE + COVERAGE * uncertainty {
+    if off > RATE_TOLERANCE + options.coverage * uncertainty {
         return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     // Also covers NaN, the result of missing stamps.
-    if uncertainty.is_nan() || uncertainty > UNCERTAINTY {
+    if uncertainty.is_nan() || uncertainty > options.most_uncertainty {
         return Err(RateError::Unknown { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     Ok(())
@@ -135,11 +126,11 @@ fn check(
 
 /// Returns the least late sample of each block: its nominal time and its lateness \[s\], both
 /// relative to the first sample.
-fn least_late(samples: &[JointSample], expected_hz: f64) -> Vec<(f64, f64)> {
+fn least_late(samples: &[JointSample], expected_hz: f64, blocks: usize) -> Vec<(f64, f64)> {
     let Some(first) = samples.first() else { return Vec::new() };
-    let blocks = (0..BLOCKS).filter_map(|block| {
-        let start = block * samples.len() / BLOCKS;
-        let end = (block + 1) * samples.len() / BLOCKS;
+    let blocks = (0..blocks).filter_map(|block| {
+        let start = block * samples.len() / blocks;
+        let end = (block + 1) * samples.len() / blocks;
         let block_samples = samples.get(start..end)?.iter().map(|sample: &JointSample| {
             let nominal_s = sample.sequence.saturating_sub(first.sequence) as f64 / expected_hz;
             // Signed nanoseconds: a stamp before the first one is early and not enormous.
@@ -152,7 +143,7 @@ fn least_late(samples: &[JointSample], expected_hz: f64) -> Vec<(f64, f64)> {
 }
 
 /// Returns the slope of the second values over the first, and its standard uncertainty.
-fn slope(points: &[(f64, f64)]) -> (f64, f64) {
+fn slope(points: &[(f64, f64)], options: RateCheck) -> (f64, f64) {
     let pairs = points.iter().enumerate().flat_map(|(k, one)| {
         points[k + 1..].iter().map(move |other| (other.1 - one.1) / (other.0 - one.0))
     });
@@ -160,7 +151,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let residuals: Vec<f64> = points.iter().map(|(x, y)| y - slope * x).collect();
     let middle = quantile(residuals.clone(), 0.5);
     let deviations = residuals.iter().map(|e| (e - middle).abs()).collect();
-    let scatter = quantile(deviations, WITHIN.0) / WITHIN.1;
+    let scatter = quantile(deviations, options.share_within) / options.deviations_within;
     let mean = points.iter().map(|(x, _)| x).sum::<f64>() / points.len() as f64;
     let spread = points.iter().map(|(x, _)| (x - mean).powi(2)).sum::<f64>().sqrt();
     (slope, scatter / spread)
@@ -231,11 +222,21 @@ mod tests {
         for name in STAMPINGS {
             for seconds in [1.5, 3.0, 8.0, 60.0] {
                 for off in [-2e-4, -1e-4, 0.0, 1e-4, 2e-4] {
-                    let outcome = check(&samples(seconds, off, stamping(name)), 500.0, true);
+                    let outcome = check(
+                        &samples(seconds, off, stamping(name)),
+                        500.0,
+                        true,
+                        RateCheck::default(),
+                    );
                     assert_eq!(outcome, Ok(()), "{name} {seconds} s {off}");
                 }
                 for off in [-9e-3, -1e-3, 1e-3, 5e-3, 1e-2, 0.05] {
-                    let outcome = check(&samples(seconds, off, stamping(name)), 500.0, true);
+                    let outcome = check(
+                        &samples(seconds, off, stamping(name)),
+                        500.0,
+                        true,
+                        RateCheck::default(),
+                    );
                     assert!(outcome.is_err(), "{name} {seconds} s {off}: {outcome:?}");
                 }
             }
@@ -244,7 +245,9 @@ mod tests {
 
     #[test]
     fn the_error_has_both_rates_and_the_key() {
-        let Err(error) = check(&samples(3.0, -9e-3, stamping("jitter")), 500.0, true) else {
+        let Err(error) =
+            check(&samples(3.0, -9e-3, stamping("jitter")), 500.0, true, RateCheck::default())
+        else {
             panic!()
         };
         let RateError::Wrong { found_hz, uncertainty_hz, .. } = error else { panic!("{error}") };
@@ -259,7 +262,9 @@ mod tests {
     fn frames_are_not_advised_where_signals_need_stamps() {
         let late = |k: u64, _: f64| 0.5 * (3.0 * random(k / 250)).floor();
         for samples in [samples(3.0, -9e-3, stamping("jitter")), samples(4.0, 0.0, late)] {
-            let text = |counts| check(&samples, 500.0, counts).unwrap_err().to_string();
+            let text = |counts| {
+                check(&samples, 500.0, counts, RateCheck::default()).unwrap_err().to_string()
+            };
             assert!(text(true).contains("set cycles_by = \"frames\""), "{}", text(true));
             assert!(!text(false).contains("cycles_by"), "{}", text(false));
             assert!(text(false).contains("an adapter that stamps its frames"));
@@ -269,10 +274,17 @@ mod tests {
     #[test]
     fn stamps_that_show_nothing_are_not_taken_for_the_rate() {
         // Lateness of up to a second and a half, in steps of half a second, one burst at a time.
-        let outcome =
-            check(&samples(4.0, 0.0, |k, _| 0.5 * (3.0 * random(k / 250)).floor()), 500.0, true);
+        let outcome = check(
+            &samples(4.0, 0.0, |k, _| 0.5 * (3.0 * random(k / 250)).floor()),
+            500.0,
+            true,
+            RateCheck::default(),
+        );
         assert!(outcome.is_err(), "{outcome:?}");
         // A window with fewer samples than blocks is not checked.
-        assert_eq!(check(&samples(0.02, 0.5, stamping("exact")), 500.0, true), Ok(()));
+        assert_eq!(
+            check(&samples(0.02, 0.5, stamping("exact")), 500.0, true, RateCheck::default()),
+            Ok(())
+        );
     }
 }

@@ -6,16 +6,10 @@ use std::collections::BTreeSet;
 
 use didim_formats::Measurement;
 
-/// Largest range of a joint at rest, in standard deviations of its noise. Ten million samples of
-/// white noise stay within it.
-const NOISE: f64 = 12.0;
-/// Upper limit for the range of noise \[rad or m\]. Motion sampled a few times per turn exceeds it.
-const LARGEST: f64 = 0.05;
-/// Maximum number of values of an encoder that flickers at rest.
-const VALUES: usize = 4;
+use crate::cell::RestCheck;
 
 /// Returns the joints that do not move beyond their noise in any counted sample.
-pub fn still_joints(parts: &[(&Measurement, Range<usize>)]) -> Vec<JointIndex> {
+pub fn still_joints(parts: &[(&Measurement, Range<usize>)], check: RestCheck) -> Vec<JointIndex> {
     let axes = parts.first().map_or(0, |(measurement, _)| measurement.axes());
     (0..axes)
         .filter(|axis: &usize| {
@@ -25,18 +19,18 @@ pub fn still_joints(parts: &[(&Measurement, Range<usize>)]) -> Vec<JointIndex> {
                     measurement.signals.position_rad.get(*axis)?.get(counted.clone())
                 })
                 .collect();
-            is_still(&part_list)
+            is_still(&part_list, check)
         })
         .map(JointIndex::new)
         .collect()
 }
 
-fn is_still(parts: &[&[f64]]) -> bool {
+fn is_still(parts: &[&[f64]], check: RestCheck) -> bool {
     let values_of_all = || parts.iter().flat_map(|piece| piece.iter());
     let mut values = BTreeSet::new();
     if values_of_all().all(|value| {
         values.insert(value.to_bits());
-        values.len() <= VALUES
+        values.len() <= check.flickering_values
     }) {
         return true;
     }
@@ -48,8 +42,8 @@ fn is_still(parts: &[&[f64]]) -> bool {
     let squares: f64 = bends().map(|of| (of[0] - 2.0 * of[1] + of[2]).powi(2)).sum();
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = bends().count() as f64;
-    let rests = high - low <= NOISE * (squares / (6.0 * count)).sqrt();
-    count > 0.0 && rests && high - low < LARGEST
+    let rests = high - low <= check.noise_deviations * (squares / (6.0 * count)).sqrt();
+    count > 0.0 && rests && high - low < check.most_range
 }
 
 #[cfg(test)]
@@ -86,7 +80,10 @@ mod tests {
         let signals =
             Signals { sample_rate_hz: 500.0, position_rad, torque_nm, reference_rad: None };
         let measurement = Measurement { side: Side::Joint, rate_unchecked: false, signals };
-        assert_eq!(still_joints(&[(&measurement, 0..samples)]), [0, 1, 2].map(JointIndex::new));
-        assert_eq!(still_joints(&[]), []);
+        assert_eq!(
+            still_joints(&[(&measurement, 0..samples)], RestCheck::default()),
+            [0, 1, 2].map(JointIndex::new)
+        );
+        assert_eq!(still_joints(&[], RestCheck::default()), []);
     }
 }

@@ -12,18 +12,6 @@ use super::problem::{Experiment, IdentificationError, Method, Options};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// Steps of a decade: each 1.4 to 1.5 times the one before.
-const STEPS: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 5.0, 7.0];
-
-/// From this share of the parallel filter's cut-off on, to so many times as much.
-const RANGE: [f64; 2] = [0.1, 20.0];
-
-/// But at most this share of the sample rate: beyond, differences take noise for acceleration.
-const HIGHEST: f64 = 0.35;
-
-/// A held-out error so much larger than the smallest, relative to it, is a tie.
-const TIE: f64 = 0.01;
-
 /// Chooses by IDIM-LS the lowest cut-off whose held-out error is as small as that of any; `tried`
 /// is called after each identification.
 ///
@@ -55,7 +43,8 @@ pub fn choose_cutoff(
     };
     let trials: Vec<CutoffTrial> = candidates.into_iter().filter_map(trial).collect();
     let least = trials.iter().map(|trial| trial.held_out).fold(f64::INFINITY, f64::min);
-    let chosen = trials.iter().find(|trial| trial.held_out <= (1.0 + TIE) * least);
+    let chosen =
+        trials.iter().find(|trial| trial.held_out <= (1.0 + options.cutoff_search.tie) * least);
     let nothing = || failure.unwrap_or(IdentificationError::NothingHeldOut);
     let cutoff_hz = chosen.ok_or_else(nothing)?.cutoff_hz;
     Ok(ChosenCutoff { cutoff_hz, trials })
@@ -64,13 +53,15 @@ pub fn choose_cutoff(
 /// In rising order \[Hz\].
 fn candidates(options: &Options, sample_rate_hz: f64) -> Vec<f64> {
     let passband_hz = options.decimation_filter.cutoff_hz(sample_rate_hz);
-    let [low, high] = RANGE.map(|share| share * passband_hz);
-    let high = high.min(HIGHEST * sample_rate_hz);
+    let search = &options.cutoff_search;
+    let [low, high] = search.range.map(|share| share * passband_hz);
+    let high = high.min(search.highest * sample_rate_hz);
     let candidate = |step: f64, decade: i32| match decade {
         // Ten to a negative power is no round number.
         ..0 => step / 10_f64.powi(-decade),
         _ => step * 10_f64.powi(decade),
     };
-    let decades = (-3..=5).flat_map(|decade| STEPS.map(|step| candidate(step, decade)));
+    let decades =
+        (-3..=5).flat_map(|decade| search.decade.iter().map(move |step| candidate(*step, decade)));
     decades.filter(|hz| (low..=high).contains(hz)).collect()
 }

@@ -18,33 +18,6 @@ use didim_dynamics::robot::{
     FrictionLaw, JointFriction, JointIndex, Parameter, ParameterKind, Robot, SignModel,
 };
 
-/// Widths of the sign that are tried, as shares of a joint's highest speed.
-const WIDTHS: [f64; 7] = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
-
-/// Speeds of Stribeck friction that are tried, likewise.
-const STRIBECK: [f64; 3] = [0.02, 0.06, 0.2];
-
-/// Shapes are refined by these factors, one after the other, each as often as it helps.
-const REFINEMENTS: [f64; 4] = [1.4, 1.0 / 1.4, 1.18, 1.0 / 1.18];
-
-/// But not more often than this.
-const MAX_STEPS: usize = 5;
-
-/// Share of a joint's held-out error that a change has to remove: a law that nobody needs is one
-/// more that the next motion may contradict.
-const LEAST_GAIN: f64 = 0.05;
-
-/// Increase of the torque uncertainty outside the recorded motion that counts as a tie, relative to
-/// all of it.
-const TIE: f64 = 0.001;
-
-/// The share of the load that friction may take: a gear of which it takes more than half locks
-/// itself, and cannot be driven back.
-const MOST_OF_LOAD: f64 = 0.5;
-
-/// Rounds in which every joint may get one change.
-const MAX_ROUNDS: usize = 4;
-
 /// Chooses the friction laws of a robot by IDIM-LS; `tried` is called after each identification.
 ///
 /// # Errors
@@ -65,10 +38,11 @@ pub fn choose_friction(
     let mut search =
         Search { robot, experiment, options, tried, trials: 0, most_extrapolation: f64::INFINITY };
     let first = search.first(base)?;
-    search.most_extrapolation = first.score.extrapolation + TIE;
+    search.most_extrapolation =
+        first.score.extrapolation + options.friction_search.extrapolation_tie;
     let (before, mut best, mut gains) = (first.score, first, Vec::new());
     let candidates = search.candidates(&highest);
-    for _ in 0..MAX_ROUNDS {
+    for _ in 0..options.friction_search.rounds {
         if !search.round(&mut best, &candidates, &mut gains) {
             break;
         }
@@ -125,11 +99,13 @@ impl<T: FnMut()> Search<'_, T> {
     fn first(&mut self, base: &BaseParameters) -> Result<Trial, IdentificationError> {
         let estimate = self.identify(self.robot, base)?;
         let friction = self.robot.own_friction().to_vec();
-        scored(friction, &estimate).ok_or(IdentificationError::NothingHeldOut)
+        scored(friction, &estimate, self.options.friction_search.most_of_load)
+            .ok_or(IdentificationError::NothingHeldOut)
     }
 
     /// Returns the changes to try, each with its law at every moving joint.
     fn candidates(&self, highest: &[f64]) -> Vec<Vec<Option<FrictionChange>>> {
+        let search = &self.options.friction_search;
         let at_each = |change: &dyn Fn(f64) -> FrictionChange| {
             let of_joint = |speed: &f64| (*speed > 0.0).then(|| change(*speed));
             highest.iter().map(of_joint).collect()
@@ -139,12 +115,12 @@ impl<T: FnMut()> Search<'_, T> {
             laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
         if self.robot.friction().coulomb {
             candidates.push(self.by_load(highest));
-            candidates.extend(WIDTHS.map(|share| {
+            candidates.extend(search.sign_widths.iter().map(|share| {
                 at_each(&|speed| {
                     FrictionChange::Sign(SignModel::Tanh { width_rad_s: rounded(share * speed) })
                 })
             }));
-            candidates.extend(STRIBECK.map(|share| {
+            candidates.extend(search.stribeck_speeds.iter().map(|share| {
                 at_each(&|speed| {
                     FrictionChange::Law(FrictionLaw::Stribeck {
                         speed_rad_s: rounded(share * speed),
@@ -188,7 +164,11 @@ impl<T: FnMut()> Search<'_, T> {
                     continue;
                 }
                 let gain = best.gain(&trial, joint);
-                let Some(change) = change.filter(|_| gain >= LEAST_GAIN) else { continue };
+                let Some(change) =
+                    change.filter(|_| gain >= self.options.friction_search.least_gain)
+                else {
+                    continue;
+                };
                 if wanted[joint].is_none_or(|(other, _)| gain > other) {
                     wanted[joint] = Some((gain, change));
                 }
@@ -203,7 +183,9 @@ impl<T: FnMut()> Search<'_, T> {
             let mut alone = vec![None; best.friction.len()];
             alone[joint] = Some(change);
             let Some(trial) = self.try_changes(best, &alone) else { continue };
-            if best.gain(&trial, joint) < LEAST_GAIN || !self.is_no_worse(&trial, best) {
+            if best.gain(&trial, joint) < self.options.friction_search.least_gain
+                || !self.is_no_worse(&trial, best)
+            {
                 continue;
             }
             let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
@@ -219,11 +201,12 @@ impl<T: FnMut()> Search<'_, T> {
         // The speeds of a joint that was not changed stay as they are.
         let changed = |joint: usize| gains.iter().any(|gain| gain.joint == JointIndex::new(joint));
         let chain = self.robot.chain();
-        for factor in REFINEMENTS {
+        let search = self.options.friction_search.clone();
+        for factor in search.refinements {
             let scaled = |v: f64| rounded(factor * v);
             let mut step = |of: &dyn Fn(usize, &JointFriction) -> JointFriction| {
                 let improved = |_: &usize| self.refine_by(of, best);
-                (0..MAX_STEPS).take_while(improved).for_each(drop);
+                (0..search.most_refinements).take_while(improved).for_each(drop);
             };
             step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
             // Ways are stated by rule of thumb.
@@ -293,7 +276,8 @@ impl<T: FnMut()> Search<'_, T> {
     fn trial(&mut self, friction: Vec<JointFriction>) -> Option<Trial> {
         let robot = self.robot.clone().with_friction(friction.clone());
         let base = BaseParameters::compute(&Model::new(&robot)).ok()?;
-        scored(friction, &self.identify(&robot, &base).ok()?)
+        let estimate = self.identify(&robot, &base).ok()?;
+        scored(friction, &estimate, self.options.friction_search.most_of_load)
     }
 
     fn identify(
@@ -309,14 +293,14 @@ impl<T: FnMut()> Search<'_, T> {
     }
 }
 
-fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
+fn scored(friction: Vec<JointFriction>, estimate: &Estimate, most_of_load: f64) -> Option<Trial> {
     let held_out = estimate.held_out.relative_error?;
     let score = FrictionScore { held_out, extrapolation: estimate.extrapolation.relative_error };
     let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
     let possible = [
         (ParameterKind::Fs, f64::INFINITY),
         (ParameterKind::Fh, f64::INFINITY),
-        (ParameterKind::FcLoad, MOST_OF_LOAD),
+        (ParameterKind::FcLoad, most_of_load),
     ];
     let disguised = (0..friction.len())
         .map(|joint: usize| {

@@ -57,9 +57,9 @@ pub use payload::{
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use problem::{
-    BodiesFrom, ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure,
-    IdentificationError, IterationError, KeptParameters, LimitError, Method, Optimiser, Options,
-    PositionFilter, Selection, SensitivityMethod, SimulationOptions, Start, ToleranceError,
-    Tolerances, UnknownMethod, Use, VerdictLimits,
+    BodiesFrom, ConvergenceLimits, CutoffSearch, DecimationFilter, Experiment, ExperimentError,
+    Failure, FrictionSearch, IdentificationError, IterationError, KeptParameters, LimitError,
+    Method, Optimiser, Options, PositionFilter, Selection, SensitivityMethod, SimulationOptions,
+    Start, ToleranceError, Tolerances, UnknownMethod, Use, VerdictLimits,
 };
 pub use torque_along::{TorqueAlong, torque_along};

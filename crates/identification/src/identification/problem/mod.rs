@@ -10,6 +10,7 @@ mod iteration_error;
 mod limits;
 mod method;
 mod options;
+mod search;
 mod selection;
 mod simulation;
 mod tolerances;
@@ -26,6 +27,7 @@ pub use iteration_error::IterationError;
 pub use limits::{LimitError, VerdictLimits};
 pub use method::{Method, UnknownMethod};
 pub use options::{DecimationFilter, Options, PositionFilter};
+pub use search::{CutoffSearch, FrictionSearch};
 pub use selection::Selection;
 pub use simulation::{
     BodiesFrom, ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start,

@@ -6,6 +6,7 @@ use super::error::IdentificationError;
 use super::fixed::KeptParameters;
 use super::limits::VerdictLimits;
 use super::method::Method;
+use super::search::{CutoffSearch, FrictionSearch};
 use super::selection::Selection;
 use super::simulation::SimulationOptions;
 use super::tolerances::Tolerances;
@@ -56,6 +57,12 @@ pub struct Options {
     /// How the closed loop is simulated, and when the iteration ends.
     #[serde(default)]
     pub simulation: SimulationOptions,
+    /// Options of the search for friction laws.
+    #[serde(skip)]
+    pub friction_search: FrictionSearch,
+    /// Options of the search for the position filter's cut-off frequency.
+    #[serde(skip)]
+    pub cutoff_search: CutoffSearch,
 }
 
 impl Options {
@@ -74,6 +81,8 @@ impl Options {
             tolerances: Tolerances::default(),
             controller: None,
             simulation: SimulationOptions::default(),
+            friction_search: FrictionSearch::default(),
+            cutoff_search: CutoffSearch::default(),
         }
     }
 
