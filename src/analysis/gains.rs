@@ -101,7 +101,10 @@ pub fn find_gains(
     let Gains { gains, parameters, scale, centre, relative_error_per_joint } = outcome;
     let basis = match scale {
         Scale::Load(load) => format!("by a load of {} kg", load.mass_kg),
-        Scale::Reference(joint) => format!("without a load, by the stated gain of joint {joint}"),
+        Scale::Reference(joint) => format!(
+            "without a load, from the configured gain of joint \
+            {joint}"
+        ),
     };
     let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
     let gains = gains.iter().map(|gain| {

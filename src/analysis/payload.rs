@@ -23,12 +23,12 @@ pub enum LoadError {
     Payload(#[from] PayloadError),
     /// The baseline was set by an earlier version, or its result was missing. Set it again.
     #[error(
-        "the baseline has no covariance: it was set by an earlier version, or its result was gone; \
-        `didim baseline set` sets it anew"
+        "the baseline has no covariance: it was set by an earlier version, or its result was \
+            missing; `didim baseline set` sets it again"
     )]
     NoCovariance,
     /// The baseline belongs to another arm or to another model of it. Set a new one.
-    #[error("the baseline is of another robot or another model of it; set a new baseline")]
+    #[error("the baseline belongs to another robot or model; set a new baseline")]
     OtherModel,
 }
 

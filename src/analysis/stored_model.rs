@@ -239,8 +239,8 @@ impl StoredModel {
                 })?;
             }
             None if cell.chooses_cutoff => {
-                let explanation = "the cell leaves the cut-off of the position filter to the data, \
-                    and the result does not say which it was";
+                let explanation = "the cell lets the data choose the cut-off of the position \
+                    filter, and the result does not state it";
                 return Err(unfit(explanation.to_owned()));
             }
             None => {}

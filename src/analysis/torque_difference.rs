@@ -19,8 +19,8 @@ pub enum TorqueDifferenceError {
     Measurement(#[from] IdentifyError),
     /// The torques of both results come from different filters.
     #[error(
-        "the two results were identified behind different filters, so that their torques have no \
-         rows in common; identify both with the same cut-off and decimation"
+        "the two results were identified with different filters, so their rows cannot be \
+            compared; identify both with the same cut-off and decimation"
     )]
     Filters,
 }

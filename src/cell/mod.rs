@@ -183,8 +183,8 @@ impl Cell {
             line: open::line_of(&self.configuration.cell, key),
             key: key.to_owned(),
             problem: format!(
-                "\"auto\" is for a recording, and what is compared over years or runs has to be of \
-                 one model; run `didim identify` on a recording, and {instead}"
+                "\"auto\" is for a recording; results that are compared over time need one \
+                    model. Run `didim identify` on a recording, and {instead}"
             ),
         })
     }

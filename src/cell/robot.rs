@@ -199,11 +199,10 @@ fn missing(arm: &UrdfArm) -> String {
     let ones = vec!["1.0"; arm.joints()].join(", ");
     let names: Vec<&str> = arm.joint_names().collect();
     format!(
-        "a URDF says nothing of the drives, of {}; state them, where these lines do not fit with \
-         other values:\n\n[urdf]\n\
-         drive_inertia = true # false where torque is measured behind the gear\n\
-         gear_ratios = [{ones}] # turns of the motor to one of the joint; 1 where signals are of \
-         the joints' side\n\
+        "a URDF does not describe the drives of {}; add these lines with your values:\n\n[urdf]\n\
+         drive_inertia = true # false if torque comes from joint torque sensors\n\
+         gear_ratios = [{ones}] # motor turns per joint turn; 1 if the signals are on the joint \
+         side\n\
          friction = {{ viscous = true, coulomb = true, offset = true, sign = {{ model = \"tanh\", \
          width_rad_s = 0.02 }} }}",
         names.join(" ")

@@ -35,8 +35,8 @@ fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::warning(
         "bus.layout.reference",
         format!(
-            "is missing, and {} simulates the closed loop: it uses the filtered measured position \
-             as the reference, so that its result is nearly that of idim-ls",
+            "is missing, and {} simulates the closed loop: it uses the filtered measured \
+                position as the reference, so its result is nearly that of idim-ls",
             cell.method
         ),
         "add the signal of the target position, or choose idim-ls",
@@ -55,7 +55,7 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             key,
             format!(
-                "{} Hz at {} samples/s leaves the noise that differentiation amplifies most",
+                "{} Hz at {} samples/s passes the noise that differentiation amplifies most",
                 hertz(cutoff),
                 hertz(rate)
             ),

@@ -27,7 +27,7 @@ use crate::cell::Cell;
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     let mut findings = Vec::new();
     for note in &cell.robot_notes {
-        let remedy = "look at the arm with `didim robot`, and correct the URDF where it is wrong";
+        let remedy = "inspect the arm with `didim robot`, and correct the URDF if it is wrong";
         findings.push(Finding::note("robot", note.clone(), remedy));
     }
     if let Some(open) = open_limits(&cell.robot) {

@@ -44,9 +44,9 @@ pub(super) fn check(bus: &CellBus, findings: &mut Vec<Finding>) {
                 findings.push(Finding::warning(
                     format!("bus.drives[{axis}].{gain}.provenance"),
                     format!("`{provenance}` does not say where the gain comes from"),
-                    "a gain that is wrong by a factor makes parameters wrong by that factor, and \
-                     they fit as well: name the data sheet, the object of the drive, or the \
-                     measurement",
+                    "a wrong gain makes parameters wrong by the same factor, and the fit does \
+                        not show it: name the data sheet, the object of the drive, or the \
+                        measurement",
                 ));
             }
         }

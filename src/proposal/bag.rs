@@ -86,7 +86,7 @@ pub(super) fn propose(
         draft.put(
             SECTION,
             "effort.per_ampere",
-            Guess::open("torque of one ampere, of the joints' side, for all or a list [N·m/A]"),
+            Guess::open("torque of one ampere on the joint side, one for all or a list [N·m/A]"),
         );
     }
     draft.put(SECTION, "effort.sign", sign);
@@ -103,18 +103,18 @@ fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
         Some(BagTopic { log_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
             Guess::assumed(
                 quoted("log"),
-                "when they were recorded: the stamps in the messages do not advance",
+                "time of recording: the stamps in the messages do not advance",
             ),
             Some(*rate_hz),
         ),
         Some(_) => (
             Guess::assumed(
                 quoted("rows"),
-                "neither stamps nor times of the recording advance as a robot's do",
+                "neither the stamps nor the recording times advance at a constant rate",
             ),
             None,
         ),
-        None => (Guess::open("\"header\", \"log\" or \"rows\": whose time counts"), None),
+        None => (Guess::open("\"header\", \"log\" or \"rows\": the time to use"), None),
     }
 }
 
@@ -153,8 +153,8 @@ fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Gue
         Some(survey) => survey.torque(None),
         None if topic.is_some_and(|topic| !topic.without_effort.is_empty()) => [
             Guess::open(
-                "messages without an effort of some joint: nothing can be identified from them; \
-                record the drives' efforts",
+                "messages lack the effort of a joint, so nothing can be identified; record the \
+                    efforts of the drives",
             ),
             Guess::open("1 or -1"),
         ],

@@ -18,8 +18,8 @@ use crate::live::recording::open_log;
 const STAMPS: usize = 20_000;
 const BATCH: usize = 4096;
 /// Question for a torque that may or may not be measured.
-pub(super) const WHICH_VALIDITY: &str = "\"instant\" where it is measured; { held = { hold_us = …, \
-    delay_us = … } } where it is a command, as a rule for the cycle of the controller";
+pub(super) const WHICH_VALIDITY: &str = "\"instant\" if it is measured; { held = { hold_us = …, \
+    delay_us = … } } if it is a command, usually for one cycle of the controller";
 
 /// Proposes the interface and the windows.
 pub(super) fn surroundings(draft: &mut Draft<'_>) {
@@ -29,7 +29,7 @@ pub(super) fn surroundings(draft: &mut Draft<'_>) {
     draft.put(
         "window",
         "trigger",
-        Guess::assumed(trigger.to_owned(), "a motor that turns opens it, rest closes it"),
+        Guess::assumed(trigger.to_owned(), "motion of a motor opens it, rest closes it"),
     );
     draft.put(
         "window",
@@ -59,23 +59,15 @@ pub(super) fn drives(
         draft.put(
             &section,
             "position.sign",
-            Guess::open("1 where it counts as the robot file turns, else -1"),
+            Guess::open("1 if it counts in the positive direction of the robot file, else -1"),
         );
-        draft.put(
-            &section,
-            "position.zero",
-            Guess::open("the value at which the motor's angle is 0"),
-        );
-        let why = "the count never starts again; else \"modulo\"";
+        draft.put(&section, "position.zero", Guess::open("value at which the motor angle is 0"));
+        let why = "the count never wraps; else \"modulo\"";
         draft.put(&section, "position.wraps", Guess::assumed(quoted("refuse"), why));
-        draft.put(
-            &section,
-            "position.provenance",
-            Guess::open("where scale, sign and zero come from"),
-        );
+        draft.put(&section, "position.provenance", Guess::open("source of scale, sign and zero"));
         let scale = match unit(draft, "torque", axis).as_deref() {
             Some("nm" | "n·m" | "n.m") => Guess::from_file(quoted("nm"), named),
-            Some("a") => Guess::open("{ nm_per_a = … }: what an ampere is worth at the joint"),
+            Some("a") => Guess::open("{ nm_per_a = … }: joint torque of one ampere"),
             _ => Guess::open(
                 "{ per_mille_of_rated_torque = { rated_torque_nm = … } }, { nm_per_count = … } or \
                 \"nm\"",
@@ -85,9 +77,9 @@ pub(super) fn drives(
         draft.put(
             &section,
             "torque.sign",
-            Guess::open("1 where it drives as the robot file turns, else -1"),
+            Guess::open("1 if it acts in the positive direction of the robot file, else -1"),
         );
-        draft.put(&section, "torque.provenance", Guess::open("where scale and sign come from"));
+        draft.put(&section, "torque.provenance", Guess::open("source of scale and sign"));
     }
 }
 
@@ -97,7 +89,7 @@ pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
         Some(rate_hz) => {
             Guess::from_file(format!("{rate_hz:?}"), "the mean distance of the stamps")
         }
-        None => Guess::open("samples a second; a log tells it (--log)"),
+        None => Guess::open("samples per second; a log shows it (--log)"),
     }
 }
 

@@ -94,7 +94,7 @@ impl Bus<'_> {
             }
             (None, Some(id)) => Some(*id),
             (None, None) if once.is_some() => once.map(|signal| {
-                let why = "no SYNC is in the file: a message that comes once a cycle, here the \
+                let why = "the file has no SYNC: a message that comes once a cycle, here the \
                     first with a target or a position";
                 draft.put("bus.layout", "sync", Guess::assumed(quoted(signal.message), why));
                 signal.id
@@ -204,7 +204,8 @@ impl Bus<'_> {
                     Guess::assumed(quoted(&pattern), "by its name")
                 }
                 Ok(group) => Guess::open(&format!(
-                    "the {what} as Message.Signal, with {{axis}} from 1; `{}` counts otherwise",
+                    "the {what} as Message.Signal, with {{axis}} from 1; `{}` counts in another \
+                        way",
                     group.name()
                 )),
                 Err(which) => Guess::open(&format!(
@@ -214,7 +215,11 @@ impl Bus<'_> {
             draft.put(layout, &format!("{what}.signal"), guess);
         };
         let arrival = || {
-            Guess::assumed(quoted("arrival"), "no SYNC is in the file: when its own frame comes")
+            Guess::assumed(
+                quoted("arrival"),
+                "the file has no SYNC: valid at the arrival of \
+                its own frame",
+            )
         };
         match (self.position(), group_of(Meaning::Position)) {
             (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS, "1") => {

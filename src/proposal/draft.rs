@@ -180,10 +180,9 @@ impl Proposal {
     /// The cell file.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "# Above each value stands where it comes from: stated by you, found in the files, \
-             assumed because it is\n\
-             # usual (have a look), or missing. Put what is missing in place of {}; `didim check` \
-             lists what is left.\n\n",
+            "# The comment above a value names its source: stated by you, found in the files, \
+                assumed because it is\n# usual (please check), or missing. Replace {} by the \
+                missing values; `didim check` lists what is left.\n\n",
             quoted(OPEN)
         );
         let mut section = "";

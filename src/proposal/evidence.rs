@@ -105,7 +105,7 @@ pub enum ProposalError {
         bag: Option<PathBuf>,
     },
     /// An answer belongs to no question.
-    #[error("`{key}` is no key of this cell; those that can be set: {available}")]
+    #[error("`{key}` is not a key of this cell; available keys: {available}")]
     NotAsked {
         /// Its key.
         key: String,

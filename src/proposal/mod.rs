@@ -76,22 +76,23 @@ fn drives(draft: &mut Draft<'_>, evidence: &Evidence) {
         "urdf",
         "drive_inertia",
         Guess::open(
-            "false where torque is measured behind the gear, by sensors; true where it \
-            comes of the motor's current",
+            "true if torque comes from motor current, false if it comes from joint torque \
+                sensors",
         ),
     );
     let ratios = if draft.is("data.side", "joint") {
         Guess::assumed(list(&vec!["1.0"; joints]), "the signals are of the joints' side")
     } else {
         Guess::open(
-            "turns of each motor to one of its joint, as [100.0, 100.0]; 1 where signals are of \
-            the joints' side",
+            "motor turns per joint turn, such as [100.0, 100.0]; 1 if the signals are on the \
+                joint side",
         )
     };
     draft.put("urdf", "gear_ratios", ratios);
     let laws = "{ viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", \
         width_rad_s = 0.02 } }";
-    let why = "the usual law; `friction = \"auto\"` in [identification] has the recording choose";
+    let why = "the usual law; `friction = \"auto\"` in [identification] lets the recording \
+        choose";
     draft.put("urdf", "friction", Guess::assumed(laws.to_owned(), why));
 }
 
@@ -99,16 +100,16 @@ fn identification(draft: &mut Draft<'_>) {
     let rate_hz = draft.number("data.rate_hz").or(draft.number("bus.layout.rate_hz"));
     let section = "identification";
     draft.put(section, "method", Guess::assumed(quoted("idim-ls"), "needs no controller"));
-    let why = "the recording chooses the cut-off; state the one that is printed before comparing \
-        over time";
+    let why = "the recording chooses the cut-off; enter the printed one before you compare \
+        results over time";
     draft.put(section, "position_filter.cutoff_hz", Guess::assumed(quoted("auto"), why));
     let factor = rate_hz.map(|rate_hz| (rate_hz / ROWS_HZ).round().max(SAMPLES_PER_ROW));
     let guess = match factor {
         Some(factor) => Guess::assumed(
             format!("{factor:.0}"),
-            "samples for each row: ten, or as many as leave 25 rows a second",
+            "samples per row: ten, or as many as give 25 rows a second",
         ),
-        None => Guess::open("samples for each row: ten, or rate_hz / 25 where that is more"),
+        None => Guess::open("samples per row: ten, or rate_hz / 25 if that is more"),
     };
     draft.put(section, "decimation_filter.factor", guess);
 }

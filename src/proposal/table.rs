@@ -277,11 +277,13 @@ pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String>
     match (fitting.as_slice(), of_measured.next(), of_measured.next()) {
         ([one], ..) => Ok((*one).clone()),
         (_, Some(one), None) => Ok((*one).clone()),
-        ([], ..) if groups.is_empty() => Err("nothing is there once for each axis".to_owned()),
+        ([], ..) if groups.is_empty() => {
+            Err("no group of columns has one for each axis".to_owned())
+        }
         ([], ..) => {
             let names: Vec<String> =
                 groups.iter().map(|group| format!("`{}`", group.name())).collect();
-            Err(format!("once for each axis there are {}", names.join(" ")))
+            Err(format!("groups with one column for each axis: {}", names.join(" ")))
         }
         (several, ..) => {
             let names: Vec<String> =

@@ -77,11 +77,11 @@ impl Time {
     pub(super) fn put(&self, draft: &mut Draft<'_>, section: &str) {
         let Self { which, rate_hz, is_stated } = self;
         let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
-        let rows = |rate_hz: f64| format!("the rows are then {rate_hz:.6} a second");
+        let rows = |rate_hz: f64| format!("gives {rate_hz:.6} rows per second");
         match which {
             Which::Stamp(columns) => {
                 for (key, name) in ["time.sec", "time.nanosec"].into_iter().zip(columns) {
-                    let why = "by its name, one of the two parts of a stamp";
+                    let why = "by its name, one of two parts of a stamp";
                     draft.put(section, key, Guess::from_file(quoted(name), why));
                 }
             }

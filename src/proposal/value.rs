@@ -53,13 +53,13 @@ impl Guess {
 
 /// Questions for open values.
 pub(super) const WHICH_POSITION: &str =
-    "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
-pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \
-    \"A\" or \"mA\" with per_ampere for currents; a list where they differ";
-pub(super) const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, \
-    -1 where they do not; a list where they differ";
-pub(super) const WHICH_SIDE: &str =
-    "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";
+    "unit: \"rad\" or \"deg\"; \"m\" or \"mm\" for a prismatic joint; a list if they differ";
+pub(super) const WHICH_TORQUE: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic joint; \
+    \"A\" or \"mA\" with per_ampere for currents; a list if they differ";
+pub(super) const WHICH_SIGN: &str = "1 if a positive torque accelerates the joint in its \
+    positive direction, else -1; a list if they differ";
+pub(super) const WHICH_SIDE: &str = "\"motor\" if angles and torques are on the motor \
+    side, \"joint\" if they are on the joint side";
 
 /// Returns the texts of a list.
 pub(super) fn texts(values: &[toml::Value]) -> Vec<String> {

@@ -43,7 +43,7 @@ pub fn missing_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -
     let _ = match count {
         0 => writeln!(
             text,
-            "noise leaves no parameter that motions can tell uncertain by more than {percent}"
+            "noise leaves no identifiable parameter uncertain by more than {percent}"
         ),
         _ => writeln!(text, "noise leaves these parameters uncertain by more than {percent}:"),
     };
@@ -187,8 +187,8 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
     if !undetermined.is_empty() {
         let _ = writeln!(
             text,
-            "still uncertain after that: {}; `didim design` moves all joints at once for them \
-            (--parameters)",
+            "still uncertain after these motions: {}; `didim design --parameters` moves all \
+                joints at once for them",
             undetermined.join(", ")
         );
     }
@@ -196,8 +196,8 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
         let names: Vec<&str> = advice.small.iter().map(|k| name(*k)).collect();
         let _ = writeln!(
             text,
-            "too small compared with the noise for any of these motions, even if all others were \
-            known: {}; take a less noisy record, or leave them out",
+            "too small compared with the noise for all of these motions, even if all others \
+                were known: {}; record with less noise, or leave them out",
             names.join(", ")
         );
     }
@@ -207,14 +207,13 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
         let names: Vec<String> = advised.not_by_noise.iter().map(share_of).collect();
         let _ = writeln!(
             text,
-            "uncertain by what is stated and what the model lacks, not by noise, which more of the \
-            same does not change: {}",
+            "limited by model error and configured values; more data of this kind will not \
+                help: {}",
             names.join(", ")
         );
     }
     let [now, after] = advice.torque.map(share);
-    let _ =
-        write!(text, "what noise leaves open of the torques of all motions that were tried: {now}");
+    let _ = write!(text, "torque uncertainty from noise, over all tried motions: {now}");
     let _ = match advice.motions.is_empty() {
         true => writeln!(text),
         false => writeln!(text, ", and {after} with all of this"),

@@ -9,16 +9,16 @@ use crate::text::significant;
 pub fn consistent_summary(outcome: &Outcome) -> String {
     let Outcome { judgement, cost, least_cost, threshold, prior, .. } = outcome;
     let mut text = format!(
-        "{judgement}: the nearest ones cost {} (true ones stay below {}, 99 %), those written, \
-         near the prior, {}\n\
-         where the data do not decide, {prior} do: ",
+        "{judgement}: cost {} of the nearest ones (correct results stay below {}, 99 %), cost \
+            {} of those written, near the prior\nparameters without enough data come from \
+            {prior}: ",
         significant(*least_cost, 3),
         significant(*threshold, 3),
         significant(*cost, 3)
     );
     let count = |class| outcome.parameters.iter().filter(|of| of.class == class).count();
     text += &format!(
-        "{} parameters are the data's, {} are known in sums alone, {} are the prior's\n",
+        "{} parameters come from the data, {} only as sums, {} from the prior\n",
         count(Class::Data),
         count(Class::Combination),
         count(Class::Prior)

@@ -42,8 +42,8 @@ pub fn design_header(
     }
     if !keeps_time {
         lines.push(
-            "The controller makes the time law: speeds, accelerations and torques are its own, and \
-             nothing is expected of the parameters that the motion identifies."
+            "The controller plans the timing: it decides speeds, accelerations and torques, so \
+                no standard deviations are predicted."
                 .into(),
         );
     }
@@ -54,7 +54,7 @@ pub fn design_header(
         lines.push(format!("Torques are those with {}.", declared_load(load.expected)));
     }
     if !assignment.task.bounds.limits_torques() {
-        lines.push("Without parameters the torque that the motion takes is not known.".into());
+        lines.push("Without parameters the torques of the motion are unknown.".into());
     }
     lines.push("Limits used (SI units):".into());
     lines.extend(used.iter().map(limit));
@@ -93,8 +93,8 @@ pub fn prediction_lines(assignment: &Assignment, deviations: &[f64]) -> Vec<Stri
     if !assignment.measured_noise {
         return Vec::new();
     }
-    let intro = "Standard deviations with this motion and what was known before it; `didim \
-        identify --designed` holds the result against them:";
+    let intro = "Standard deviations from this motion and the result before it; `didim identify \
+        --designed` compares the new result with them:";
     let of_each = assignment.parameters.iter().zip(deviations);
     let of_each = of_each.map(|(own, of)| expectation_line(&own.name, *of, own.unit));
     core::iter::once(intro.to_owned()).chain(of_each).collect()
@@ -104,8 +104,8 @@ pub fn prediction_lines(assignment: &Assignment, deviations: &[f64]) -> Vec<Stri
 /// lines are for the header of a file and for people.
 pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     let mut lines = vec![format!(
-        "Standard deviations of what `didim payload` finds of {}, by a simulated recording of this \
-        motion:",
+        "Standard deviations that `didim payload` finds for {}, from a simulated recording of \
+            this motion:",
         declared_load(wanted.expected)
     )];
     let mut line = |what: String, found: Uncertain, unit: &str| {
@@ -126,14 +126,13 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
             line(format!("sum {}", of.name), of.found, of.unit);
         }
         lines.push(format!(
-            "The joints that move do not tell {} by themselves, only the sums; one joint before \
-            them has to move too.",
+            "The moving joints identify only sums of {}; one joint before them has to move too.",
             simulated.not_identifiable.join(" ")
         ));
     }
     if !simulated.without_effect.is_empty() {
         let none = simulated.without_effect.join(" ");
-        lines.push(format!("No motion of this arm shows {none} of a load."));
+        lines.push(format!("No motion of this arm identifies {none} of a load."));
     }
     lines
 }
@@ -283,8 +282,8 @@ pub fn conditions(assignment: &Assignment, used: &[Used]) -> String {
         format!("noise: the residuals of the result, {rows_per_s} rows per second\n")
     } else {
         format!(
-            "noise: ASSUMED, 1 % of each joint's torque limit in {rows_per_s} independent rows per \
-             second; compare motions by these σ, and take none for the uncertainty of a result\n"
+            "noise: ASSUMED, 1 % of each joint's torque limit in {rows_per_s} independent rows \
+                per second; use these σ to compare motions, not as the uncertainty of a result\n"
         )
     };
     let most = |kind: LimitKind| {

@@ -12,7 +12,7 @@ use crate::text::aligned;
 pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
     let rows: Vec<Vec<String>> = gains(chosen).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
-        "No other friction law predicts better than those of the robot file\n".to_owned()
+        "No other friction law predicts better than the ones of the robot file\n".to_owned()
     } else {
         aligned(&["joint", "friction", "held-out error", "with it"], &rows)
     };

@@ -33,7 +33,7 @@ pub fn gains_text(found: &FoundGains) -> String {
     let mut text = aligned(&header, &rows);
 
     text += &match found.scale {
-        Scale::Load(_) => "\nparameters of the arm without the load, by these gains\n".to_owned(),
+        Scale::Load(_) => "\nparameters of the arm without the load, with these gains\n".to_owned(),
         Scale::Reference(joint) => format!(
             "\nparameters of the arm in units of drive {joint}: the true ones are these times true \
             over stated gain of joint {joint}\n"
@@ -71,20 +71,24 @@ fn notes(found: &FoundGains) -> Vec<String> {
     };
     add_note(
         joints(found.gains.iter().filter(|gain| gain.found.is_none())),
-        "the recordings do not tell the gain, which stays as it is stated; parameters that these \
-        joints alone show are not identifiable either",
+        "the recordings do not identify the gain, so the configured value stays; parameters of \
+            these joints alone are not identifiable either",
     );
     let against = |gain: &&FoundGain| gain.found.is_some_and(|of| of.value < 0.0);
-    add_note(joints(found.gains.iter().filter(against)), "the sign is against the stated one");
+    add_note(
+        joints(found.gains.iter().filter(against)),
+        "the sign is opposite to the \
+        configured one",
+    );
     add_note(
         joints(found.gains.iter().filter(|gain| gain.key.is_none())),
-        "the cell file has no gain of the torque; multiply by this where the torque is made N·m",
+        "the cell file has no torque gain; multiply by this factor at the conversion to N·m",
     );
     if let Scale::Reference(joint) = found.scale {
         notes.push(format!(
-            "without a load nothing is in N·m: gains and parameters are proportional to the stated \
-             gain of joint {joint}, which nothing checks; a second recording with a known load \
-             (--loaded) tells it; σ is that of the noise, without errors of the model"
+            "without a load, gains and parameters are proportional to the configured gain of \
+                joint {joint}, which is unchecked; a second recording with a known load \
+                (--loaded) identifies it; σ includes noise only, no model error"
         ));
         return notes;
     }
@@ -97,13 +101,13 @@ fn notes(found: &FoundGains) -> Vec<String> {
             centre.degrees_of_freedom,
             significant(centre.probability, 2)
         ),
-        None => "the recordings do not tell the centre of the load; that it is right is taken for \
-            granted"
+        None => "the recordings do not identify the centre of the load; the configured centre \
+            is assumed"
             .to_owned(),
     });
     notes.push(
-        "gains and parameters are proportional to the stated mass, which nothing else checks; σ is \
-         that of the noise, without errors of the model or of the load"
+        "gains and parameters are proportional to the configured mass, which is unchecked; σ \
+            includes noise only, no errors of the model or of the load"
             .to_owned(),
     );
     notes

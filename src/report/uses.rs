@@ -34,12 +34,12 @@ pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
         };
         let meaning = match of {
             Use::Monitoring => "statistical uncertainty of a joint's torque along the motion",
-            Use::Prediction => "uncertainty of the torque where the arm has not been",
-            Use::ContactDetection => {
-                "99.9 % of the residuals of a joint that were held out are below"
+            Use::Prediction => "torque uncertainty outside the recorded motion",
+            Use::ContactDetection => "99.9 % of held-out residuals are smaller (worst joint)",
+            Use::PhysicalValues => {
+                "combined uncertainty of a parameter that contributes to the torque"
             }
-            Use::PhysicalValues => "combined uncertainty of a parameter that carries torque",
-            Use::RigidBody => "how far the mass matrix is from positive definite",
+            Use::RigidBody => "distance of the mass matrix from positive definite",
         };
         UseLine { of, answer, figure: shown(verdict.figure), limit: shown(verdict.limit), meaning }
     });
@@ -52,6 +52,6 @@ fn of_bodies(link_bodies: &PhysicalConsistency) -> UseLine {
         answer: if link_bodies.judgement == Judgement::Infeasible { "no" } else { "yes" },
         figure: format!("{} σ²", significant(link_bodies.cost, 2)),
         limit: format!("{} σ²", significant(link_bodies.cost_limit, 2)),
-        meaning: "squared distance from parameters that bodies have",
+        meaning: "squared distance from physically consistent parameters",
     }
 }

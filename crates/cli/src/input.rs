@@ -85,10 +85,7 @@ impl Samples {
         let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
         if others {
             let [from, to] = longest.times_s();
-            tracing::warn!(
-                "{}: the longest piece counts here, {from} to {to} s, and no other",
-                path.display()
-            );
+            tracing::warn!("{}: only the longest piece counts, {from} to {to} s", path.display());
         }
         Ok(longest)
     }
@@ -154,12 +151,12 @@ fn standstill(still: &[JointIndex], joints: usize) -> Option<String> {
                 .to_owned(),
         ),
         [one] => Some(format!(
-            "joint {one} never moves beyond its noise in the samples that count: they tell nothing \
-             of its friction and inertia; move it too, where that is wanted"
+            "joint {one} never moves beyond its noise in the samples that count: its friction \
+                and inertia cannot be identified; record it moving, if you need them"
         )),
         _ => Some(format!(
-            "joints {} never move beyond their noise in the samples that count: they tell nothing \
-             of their friction and inertia; move them too, where that is wanted",
+            "joints {} never move beyond their noise in the samples that count: their friction \
+                and inertia cannot be identified; record them moving, if you need them",
             named.join(" ")
         )),
     }

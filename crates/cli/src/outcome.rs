@@ -69,7 +69,7 @@ fn nothing_identified(snapshot: &Snapshot) -> CliError {
             format!("window {} was not identified: {}", rejected.number, rejected.rejection)
         }
         None if samples == 0 => {
-            "no complete sample: are these the frames that the cell's layout describes?".to_owned()
+            "no complete sample: do the frames match the cell's layout?".to_owned()
         }
         None => format!("no window in {samples} samples: see [window] in the cell file"),
     })

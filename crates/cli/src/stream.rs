@@ -68,7 +68,11 @@ impl Input {
             return Err(CliError::in_file(&shown, why));
         }
         if length == 0 {
-            return Err(CliError::in_file(&shown, "nothing came; give a recording, or a file"));
+            return Err(CliError::in_file(
+                &shown,
+                "standard input is empty; give a recording, or \
+                a file",
+            ));
         }
         // Opened again, it is read from its beginning.
         let path = format!("/proc/self/fd/{}", copy.as_raw_fd()).into();
@@ -135,6 +139,6 @@ mod tests {
             _ => panic!(),
         };
         assert!(why(&mut std::io::repeat(7)).contains("x: a stream of more than"));
-        assert!(why(&mut std::io::empty()).contains("x: nothing came"));
+        assert!(why(&mut std::io::empty()).contains("x: standard input is empty"));
     }
 }

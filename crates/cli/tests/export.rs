@@ -161,7 +161,11 @@ fn what_is_no_model_is_refused() {
         }
     });
     let said = export(&signs, &path_of("arm.urdf"));
-    assert!(said.code == Some(1) && said.stderr.contains("no bodies explain"), "{}", said.stderr);
+    assert!(
+        said.code == Some(1) && said.stderr.contains("no physically consistent parameters explain"),
+        "{}",
+        said.stderr
+    );
     // A part of the model.
     let part = changed("part.json", &|content| {
         let parameters = content["parameters"].as_array_mut().unwrap();

@@ -616,7 +616,7 @@ fn a_dbc_file_without_a_sync_shows_that_signals_are_of_their_arrival() {
         assert_eq!((word(key, "signal"), word(key, "valid")), (signal, "arrival"));
     }
     assert!(layout.get("temperature").is_none(), "nothing of it is in this file");
-    assert!(said.contains("no SYNC is in the file"), "{said}");
+    assert!(said.contains("the file has no SYNC"), "{said}");
 }
 
 /// The entry of a PDO's transmission type in a device file.
@@ -719,13 +719,13 @@ fn what_cannot_be_done_is_said() {
     says(
         &["--set", "urdf.mass=1"],
         78,
-        "`urdf.mass` is no key of this cell; those that can be set: data.position",
+        "`urdf.mass` is not a key of this cell; available keys: data.position",
         &folder,
     );
     says(&["--set", "urdf"], 2, "has to be KEY=VALUE", &folder);
     // Answers of another length or type: asked again, or refused by the cell that comes of them.
     let columns = "data.position.columns=[\"q1\", \"q2\", \"time\"]";
-    says(&["--set", columns], 78, "is no key of this cell", &folder);
+    says(&["--set", columns], 78, "is not a key of this cell", &folder);
     // A log that is none, or runs backwards.
     let log = folder.path().join("log.csv");
     let table = fs::read_to_string(&log).unwrap();

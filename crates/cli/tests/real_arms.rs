@@ -300,7 +300,7 @@ fn a_result_without_its_covariance_predicts_and_predicts_nothing() {
         assert!(found.to_string().len() < 40_000, "{}", found.to_string().len());
     });
     let text = predict_by(&earlier, "c", &[&"--report", &report.path()]);
-    assert!(text.contains("does not say what error to expect"), "{text}");
+    assert!(text.contains("does not state the expected error"), "{text}");
     assert!(
         text.lines().any(|line| line.starts_with("joint 6 ") && line.contains(" – ")),
         "{text}"
@@ -569,7 +569,7 @@ fn friction_laws_that_were_stated_go_with_the_result() {
     );
     std::fs::write(&cell, listed).unwrap();
     let said = didim(&[&"check", &"--cell", &cell, &"--other-machine"]);
-    assert!(said.stdout.contains("not identified, and count as 0: fh1"), "{said:?}");
+    assert!(said.stdout.contains("not identified and count as 0: fh1"), "{said:?}");
 }
 
 /// The cut-off that two motions of the KR 300 choose: a lower one predicts what was held out worse.

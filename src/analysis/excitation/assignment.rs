@@ -41,7 +41,7 @@ pub enum AssignmentError {
     #[error(transparent)]
     Payload(#[from] PayloadError),
     /// The joint does not exist. Name the joints that move.
-    #[error("there is no joint {joint}: the arm has {joints}; name those that move, from 1")]
+    #[error("there is no joint {joint}: the arm has {joints}; number the moving joints from 1")]
     NoSuchJoint {
         /// The number that was asked for.
         joint: usize,
@@ -49,10 +49,7 @@ pub enum AssignmentError {
         joints: usize,
     },
     /// The result has no covariance of its parameters. Identify again with this version.
-    #[error(
-        "the result does not say how well its parameters are known together; identify again with \
-        this version"
-    )]
+    #[error("the result has no covariance of its parameters; identify again with this version")]
     NoCovariance,
     /// The assumed noise needs a torque limit that the robot file leaves open. State the limit, or
     /// give a result.
@@ -66,8 +63,8 @@ pub enum AssignmentError {
     },
     /// A box is configured, but no shape of the arm. State shapes, or leave the box out.
     #[error(
-        "a box is stated, and nothing says how large the links are; state `capsules` in the robot \
-        file, or leave the box out"
+        "a box is configured, but the size of the links is unknown; state `capsules` in the \
+            robot file, or leave the box out"
     )]
     NoShapes,
 }

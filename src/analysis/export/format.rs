@@ -139,8 +139,9 @@ impl Consistent<'_> {
                 env!("CARGO_PKG_VERSION")
             ),
             format!(
-                "Cost of the nearest bodies {least_cost:.1} (true ones stay below {threshold:.0}, \
-                 99 %), of these {cost:.1}; where the data do not decide, {prior} do."
+                "Cost of the nearest consistent parameters {least_cost:.1} (correct results \
+                    stay below {threshold:.0}, 99 %), of these {cost:.1}; parameters without \
+                    enough data come from {prior}."
             ),
         ];
         let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());
@@ -162,7 +163,7 @@ fn decided_by(class: Class) -> &'static str {
     match class {
         Class::Data => "the data",
         Class::Prior => "the prior",
-        Class::Combination => "the prior within a sum that the data decide",
+        Class::Combination => "the prior, within a sum from the data",
         Class::Absent => "nothing: the model does not have it",
     }
 }

@@ -18,8 +18,8 @@ use crate::cell::Cell;
 pub enum ConsistentError {
     /// The result comes from a version that did not store the covariance.
     #[error(
-        "the result has no covariance of its parameters: it is of an earlier version, or was \
-         changed; identify again, and give what comes of it"
+        "the result has no covariance of its parameters: it is from an earlier version, or was \
+            changed; identify again, and give the new result"
     )]
     NoCovariance,
     /// No bodies are found, or no bodies agree.

@@ -123,7 +123,7 @@ pub fn open_limits(robot: &Robot) -> Option<String> {
     let names: Vec<String> = open_limits_listed.into_iter().flatten().collect();
     (!names.is_empty()).then(|| {
         format!(
-            "the robot file leaves limits open, against which nothing is checked: {}",
+            "the robot file lacks limits, so recordings are not checked against them: {}",
             names.join(", ")
         )
     })
@@ -155,8 +155,8 @@ pub fn unlisted_laws(cell: &Cell) -> Option<String> {
     let unlisted: Vec<&str> = unlisted.map(String::as_str).collect();
     (!unlisted.is_empty()).then(|| {
         format!(
-            "the robot file has friction laws whose parameters are not identified, and count as 0: \
-            {}",
+            "the robot file has friction laws whose parameters are not identified and count as \
+                0: {}",
             unlisted.join(", ")
         )
     })

@@ -23,8 +23,8 @@ pub enum ChooseError {
     },
     /// The result is not usable for monitoring. Choose another.
     #[error(
-        "result {result} is not usable for monitoring, so that no result can be compared with it; \
-         choose another, `didim history` lists them"
+        "result {result} is not usable for monitoring, so no result can be compared with it; \
+            choose another, `didim history` lists them"
     )]
     NotGood {
         /// Its number.

@@ -43,8 +43,8 @@ pub enum NotComparable {
     /// The names represent other sums of parameters because the robot file has changed. Set a new
     /// baseline.
     #[error(
-        "the base parameters of result {result} are regrouped in another way than those of result \
-         {other}"
+        "the base parameters of result {result} are regrouped in another way than those of \
+            result {other}"
     )]
     OtherRegrouping {
         /// Number of the later result.

@@ -14,7 +14,7 @@ pub const FEWEST_ARMS: usize = 6;
 #[derive(Debug, thiserror::Error)]
 pub enum FleetError {
     /// A file is not from `didim history --out`.
-    #[error("{}: {source}; it is to be one that `didim history --out` wrote", file.display())]
+    #[error("{}: {source}; name a file that `didim history --out` wrote", file.display())]
     File {
         /// The file.
         file: PathBuf,
@@ -22,8 +22,8 @@ pub enum FleetError {
         source: LongTableError,
     },
     /// A field is not a number.
-    #[error("{}: `{text}` is no number, and `{column}` is one; write the file with `didim history \
-        --out` again", file.display())]
+    #[error("{}: `{text}` is not a number, but `{column}` needs one; write the file with `didim \
+        history --out` again", file.display())]
     NotANumber {
         /// The file.
         file: PathBuf,
@@ -34,8 +34,8 @@ pub enum FleetError {
     },
     /// Too few arms. Name the files of more.
     #[error(
-        "{arms} arms have a result that is usable for monitoring and has no payload noted, and \
-         {FEWEST_ARMS} are the fewest whose scatter tells anything; name the histories of more"
+        "{arms} arms have a result that is usable for monitoring and has no payload noted; a \
+            population needs at least {FEWEST_ARMS}; name the histories of more"
     )]
     TooFew {
         /// Number of arms.

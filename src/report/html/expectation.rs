@@ -30,7 +30,7 @@ pub(super) fn section(expected: &[ExpectedParameter]) -> Markup {
             } } }
         } }
     };
-    let explanation = "The head of the designed motion predicts standard deviations from the noise \
-        of the result before it. The table compares them with those of this result.";
+    let explanation = "The head of the designed motion predicts standard deviations from the \
+        noise of the previous result. The table compares them with those of this result.";
     framed("Expected and achieved standard deviations", explanation, &content)
 }

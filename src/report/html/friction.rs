@@ -35,9 +35,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         } }
         (laws)
     };
-    let explanation = "Chosen by how well each law predicts pieces of the motion that it was not \
-        fitted to; no law that makes the torque outside the motion less certain is accepted, ties \
-        of 0.1 points aside.";
+    let explanation = "Each law was chosen by cross-validation: by the error on parts of the \
+        motion that it was not fitted to. A law that makes the torque outside the motion less \
+        certain by more than 0.1 points is rejected.";
     super::section("Friction laws", explanation, &content)
 }
 

@@ -34,11 +34,10 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             } } }
         } }
     };
-    let explanation = "Both sides of the equation as they were fitted, over the samples that \
-        count. Below, on an axis of its own, what the model leaves: the band is two standard \
-        deviations of it to either side of zero, and what leaves the band in a pattern is what the \
-        model lacks. The uncertainty of the prediction is the standard deviation of this motion's \
-        torque that follows from those of the parameters, relative to the torque.";
+    let explanation = "Both sides of the fitted equation, over the samples that count. Below, on \
+        a separate axis, the residual with a band of two standard deviations. A pattern outside \
+        the band is model error. The uncertainty of the prediction is the standard deviation of \
+        the torque from that of the parameters, relative to the torque.";
     section("Torque, measured and predicted", explanation, &content)
 }
 

@@ -21,7 +21,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             |svg| draw_motion(svg, &panel),
         )) }
     } } };
-    let explanation = "Position of each joint, and below it the velocity, behind the filter of the \
-        positions. Of what a joint has not done here, a result knows only what the model says.";
+    let explanation = "Position of each joint, and below it the velocity, after the position \
+        filter. Outside this range the result depends on the model alone.";
     super::section("Motion", explanation, &content)
 }

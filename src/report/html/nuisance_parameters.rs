@@ -37,11 +37,11 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             } } }
         } }
     };
-    let explanation = "What the model takes for known is solved for together with the parameters, \
-        each with what is known of it beforehand. The values above stay those of the method; how \
-        far they would move, and what the data leave open, is in their combined uncertainty. The \
-        ten largest are shown.";
-    super::section("What the model takes for known", explanation, &content)
+    let explanation = "The configured values and the friction model may be wrong. These \
+        nuisance parameters are estimated together with the parameters, each within its \
+        tolerance. The parameters above do not change; their combined uncertainty includes the \
+        effect. The ten largest are shown.";
+    super::section("Nuisance parameters", explanation, &content)
 }
 
 fn off(found: Quantity) -> String {

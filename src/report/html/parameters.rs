@@ -58,10 +58,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     };
     let explanation = format!(
         "σ is the standard deviation, corrected for coloured residuals; “classical” is the \
-         relative one that assumes white residuals, the mark in the bar. The bars are on a \
-         logarithmic scale. “Combined” is the relative uncertainty with what the model lacks and \
-         how well what is stated is known. A name that ends in r stands for several parameters \
-         that no motion distinguishes.{}",
+            relative one that assumes white residuals, the mark in the bar. The bars are on a \
+            logarithmic scale. “Combined” is the relative uncertainty that includes model error \
+            and the tolerances of configured values. A name that ends in r stands for several \
+            parameters that no motion distinguishes.{}",
         if has_nominal { " Nominal values are those of the robot file." } else { "" }
     );
     super::section("Parameters", &explanation, &content)

@@ -47,8 +47,8 @@ impl PredictionReport<'_> {
                 @for note in self.notes { p { "Note: " (note) } }
             }
             main {
-                (section("Torque, measured and predicted", "Both sides behind the filters of the \
-                    cell. Nothing was fitted.", &self.joints()))
+                (section("Torque, measured and predicted", "Both sides are filtered with the \
+                    filters of the cell. Nothing was fitted.", &self.joints()))
                 (section("Provenance", "", &html! { dl.provenance {
                     @for (name, file) in [("Result", self.result), ("Record", self.input)] {
                         div { dt { (name) } dd { (file.name) br; code { (file.sha256) } } }

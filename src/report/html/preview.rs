@@ -41,12 +41,12 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
     let arm = postures(robot, &positions(&times(POSTURES)), &positions(&time_s));
     let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
-        header { p.kind { "Motion, to be looked at before it is run" } h1 { (robot.name()) } }
+        header { p.kind { "Preview of the motion" } h1 { (robot.name()) } }
         main {
             (super::section(
                 "The arm along the motion",
-                "Axes and common normals at the beginning, strong, and at fifteen instants after \
-                 it, with the way of the last link's origin. Up is against gravity.",
+                "Axes and common normals at the beginning (strong) and at fifteen later \
+                    instants, with the path of the last link's origin. Up is against gravity.",
                 &PreEscaped(arm),
             ))
             (super::section(
@@ -68,7 +68,7 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
             ))
             (super::section(
                 "What was checked",
-                "As it stands at the head of every file of the motion.",
+                "The head of every file of the motion.",
                 &html! { ul { @for line in header { li { (line) } } } },
             ))
         }

@@ -88,8 +88,8 @@ impl InputFile {
         }
         let mut file = std::fs::File::open(path)?;
         if !file.metadata()?.is_file() {
-            let why = "is not a regular file, so that the report cannot state its SHA-256; copy it \
-                       to one";
+            let why = "is not a regular file, so the report cannot state its SHA-256; copy it \
+                to a regular file";
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
         std::io::copy(&mut file, &mut digest)?;
@@ -112,9 +112,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             }
         }
     };
-    let explanation = "The same input, configuration and program give this report again, byte for \
-                       byte, but for what a person noted. The configuration is the cell, robot and \
-                       DBC file.";
+    let explanation = "The same input, configuration and program give this report again, byte \
+        for byte, except for notes of a person. The configuration is the cell, robot and DBC \
+        file.";
     super::section("Provenance", explanation, &content)
 }
 

@@ -36,9 +36,9 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
         section.verdict.(class) {
             h2 { span.what { "Verdict" } (heading) }
             @if verdict.reasons.is_empty() {
-                p { "Nothing in the data speaks against the use of these parameters." }
+                p { "No finding contradicts the use of these parameters." }
             } @else {
-                p { "These parameters must not be used as they are:" }
+                p { "Do not use these parameters as they are:" }
                 ul { @for reason in &verdict.reasons { li { (sentence(&reason.to_string())) } } }
             }
             div.scroll { table.uses {
@@ -98,8 +98,8 @@ fn missing(report: &Report<'_>) -> Markup {
             @if !still.is_empty() {
                 " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
             }
-            " " code { "didim advise" } " with this result says which motions bring them, and how \
-                well."
+            " " code { "didim advise" } " with this result lists motions that identify them, \
+                and the standard deviations to expect."
         }
     }
 }

@@ -123,7 +123,7 @@ fn parameters_stand_by_joint_with_unit_and_nominal_value() {
 #[test]
 fn what_is_taken_for_known_is_listed_with_what_the_data_say_of_it() {
     let html = html();
-    let nuisance_parameters = html.split_once("<h2>What the model takes for known").unwrap().1;
+    let nuisance_parameters = html.split_once("<h2>Nuisance parameters").unwrap().1;
     let nuisance_section = nuisance_parameters.split_once("</table>").unwrap().0;
     let [first, second] =
         ["friction law of joint 1", "zero of joint 2"].map(|of| nuisance_section.find(of).unwrap());

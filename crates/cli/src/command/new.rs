@@ -72,8 +72,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let evidence = Evidence::read(sources).map_err(CliError::configuration)?;
     let taken = evidence.description.as_ref().map(|_| &description);
     if taken == Some(out) {
-        let explanation =
-            "the bag's URDF is written under this name; give the cell another ending, as .toml";
+        let explanation = "the bag's URDF is written under this name; give the cell another \
+            ending, such as .toml";
         return Err(CliError::Usage(explanation.to_owned()));
     }
     if let Some(there) = [Some(out), taken].into_iter().flatten().find(|path| path.exists()) {

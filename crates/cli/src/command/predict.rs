@@ -70,8 +70,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         .during(|| model.predict(&cell, &pairs(&parts)))
         .map_err(|error| CliError::in_file(input.shown(), error))?;
     if !prediction.error.relative_error.is_finite() {
-        let explanation =
-            "no finite torque comes of its parameters; give the result as it was stored";
+        let explanation = "its parameters give no finite torque; give the result as it was stored";
         return Err(CliError::in_file(&arguments.result, explanation));
     }
     let same_configuration = model.is_of(&cell);
@@ -108,14 +107,14 @@ fn notes(
     let mut notes = Vec::new();
     if prediction.expected_error.is_none() {
         notes.push(
-            "the result does not say what error to expect: it is of an earlier version, of other \
-             parameters or filters, or was changed"
+            "the result does not state the expected error: it is from an earlier version, from \
+                other parameters or filters, or was changed"
                 .to_owned(),
         );
     }
     let missing = model.missing(cell);
     if !missing.is_empty() {
-        notes.push(format!("not in the result, and taken as 0: {}", missing.join(", ")));
+        notes.push(format!("not in the result, and set to 0: {}", missing.join(", ")));
     }
     if same_configuration == Some(false) {
         notes.push(OTHER_CONFIGURATION.to_owned());

@@ -74,8 +74,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 work.options.recorded = Some(window);
             }
             None => tracing::warn!(
-                "{}: the frames do not reproduce the window of this recording; is this the cell \
-                 that was recorded? The windows are chosen by the cell file instead",
+                "{}: the frames do not reproduce the window of this recording; does the cell \
+                    match the recording? The cell file chooses the windows instead",
                 arguments.log.display()
             ),
         }

@@ -352,7 +352,7 @@ fn a_poor_result_says_so_in_its_verdict() {
     assert_eq!(output["verdict"]["applicable"], false);
     let reasons = output["verdict"]["reasons"].to_string();
     let sign_flipped =
-        "all 2 drive inertias and friction coefficients that the data tell of joint 1 are negative";
+        "all 2 identifiable drive inertias and friction coefficients of joint 1 are negative";
     assert!(reasons.contains(sign_flipped), "{reasons}");
     // What follows from it is left out.
     assert!(!reasons.contains("fv1"), "{reasons}");

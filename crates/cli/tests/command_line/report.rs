@@ -36,7 +36,7 @@ fn it_has_its_sections_in_order_and_says_what_the_result_says() {
             "Information on each parameter by moves",
             "Missing parameters, and motions that identify them",
             "Friction laws",
-            "What the model takes for known",
+            "Nuisance parameters",
             "Convergence",
             "Singular values",
             "Names of parameters",

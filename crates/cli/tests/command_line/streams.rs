@@ -113,8 +113,8 @@ fn what_comes_as_a_stream_is_read_as_a_file_is() {
         }
     }
     // What is wrong is said of the name that was given.
-    let refused =
-        didim(&["identify", "--cell", &cell, "--input", "-"]).refused(1, &["nothing came"]);
+    let refused = didim(&["identify", "--cell", &cell, "--input", "-"])
+        .refused(1, &["standard input is empty"]);
     assert!(refused.contains("standard input") && !refused.contains("/proc/"), "{refused}");
     let mut command = program(&["identify", "--cell", &cell, "--input", "-"]);
     let mut child =

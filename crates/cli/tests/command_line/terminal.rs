@@ -113,10 +113,10 @@ fn long_work_shows_that_it_goes_on() {
     terminal.text_with("copying ");
     drop(writer);
     assert_eq!(child.wait().unwrap().code(), Some(1));
-    terminal.text_with("nothing came");
+    terminal.text_with("standard input is empty");
 
     let child = start(Stdio::piped());
     drop(File::options().write(true).open(&pipe).unwrap());
     let said = String::from_utf8(child.wait_with_output().unwrap().stderr).unwrap();
-    assert!(!said.contains("copying ") && said.contains("nothing came"), "{said}");
+    assert!(!said.contains("copying ") && said.contains("standard input is empty"), "{said}");
 }

@@ -8,9 +8,8 @@ use didim_dynamics::robot::JointIndex;
 pub enum ExcitationError {
     /// Nothing limits the accelerations. Configure the limit of the joint.
     #[error(
-        "joint {joint}: neither an acceleration limit nor parameters are known, so nothing says \
-         how hard it may accelerate; state acceleration_max_rad_s2 in the robot file, or give \
-         --acceleration"
+        "joint {joint}: without an acceleration limit or parameters the possible acceleration \
+            is unknown; state acceleration_max_rad_s2 in the robot file, or give --acceleration"
     )]
     NoAcceleration {
         /// The joint.
@@ -18,8 +17,8 @@ pub enum ExcitationError {
     },
     /// The robot file does not specify a limit that a motion has to keep. Add it.
     #[error(
-        "joint {joint}: its {what} limit is unknown, and no motion is designed without; state \
-        {key} in the robot file"
+        "joint {joint}: the {what} limit is unknown, and a motion needs it; state {key} in the \
+            robot file"
     )]
     OpenLimit {
         /// The joint.
@@ -98,8 +97,8 @@ pub enum ExcitationError {
     },
     /// No motion within the limits identifies all parameters. Allow more time, or more joints.
     #[error(
-        "{duration_s} s within these limits tell nothing of some parameters at all; make the \
-         motion longer, let more joints move, or identify fewer parameters"
+        "a motion of {duration_s} s within these limits cannot identify some parameters; make \
+            the motion longer, let more joints move, or identify fewer parameters"
     )]
     NotIdentifiable {
         /// Length of the motion \[s\].

@@ -69,7 +69,7 @@ pub enum FeasibilityError {
     #[error(transparent)]
     Unknown(#[from] UnknownBaseParameter),
     /// A base parameter has two values.
-    #[error("`{name}` has two values; keep one, what is identified cannot be held as well")]
+    #[error("`{name}` is identified and fixed at the same time; keep one of its values")]
     Repeated {
         /// Its name.
         name: String,

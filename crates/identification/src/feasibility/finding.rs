@@ -62,10 +62,11 @@ impl Display for NoBodies {
         let each = most.iter().map(|of| format!("{} by {:.1} σ", of.name, of.deviations.abs()));
         write!(
             f,
-            "no bodies explain the result: their cost is {cost:.0} where that of true ones stays \
-             below {threshold:.0} (χ², 99 %); {} {}; look for reversed signs of torques or \
-             positions, and for a delay of the torque, before its parameters are used",
-            if *negative { "below 0 are" } else { "most of all they move" },
+            "no physically consistent parameters explain the result: the smallest cost is \
+                {cost:.0}, correct results stay below {threshold:.0} (χ², 99 %); {} {}; check \
+                the signs of torques and positions, and the torque delay, before you use its \
+                parameters",
+            if *negative { "below 0 are" } else { "the largest changes are" },
             each.collect::<Vec<_>>().join(", ")
         )
     }
@@ -76,9 +77,9 @@ impl Display for FarBody {
         let Self { link, nats, prior } = self;
         write!(
             f,
-            "the body of link {link} is far from what {prior} say ({nats:.1} nats); look for a \
-             spring or counterbalance that the robot's file does not state, at the signs of \
-             gravity and of its axis, or at that statement"
+            "the inertial parameters of link {link} are far from {prior} ({nats:.1} nats); \
+                check for a spring or counterbalance that the robot file lacks, the signs of \
+                gravity and of the axis, and that value"
         )
     }
 }

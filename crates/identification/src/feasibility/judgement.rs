@@ -52,10 +52,13 @@ impl fmt::Display for Judgement {
         f.write_str(match self {
             Self::Feasible => "bodies explain the estimate",
             Self::Stretched => {
-                "bodies explain the estimate, but have to move some of it by more than 3 σ"
+                "physically consistent parameters exist, but some change by more than 3 σ"
             }
-            Self::Infeasible => "no bodies explain the estimate",
-            Self::ContradictsPrior => "the bodies that explain the estimate contradict the prior",
+            Self::Infeasible => "no physically consistent parameters explain the estimate",
+            Self::ContradictsPrior => {
+                "the consistent parameters that explain the estimate \
+                contradict the prior"
+            }
         })
     }
 }

@@ -9,8 +9,8 @@ pub enum RegressionError {
     /// The sizes do not match: X needs one row per measurement, the same number for every joint.
     /// This is a programming error of the caller.
     #[error(
-        "{rows} x {columns} observation matrix, {measurements} measurements and {joints} joints \
-         do not fit together"
+        "an observation matrix of {rows} x {columns}, {measurements} measurements and {joints} \
+            joints do not fit together"
     )]
     Shape {
         /// Rows of X.

@@ -105,7 +105,7 @@ fn a_model_that_is_wrong_is_not_called_outliers() {
     );
     for estimate in &found[1..] {
         let notes = noted(estimate);
-        let says = ["% of the rows of joint 2 were weighted down throughout the motion", "model"];
+        let says = ["% of the rows of joint 2 were downweighted throughout the motion", "model"];
         assert!(says.iter().all(|text| notes.contains(text)), "{notes}");
     }
 }

@@ -88,7 +88,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim sim --cell cell.toml --bus can:vcan0 --repeat", "an arm on a virtual bus"],
             [
                 "didim sim --cell cell.toml --bus log:next.log --motion next.csv",
-                "what a designed motion would record",
+                "the recording of a designed motion",
             ],
         ],
         FILES_OF_CELLS,
@@ -123,7 +123,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ],
             [
                 "didim identify --cell cell.toml --input drive.log --essential",
-                "find the parameters that the motion shows",
+                "find the parameters that the motion identifies",
             ],
             [
                 "didim identify --cell cell.toml --input before.log --input next.log --designed \
@@ -136,8 +136,7 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "predict",
-        "Compares a stored result with a recording that it is not from, and the error with the one \
-        that the result predicts.",
+        "Compares a stored result with another recording, and the error with the expected one.",
         &[[
             "didim predict --cell cell.toml --result result.json --input other.csv",
             "how well it predicts another motion",
@@ -159,8 +158,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "gains",
-        "Finds what a unit of each drive's torque is worth, from a recording of the arm empty and \
-        one with a load of known mass and centre.",
+        "Finds the torque gain of each drive, from a recording of the empty arm and one with a \
+            load of known mass and centre.",
         &[[
             "didim gains --cell cell.toml --input empty.log --loaded loaded.log --declared-mass-kg \
             2 --declared-centre-m 0,0,0.08",

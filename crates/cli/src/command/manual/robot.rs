@@ -135,7 +135,7 @@ const JOINT: &[Section] = &[
                 Word(&["revolute", "prismatic"]),
                 "",
                 Required,
-                "Whether the joint turns about its z axis or slides along it.",
+                "Revolute joints turn about their z axis, prismatic joints slide along it.",
             ),
             key(
                 "alpha_deg",
@@ -160,14 +160,14 @@ const JOINT: &[Section] = &[
                 Switch,
                 "",
                 Required,
-                "Whether the inertia of the joint's drive is a parameter (`ia`).",
+                "True if the inertia of the joint's drive is a parameter (`ia`).",
             ),
             key(
                 "friction",
                 Table,
                 "",
                 Optional("as `[friction]` says"),
-                "What the friction of this joint has of its own.",
+                "Friction of this joint, in place of the general one.",
             ),
             key(
                 "known_torque",
@@ -182,8 +182,8 @@ const JOINT: &[Section] = &[
                 Tables,
                 "",
                 Optional("none"),
-                "Shapes of the link, which designed motions hold apart from those of other links \
-                 and from a box; of a link without any, collisions are not checked.",
+                "Shapes of the link. Designed motions keep them apart from those of other links \
+                    and from a box. Without any, collisions of the link are not checked.",
             ),
         ],
         example: REVOLUTE,
@@ -192,7 +192,7 @@ const JOINT: &[Section] = &[
         heading: "joint.capsules",
         path: "joint.0.capsules.0",
         about: "All points within a radius of a segment in the frame of the link: at least as \
-            large as what it stands for.",
+            large as the link part that it represents.",
         keys: &CAPSULE,
         example: CAPSULES,
     },
@@ -239,8 +239,7 @@ const JOINT: &[Section] = &[
     Section {
         heading: "joint.friction",
         path: "joint.0.friction",
-        about: "What the friction of one joint has of its own; what is left out is that of \
-            `[friction]`.",
+        about: "Friction of one joint; missing keys are those of `[friction]`.",
         keys: &OWN_FRICTION,
         example: "[[joint]]\ntype = \"revolute\"\nalpha_deg = -90.0\nd_m = 0.0\ntheta_deg = \
             -90.0\nr_m = 0.0\ndrive_inertia = true\nposition_min_deg = -125.0\nposition_max_deg = \
@@ -411,7 +410,8 @@ const DRIVES: &[Section] = &[
             "",
             Required,
             "R, one row for each motor with one entry for each joint: the gear ratios, and \
-            couplings outside the diagonal. Of a prismatic joint radians of the motor to a metre.",
+                couplings outside the diagonal. For a prismatic joint radians of the motor per \
+                metre.",
         )],
         example: "[transmission]\nrows = [[101.0]]",
     },
@@ -461,7 +461,7 @@ const DRIVES: &[Section] = &[
     Section {
         heading: "friction.sign: dead-band",
         path: "friction.sign",
-        about: "The sign from a threshold on, and 0 below it: for recordings with idle parts.",
+        about: "The sign above a threshold, and 0 below it: for recordings with idle parts.",
         keys: &[
             key("model", Kind::Form("dead-band"), "", Required, "The form."),
             key(

@@ -241,14 +241,15 @@ impl Display for Reason {
             ),
             Self::FewRows { per_parameter, limit } => write!(
                 f,
-                "{:.1} independent rows for each parameter are fewer than {limit}: too \
-                 few to say how uncertain they are; move longer or identify fewer parameters",
+                "{:.1} independent rows for each parameter, fewer than {limit}: their \
+                    uncertainty cannot be estimated; move longer or identify fewer parameters",
                 // Never rounded up to the limit.
                 (10.0 * per_parameter).floor() / 10.0
             ),
             Self::NotDecimated => f.write_str(
-                "identified without the decimation filter, which is for comparison only: the \
-                 loop's response to the quantised reference stays in the regressor; decimate",
+                "identified without the decimation filter, for comparison only: the response of \
+                    the loop to the quantised reference stays in the regressor; use the \
+                    decimation filter",
             ),
             Self::Negative { quantity, name, value, standard_deviation } => write!(
                 f,
@@ -265,8 +266,8 @@ impl Display for Reason {
             Self::NoBodies(no_bodies) => no_bodies.fmt(f),
             Self::WrongSigns { negative, of } => write!(
                 f,
-                "{negative} of {of} drive inertias and friction coefficients are negative: the \
-                 torques have the wrong sign, or the positions; turn the sign of one of the two"
+                "{negative} of {of} drive inertias and friction coefficients are negative: \
+                    torques or positions have the wrong sign; invert one of the two"
             ),
             Self::OtherUnit { joint, torque, limit } => write!(
                 f,
@@ -279,8 +280,8 @@ impl Display for Reason {
             Self::Elsewhere { error, limit, freedoms } => {
                 write!(
                     f,
-                    "the torque is uncertain by {:.1} % where the arm has not been, above {:.1} %: \
-                     record more and other motions, all joints over their range",
+                    "torque uncertainty outside the recorded motion is {:.1} %, above {:.1} %: \
+                        record more and other motions, all joints over their range",
                     100.0 * error,
                     100.0 * limit
                 )?;
@@ -291,35 +292,36 @@ impl Display for Reason {
                         found.nuisance, found.torque_nm, found.joint
                     )
                 };
-                write!(f, "; the data want most of: {}", listed(freedoms.iter().map(wanted)))
+                write!(f, "; largest nuisance parameters: {}", listed(freedoms.iter().map(wanted)))
             }
             Self::JointElsewhere { joint, error, limit } => write!(
                 f,
-                "the torque of joint {joint} is uncertain by {:.1} % where the arm has not been, \
-                 above {:.1} %: move this joint more, together with the others",
+                "torque uncertainty of joint {joint} outside the recorded motion is {:.1} %, \
+                    above {:.1} %: move this joint more, together with the others",
                 100.0 * error,
                 100.0 * limit
             ),
             Self::Unmoved { joint, moved, unit } => write!(
                 f,
-                "joint {joint} does not move ({moved:.4} {unit}): what it takes to move it is not \
-                 known; record it moving over its range, or do not ask for prediction"
+                "joint {joint} does not move ({moved:.4} {unit}): its torque cannot be \
+                    predicted; record it moving over its range, or remove `prediction` from the \
+                    required uses"
             ),
             Self::HeldOut { error, limit } => write!(
                 f,
-                "parts of the motion are predicted with an error of {:.1} % by parameters that \
-                 were found without them, above {:.1} %: record more and other motions",
+                "cross-validation error of {:.1} % is above {:.1} %: parameters predict parts \
+                    of the motion badly that were not used to find them; record more and other \
+                    motions",
                 100.0 * error,
                 100.0 * limit
             ),
             Self::TooFewMotions => f.write_str(
-                "there are fewer than two distinct motions that tell the parameters, one without \
-                the other, so that it undecided how well others are predicted: record more and \
-                other motions",
+                "cross-validation needs two distinct motions that each identify the parameters; \
+                    record more and other motions",
             ),
             Self::Uncertain { parameters, limit } => write!(
                 f,
-                "uncertain by more than {:.0} % with what is stated and what the model lacks: {}",
+                "combined uncertainty above {:.0} %, from model error and configured values: {}",
                 100.0 * limit,
                 listed(
                     parameters
@@ -335,20 +337,20 @@ impl Display for Reason {
             ),
             Self::Swapped { motors: [one, other] } => write!(
                 f,
-                "the model leaves far less of the torques with the drives of motors {one} and \
-                 {other} exchanged: check which is which"
+                "the residuals are far smaller with the drives of motors {one} and {other} \
+                    swapped: check which is which"
             ),
             Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
                 f,
-                "the model leaves far less of the torques with gravity along [{x:.2}, {y:.2}, \
-                 {z:.2}] m/s² in the base: check gravity_m_s2 of the robot file, and whether the \
-                 arm is on the floor, a wall or the ceiling"
+                "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² \
+                    in the base: check gravity_m_s2 of the robot file, and whether the arm is \
+                    on the floor, a wall or the ceiling"
             ),
             Self::WrongSignsOfJoint { joint, negative } => write!(
                 f,
-                "all {negative} drive inertias and friction coefficients that the data tell of \
-                 joint {joint} are negative: its torque has the wrong sign, or its position; turn \
-                 the sign of one of the two"
+                "all {negative} identifiable drive inertias and friction coefficients of joint \
+                    {joint} are negative: its torque or its position has the wrong sign; invert \
+                    one of the two"
             ),
             Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
             Self::CutOff { found } if found.is_constant() => write!(
@@ -359,7 +361,8 @@ impl Display for Reason {
             ),
             Self::CutOff { found } => write!(
                 f,
-                "{}, and the model does not explain it: it looks cut off; {CHECK_THE_RANGE}",
+                "{}, and the model does not explain it: the signal looks clipped; \
+                    {CHECK_THE_RANGE}",
                 Standing(found)
             ),
             Self::WeakInstruments { correlation } => write!(
@@ -371,8 +374,8 @@ impl Display for Reason {
             Self::AboveNoise { ratio } => write!(
                 f,
                 "the simulated torques differ by {ratio:.1} times the noise of IDIM-LS: a local \
-                 minimum, or a described loop that is not the arm's; choose another start, and \
-                 check reference and controller"
+                    minimum, or the described loop differs from the arm's; choose another \
+                    start, and check reference and controller"
             ),
             Self::Insensitive { output, deviation, loss, singular_value } => write!(
                 f,
@@ -424,8 +427,8 @@ impl fmt::Display for Standing<'_> {
         let percent = 100.0 * share;
         write!(
             f,
-            "the torque of motor {motor} stands at its largest value, {torque:.4}, in {percent:.0} \
-            % of the samples of a recording"
+            "the torque of motor {motor} stays at its largest value, {torque:.4}, in \
+                {percent:.0} % of the samples of a recording"
         )
     }
 }
@@ -434,31 +437,32 @@ impl fmt::Display for Standing<'_> {
 fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Result {
     let Some(quantity) = found.quantity else { return write!(f, "{}", found.nuisance) };
     let (value, sd, stated) = (quantity.value, quantity.standard_deviation, quantity.configured);
-    let freedom = found.nuisance;
+    let nuisance = found.nuisance;
     match quantity.unit {
         // Measured torques are the acting torques times the gain.
         "1" => write!(
             f,
-            "the {freedom} would be {:.3} ± {sd:.3} of what is stated (to {:.1} %): check {}",
+            "the {nuisance} fits the data best at {:.3} ± {sd:.3} times the configured value \
+                (tolerance {:.1} %): check {}",
             1.0 + value,
             100.0 * stated,
-            match freedom {
+            match nuisance {
                 NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
                 _ => "the drive's gain and the gear ratio",
             }
         )?,
         "s" => write!(
             f,
-            "the {freedom} would be {:.2} ± {:.2} ms more than stated (to {:.2} ms): check hold \
-             and delay of the torques",
+            "the {nuisance} fits the data best {:.2} ± {:.2} ms above the configured value \
+                (tolerance {:.2} ms): check hold and delay of the torques",
             1e3 * value,
             1e3 * sd,
             1e3 * stated
         )?,
         unit => write!(
             f,
-            "the {freedom} would be {value:.3} ± {sd:.2} {unit} off (stated to {stated:.3} \
-             {unit}): check it"
+            "the {nuisance} fits the data best {value:.3} ± {sd:.2} {unit} above the configured \
+                value (tolerance {stated:.3} {unit}): check it"
         )?,
     }
     write!(f, "; it makes {:.3} N·m at joint {}", found.torque_nm, found.joint)
@@ -480,8 +484,8 @@ fn lacking(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Result 
     let (freedom, joint) = (found.nuisance, found.joint);
     write!(
         f,
-        "what the model lacks most looks like this: {freedom}, {:.3} N·m or {:.1} % of the torque \
-         of joint {joint}",
+        "largest unmodelled effect: {freedom}, {:.3} N·m or {:.1} % of the torque of joint \
+            {joint}",
         found.torque_nm,
         100.0 * found.relative_torque
     )?;
@@ -505,9 +509,9 @@ impl Display for Note {
             Self::ModelError { nuisance } => lacking(f, nuisance),
             Self::FarFromNominal { far } => far.fmt(f),
             Self::NoReference => f.write_str(
-                "no reference was recorded: the filtered measured position is used instead, which \
-                 the simulated loop follows with a lag of its own; at best this result is nearly \
-                 that of IDIM-LS",
+                "no reference was recorded: the filtered measured position replaces it. The \
+                    simulated loop follows it with a lag, so this result is nearly that of \
+                    IDIM-LS at best",
             ),
             Self::Insignificant { names } => write!(
                 f,
@@ -517,7 +521,7 @@ impl Display for Note {
             ),
             Self::ColouredResiduals { joints, decimated } => write!(
                 f,
-                "the residuals of joint {} are not white{}; the standard deviations allow for it",
+                "the residuals of joint {} are not white{}; the standard deviations include this",
                 listed(joints),
                 if *decimated { " behind the decimation filter" } else { "" }
             ),
@@ -528,14 +532,13 @@ impl Display for Note {
             ),
             Self::SlowerLoop { bandwidth_hz } => write!(
                 f,
-                "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at some joint, less \
-                 than is stated: a faster one did not hold the arm at this sample rate"
+                "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at one joint, lower \
+                    than configured: a faster one was unstable at this sample rate"
             ),
             Self::LowPassed { motor, slow, time_constant_s } => write!(
                 f,
-                "the {} of motor {motor} looks low-passed, with a time constant of some {:.0} ms: \
-                 check {}; what friction and inertia of its joints would be without is in their \
-                 combined uncertainty",
+                "the {} of motor {motor} looks low-passed, with a time constant of about {:.0} \
+                    ms: check {}; the combined uncertainty includes the effect",
                 match slow {
                     Slow::Torque => "torque",
                     Slow::Position => "position",
@@ -550,13 +553,13 @@ impl Display for Note {
             ),
             Self::CutOff { found } => write!(
                 f,
-                "{}: where it is cut off there, the parameters are wrong; {CHECK_THE_RANGE}",
+                "{}: if the signal is clipped there, the parameters are wrong; {CHECK_THE_RANGE}",
                 Standing(found)
             ),
             Self::Exchanged { motors: [one, other], left } => write!(
                 f,
-                "with the drives of motors {one} and {other} exchanged the model leaves {:.0} % \
-                 less of the torques, in squares: check which is which",
+                "with the drives of motors {one} and {other} swapped the squared residuals are \
+                    {:.0} % smaller: check which is which",
                 100.0 * (1.0 - left)
             ),
             Self::Stale { found } => write!(f, "{}", Jumping(found)),
@@ -635,8 +638,8 @@ impl Display for Note {
                 };
                 write!(
                     f,
-                    "{} were weighted down throughout the motion, which is too much for outliers: \
-                     look at the residuals, the model may not describe this motion",
+                    "{} were downweighted throughout the motion, which is too much for \
+                        outliers: check the residuals, the model may not describe this motion",
                     listed(joints.iter().map(share))
                 )
             }

@@ -12,8 +12,8 @@ use didim_dynamics::dynamics::BaseParametersError;
 pub enum PayloadError {
     /// The result contains no uncertainty.
     #[error(
-        "the result has no covariance of its parameters: it is of an earlier version, or was \
-         changed; identify again, and give what comes of it"
+        "the result has no covariance of its parameters: it is from an earlier version, or was \
+            changed; identify again, and give the new result"
     )]
     NoCovariance,
     /// The covariance has directions without variance.
@@ -24,8 +24,8 @@ pub enum PayloadError {
     Covariance,
     /// A load changes base parameters that were not identified.
     #[error(
-        "a load changes {}, which the result has not identified. The arm's own share is unknown \
-        and would count as load. Identify all base parameters, with the arm empty", .names.join(" ")
+        "a load changes {}, which the result has not identified; without them the arm would \
+            count as load. Identify all base parameters, with the arm empty", .names.join(" ")
     )]
     NotIdentified {
         /// Their names.
@@ -36,8 +36,8 @@ pub enum PayloadError {
     Unseen,
     /// The record does not distinguish parameters of a load.
     #[error(
-        "the record does not tell {} of a load from the others; record with all joints moving, the \
-         last ones in several orientations to gravity", .names.join(" ")
+        "the record does not identify {} of a load; record with all joints moving, the last \
+            ones in several orientations to gravity", .names.join(" ")
     )]
     NotIdentifiable {
         /// Their names.

@@ -119,7 +119,7 @@ pub enum IdentificationError {
     /// shift.
     #[error(
         "the torque acts {shift_samples} samples after it was logged, so samples {} to {} need \
-         torques outside of the record's {samples} samples; count fewer samples at its ends",
+            torques outside the record's {samples} samples; count fewer samples at its ends",
         counted.start, counted.end
     )]
     TorqueOutside {
@@ -263,8 +263,8 @@ pub enum IdentificationError {
     Iteration(#[from] IterationError),
     /// The arm's controller is not described. Remedy: describe it, or choose IDIM-LS.
     #[error(
-        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
-         describe its [controller], or choose idim-ls"
+        "{method} simulates the closed loop, and the cell has no controller; describe \
+            [controller], or choose idim-ls"
     )]
     NoController {
         /// The method.
@@ -283,8 +283,8 @@ pub enum IdentificationError {
     /// A parameter is asked for that is not identified. Remedy: name one that is, or leave
     /// `required_parameters` out.
     #[error(
-        "required_parameters: `{name}` is not identified; available are {}; leave the key out for \
-         those that carry torque", available.join(", ")
+        "required_parameters: `{name}` is not identified; available are {}; leave the key out \
+            for those that contribute to the torque", available.join(", ")
     )]
     NotIdentified {
         /// Its name, empty where none is given.

@@ -33,7 +33,7 @@ fn judgement(of: &Judgement) -> Markup {
             dd.verdict-word { (of.verdict) }
             dd.reason {
                 @match &of.reason {
-                    None => { "Nothing in the data speaks against its use." },
+                    None => { "No finding contradicts its use." },
                     Some(reason) => { (sentence(reason)) },
                 }
                 @if of.more > 0 {

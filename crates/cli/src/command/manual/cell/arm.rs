@@ -24,14 +24,14 @@ pub(super) const SECTIONS: &[Section] = &[
                 Table,
                 "",
                 Optional("the robot is a robot file"),
-                "What a URDF does not say of the drives. Required with a URDF.",
+                "Properties of the drives, which a URDF does not have. Required with a URDF.",
             ),
             key(
                 "bus",
                 Table,
                 "",
                 Optional("the cell has `[data]`"),
-                "The bus and what its frames mean. A cell has `[bus]` or `[data]`.",
+                "The bus and the meaning of its frames. A cell has `[bus]` or `[data]`.",
             ),
             key(
                 "data",
@@ -52,9 +52,16 @@ pub(super) const SECTIONS: &[Section] = &[
                 Table,
                 "",
                 Optional("unknown"),
-                "What controls the arm. Required by the methods that simulate the closed loop.",
+                "Controller of the arm. Required by the methods that simulate the closed loop.",
             ),
-            key("identification", Table, "", Required, "What to identify, and how."),
+            key(
+                "identification",
+                Table,
+                "",
+                Required,
+                "Identification: parameters, method and \
+                filters.",
+            ),
             key("service", Table, "", Optional("as its defaults say"), "How the service runs."),
         ],
         example: "name = \"press-4\"\nrobot = \"../robots/tx40.toml\"",
@@ -62,24 +69,25 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[urdf]",
         path: "urdf",
-        about: "What a URDF does not say of the drives. The first three are required with a URDF.",
+        about: "Properties of the drives, which a URDF does not have. The first three are \
+            required with a URDF.",
         keys: &[
             key(
                 "drive_inertia",
                 Switch,
                 "",
                 Optional("required with a URDF"),
-                "Whether the inertias of the drives are parameters: `true` where the torque is \
-                 that of the motors, `false` where it is measured behind the gears.",
+                "True if the inertias of the drives are parameters: torque comes from motor \
+                    current. False if joint torque sensors measure it.",
             ),
             key(
                 "gear_ratios",
                 Numbers,
                 "",
                 Optional("required with a URDF"),
-                "Turns of each motor to one of its joint; 1 where the signals are those of the \
-                 joints. Negative where they turn against each other. Of a prismatic joint radians \
-                 of the motor to a metre.",
+                "Motor turns per joint turn; 1 if the signals are on the joint side. Negative \
+                    if they turn in opposite directions. For a prismatic joint radians of the \
+                    motor per metre.",
             ),
             key(
                 "friction",
@@ -93,25 +101,25 @@ pub(super) const SECTIONS: &[Section] = &[
                 Text,
                 "",
                 Optional("the root of the URDF"),
-                "The link on which the arm stands, where the URDF has several roots or the arm \
-                begins later.",
+                "The link on which the arm stands, if the URDF has several roots or the arm \
+                    begins later.",
             ),
             key(
                 "tip",
                 Text,
                 "",
                 Optional("the end of the URDF"),
-                "The link at which the arm ends, where the URDF has several ends or goes on as a \
-                gripper.",
+                "The link at which the arm ends, if the URDF has several ends or continues as a \
+                    gripper.",
             ),
             key(
                 "joints",
                 Other("table of tables"),
                 "",
                 Default("{}"),
-                "What single joints have of their own, by their names in the URDF: \
-                 `drive_inertia`, `friction`, `known_torque` and the largest acceleration and \
-                 jerk, as a joint of a robot file has them.",
+                "Properties of single joints, by their names in the URDF: `drive_inertia`, \
+                    `friction`, `known_torque` and the largest acceleration and jerk, with the \
+                    keys of a joint in a robot file.",
             ),
             key(
                 "joint_friction",
@@ -131,36 +139,37 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[window]",
         path: "window",
-        about: "When to identify. A window is the part of the stream of samples from which one \
-            result comes: a margin, what counts, and a margin.",
+        about: "When to identify. A window is the part of the stream of samples for one result: \
+            a margin, the samples that count, and a margin.",
         keys: &[
             key(
                 "trigger",
                 Table,
                 "",
                 Required,
-                "What opens and closes a window: one of the forms below.",
+                "The trigger that opens and closes a window: one of the forms below.",
             ),
             key(
                 "margin_before_s",
                 Number,
                 "s",
                 Default("0.25"),
-                "Samples kept before what counts, for the edges of the filters; 0 to 10.",
+                "Samples kept before those that count, for the edges of the filters; 0 to 10.",
             ),
             key(
                 "margin_after_s",
                 Number,
                 "s",
                 Default("0.25"),
-                "Samples kept after what counts; 0 to 10.",
+                "Samples kept after those that count; 0 to 10.",
             ),
             key(
                 "min_s",
                 Number,
                 "s",
                 Default("2.0"),
-                "A window in which less than this counts is rejected as too short; 0 to 600.",
+                "A window with fewer counted samples than this is rejected as too short; 0 to \
+                    600.",
             ),
             key(
                 "max_s",
@@ -219,8 +228,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 Number,
                 "s",
                 Required,
-                "What counts of each window: `min_s` at least, and with its margins `max_s` at \
-                most.",
+                "Length of the counted samples of each window: `min_s` at least, and with its \
+                    margins `max_s` at most.",
             ),
         ],
         example: "[window]\ntrigger = { by = \"interval\", length_s = 20.0 }",

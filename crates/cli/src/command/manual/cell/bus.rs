@@ -13,7 +13,7 @@ const NAMES: &str = "text, or a list of texts";
 const OBJECT: &str =
     "With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.";
 const UNIT: &str = "With `nodes` or `slaves`: the unit of the object, which their files do not \
-    tell; the gains are checked against it.";
+    state; the gains are checked against it.";
 const INTEGER: &str = "Its signal of the DBC file, as of `position`: an unsigned integer of at \
     most 16 bits, with factor 1 and offset 0. Its bits may be those of other signals.";
 const READING: &[Key] = &[
@@ -36,7 +36,7 @@ const READING: &[Key] = &[
         "With `nodes` or `slaves`: the unit of the object, one of those; none of a mode.",
     ),
 ];
-const PROVENANCE: &str = "Where the numbers come from: a data sheet with its page, an object read \
+const PROVENANCE: &str = "Source of the numbers: a data sheet with its page, an object read \
     from the drive, a measurement. Never empty.";
 
 pub(super) const SECTIONS: &[Section] = &[
@@ -68,18 +68,19 @@ pub(super) const SECTIONS: &[Section] = &[
                 Integer,
                 "bit/s",
                 Optional("unknown"),
-                "Bit rate of the bus, with CAN FD that of the arbitration; 1000 to 1 000 000. It \
-                 sets nothing: `didim check` tells with it whether the frames fit.",
+                "Bit rate of the bus, with CAN FD of the arbitration phase; 1000 to 1 000 000. \
+                    It configures nothing: `didim check` uses it to check whether the frames \
+                    fit.",
             ),
             key(
                 "data_bitrate_bps",
                 Integer,
                 "bit/s",
                 Optional("unknown"),
-                "Bit rate of the data phase of CAN FD frames; `bitrate_bps` to 8 000 000. It sets \
-                nothing either.",
+                "Bit rate of the data phase of CAN FD frames; `bitrate_bps` to 8 000 000. It \
+                    configures nothing either.",
             ),
-            key("layout", Table, "", Required, "Which bits of which frame mean what."),
+            key("layout", Table, "", Required, "Meaning of the bits of each frame."),
             key(
                 "drives",
                 Tables,
@@ -94,9 +95,9 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[bus.layout]",
         path: "bus.layout",
-        about: "Which signals of the DBC file, of the device files or of the EtherCAT network are \
-            the arm's. Each states when it is valid, relative to the instant of the sample: the \
-            SYNC, or the arrival of the packed frame, or the cycle of EtherCAT.",
+        about: "Signals of the arm in the DBC file, the device files or the EtherCAT network. \
+            Each states when it is valid, relative to the instant of the sample: the SYNC, or \
+            the arrival of the packed frame, or the cycle of EtherCAT.",
         keys: &[
             key(
                 "dbc",

@@ -21,8 +21,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[controller]: cabinet",
         path: "controller",
-        about: "The gains of the cabinet are known. The recorded torque is held against the \
-            command that they make of the recorded reference and position.",
+        about: "The gains of the cabinet are known. The recorded torque is compared with the \
+            command that they compute from the recorded reference and position.",
         keys: &[
             key("kind", Form("cabinet"), "", Required, "The form."),
             TIMING,
@@ -38,9 +38,9 @@ pub(super) const SECTIONS: &[Section] = &[
                 Numbers,
                 "kg·m²",
                 Optional("the gains stay as they are"),
-                "The inertia that each joint's gains were tuned for. Torque gain and feed-forward \
-                 are multiplied by the estimated inertia over this one, which holds the bandwidth \
-                 from one estimate to the next.",
+                "The inertia that each joint's gains were tuned for. Torque gain and \
+                    feed-forward are multiplied by the estimated inertia over this one, so the \
+                    bandwidth stays the same from one estimate to the next.",
             ),
         ],
         example: "[controller]\nkind = \"cabinet\"\ntiming = { kind = \"sampled\", sample_period_s \
@@ -63,8 +63,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Switch,
                 "",
                 Required,
-                "Whether J q̈r is added. Without it a loop of low bandwidth lags behind its \
-                reference.",
+                "True adds J q̈r. Without it a loop of low bandwidth lags behind its reference.",
             ),
         ],
         example: "[controller]\nkind = \"bandwidth\"\ntiming = { kind = \"sampled\", \

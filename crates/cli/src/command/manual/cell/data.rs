@@ -33,7 +33,7 @@ const fn columns(units: &'static str, per_ampere: &'static str) -> [Key; 5] {
             SIGNS,
             "",
             Optional("1"),
-            "1 where the signal is positive as the robot's, −1 where it is not.",
+            "1 if the signal is positive in the robot's positive direction, −1 if not.",
         ),
     ]
 }
@@ -70,7 +70,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 "side",
                 Word(&["motor", "joint"]),
                 "",
-                Optional("the names of didim's own columns tell"),
+                Optional("from the names of didim's own columns"),
                 SIDES,
             ),
             key(
@@ -88,7 +88,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Optional("didim's own columns"),
                 "Torques, forces or currents.",
             ),
-            key("reference", Table, "", Optional("none"), "Positions that are asked for."),
+            key("reference", Table, "", Optional("none"), "Commanded positions."),
             key("bag", Table, "", Optional("no bags"), "Joint states of ROS 2 bags."),
         ],
         example: "[data]\nrate_hz = 250.0\ntorque_valid = \"instant\"\nside = \"joint\"\ntime = { \
@@ -155,7 +155,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "data.reference",
         path: "data.reference",
-        about: "The columns of the positions that are asked for.",
+        about: "The columns of the commanded positions.",
         keys: &POSITIONS,
         example: "[data]\nrate_hz = 250.0\ntorque_valid = \"instant\"\nside = \"motor\"\nreference \
             = { column = \"goal_{axis}\", unit = \"rad\" }",
@@ -185,15 +185,15 @@ pub(super) const SECTIONS: &[Section] = &[
                 Table,
                 "",
                 Required,
-                "The unit of `effort`, which no bag tells, and its sign.",
+                "The unit of `effort`, which no bag states, and its sign.",
             ),
             key(
                 "time",
                 Word(&["header", "log", "rows"]),
                 "",
                 Default("\"header\""),
-                "Whose time counts: the stamps in the messages, the time at which they were \
-                 recorded, or none, so that each message is one row of `rate_hz`.",
+                "The time to use: the stamps in the messages, the time at which they were \
+                    recorded, or none, so that each message is one row of `rate_hz`.",
             ),
         ],
         example: "[data]\nrate_hz = 100.0\ntorque_valid = \"instant\"\nside = \
@@ -203,7 +203,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "data.bag.effort",
         path: "data.bag.effort",
-        about: "What `effort` in the messages is.",
+        about: "Meaning of `effort` in the messages.",
         keys: &[
             key(
                 "unit",
@@ -225,8 +225,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 SIGNS,
                 "",
                 Optional("1"),
-                "1 where effort drives the joint, −1 where it is what the joint exerts on what \
-                carries it.",
+                "1 if effort drives the joint, −1 if it is the reaction on the link before.",
             ),
         ],
         example: "[data]\nrate_hz = 100.0\ntorque_valid = \"instant\"\nside = \"joint\"\nbag = { \

@@ -14,7 +14,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[identification]",
         path: "identification",
-        about: "What to identify, and how.",
+        about: "Identification: parameters, method and filters.",
         keys: &[
             key(
                 "method",
@@ -53,30 +53,31 @@ pub(super) const SECTIONS: &[Section] = &[
                 Texts,
                 "",
                 Optional("every base parameter"),
-                "Names of the parameters to identify (didim-parameters(7)). Those that are not \
-                named are 0, unless they keep their nominal values.",
+                "Names of the parameters to identify (didim-parameters(7)). Others are 0, \
+                    unless they keep their nominal values.",
             ),
             key(
                 "keep_nominal",
                 Other("`\"all\"`, or a list of texts"),
                 "",
                 Optional("none"),
-                "Which parameters that are not identified keep the values of `[nominal]` in the \
-                robot file.",
+                "Parameters that are not identified and keep the values of `[nominal]` in the \
+                    robot file.",
             ),
             key(
                 "robust",
                 Table,
                 "",
                 Optional("least squares"),
-                "Whether rows with large residuals count less; with `\"idim-ls\"` and `\"didim\"`.",
+                "Loss that gives rows with large residuals less weight; with `\"idim-ls\"` and \
+                    `\"didim\"`.",
             ),
             key(
                 "limits",
                 Table,
                 "",
                 Optional("as its defaults say"),
-                "What a result must satisfy to be called applicable.",
+                "Limits that a result has to satisfy to be applicable.",
             ),
             key("required_uses", Texts, "", Default("[\"monitoring\", \"prediction\"]"), USES),
             key(
@@ -84,14 +85,14 @@ pub(super) const SECTIONS: &[Section] = &[
                 Texts,
                 "",
                 Optional("those that carry torque"),
-                "The parameters whose values are asked for, with `\"physical-values\"`.",
+                "The parameters whose values are required, with `\"physical-values\"`.",
             ),
             key(
                 "tolerances",
                 Table,
                 "",
                 Optional("as its defaults say"),
-                "How well known is what cell and robot file state.",
+                "Tolerances of the values in the cell and robot file.",
             ),
             key(
                 "simulation",
@@ -144,8 +145,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 Integer,
                 "",
                 Required,
-                "One sample in so many becomes a row. With the rate of the samples it decides \
-                which band is identified.",
+                "One sample of this number becomes a row. With the sample rate it decides the \
+                    identified band.",
             ),
         ],
         example: "[identification]\ndecimation_filter = { factor = 125, order = 8, ripple_db = \
@@ -154,7 +155,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "identification.robust: huber",
         path: "identification.robust",
-        about: "A residual counts up to the tuning constant, and beyond it as much as at it.",
+        about: "A residual counts fully up to the tuning constant; beyond it the weight falls, \
+            so that its influence stays constant.",
         keys: &[
             key("kind", Form("huber"), "", Required, "The form."),
             key(
@@ -170,7 +172,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "identification.robust: bisquare",
         path: "identification.robust",
-        about: "The larger a residual, the less it counts, and beyond the tuning constant nothing.",
+        about: "The weight falls with the residual, to zero at the tuning constant.",
         keys: &[
             key("kind", Form("bisquare"), "", Required, "The form."),
             key(
@@ -186,8 +188,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[identification.limits]",
         path: "identification.limits",
-        about: "What a result must satisfy to be called applicable. Each is greater than 0; shares \
-            are at most 1, so that 5 % is 0.05.",
+        about: "Limits that a result has to satisfy to be applicable. Each is greater than 0; \
+            shares are at most 1, so that 5 % is 0.05.",
         keys: &[
             key(
                 "rows_per_parameter",
@@ -209,8 +211,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 Number,
                 "share",
                 Default("0.1"),
-                "How uncertain the parameters may make the torque of a joint along the window's \
-                own motion, relative to that torque.",
+                "Largest torque uncertainty of a joint along the window's own motion, from the \
+                    parameters, relative to that torque.",
             ),
             key(
                 "relative_error",
@@ -231,63 +233,63 @@ pub(super) const SECTIONS: &[Section] = &[
                 Number,
                 "σ",
                 Default("3.0"),
-                "A friction coefficient or a drive inertia that is below zero by more than this is \
-                impossible.",
+                "Standard deviations below zero from which a friction coefficient or a drive \
+                    inertia is impossible.",
             ),
             key(
                 "error_elsewhere",
                 Number,
                 "share",
                 Default("0.15"),
-                "How uncertain the torque may be where the arm has not been, relative to it.",
+                "Largest torque uncertainty outside the recorded motion, relative to the torque.",
             ),
             key(
                 "held_out_error",
                 Number,
                 "share",
                 Default("0.15"),
-                "Largest error of pieces of the motion that were held out, relative to their \
-                torque.",
+                "Largest cross-validation error: on held-out parts of the motion, relative to \
+                    their torque.",
             ),
             key(
                 "parameter_uncertainty",
                 Number,
                 "share",
                 Default("0.1"),
-                "Largest combined uncertainty of a parameter whose value is asked for, relative to \
-                it.",
+                "Largest combined uncertainty of a parameter whose value is required, relative \
+                    to it.",
             ),
             key(
                 "model_shift_deviations",
                 Number,
                 "σ",
                 Default("4.0"),
-                "With CLOE: how far the parameters of the positions may be from those of the \
-                torques.",
+                "With CLOE: largest distance between the parameters from positions and those \
+                    from torques.",
             ),
             key(
                 "model_probability",
                 Number,
                 "share",
                 Default("1e-4"),
-                "A note is made where white residuals would be as correlated with less than this \
-                probability.",
+                "A note is given if white residuals would have this correlation with less than \
+                    this probability.",
             ),
             key(
                 "controller_error",
                 Number,
                 "share",
                 Default("0.001"),
-                "How far the command of the described controller may be from the recorded torque, \
-                relative to it and without what is noise.",
+                "Largest difference between the command of the described controller and the \
+                    recorded torque, relative to it and without noise.",
             ),
             key(
                 "position_filter_deviations",
                 Number,
                 "σ",
                 Default("0.5"),
-                "A note is made where position filter and position noise move a parameter further \
-                than this.",
+                "A note is given if position filter and position noise shift a parameter by \
+                    more than this.",
             ),
         ],
         example: "[identification.limits]\nrelative_error = 0.08\nrows_per_parameter = 10.0",
@@ -295,8 +297,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[identification.tolerances]",
         path: "identification.tolerances",
-        about: "How well known is what cell and robot file state: one standard deviation of each, \
-            for all joints, greater than 0. They are part of every combined uncertainty.",
+        about: "Tolerances of the values in the cell and robot file: one standard deviation of \
+            each, for all joints, greater than 0. They are part of every combined uncertainty.",
         keys: &[
             key(
                 "torque_gain",
@@ -332,8 +334,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 Number,
                 "share",
                 Default("0.02"),
-                "Relative error of a known torque, as of a spring, and of how it grows over the \
-                range of the joint.",
+                "Relative error of a known torque, such as that of a spring, and of its slope \
+                    over the range of the joint.",
             ),
         ],
         example: "[identification.tolerances]\ntorque_gain = 0.02\nzero_deg = 0.1",
@@ -341,31 +343,31 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[identification.simulation]",
         path: "identification.simulation",
-        about: "How the closed loop is simulated, by every method that simulates it.",
+        about: "Simulation of the closed loop, for every method that needs it.",
         keys: &[
             key(
                 "decimated",
                 Switch,
                 "",
                 Default("true"),
-                "Whether both sides of the equation pass the decimation filter. Without it every \
-                counted sample is a row.",
+                "True if both sides of the equation pass the decimation filter. If false, every \
+                    counted sample is a row.",
             ),
             key(
                 "reference",
                 Word(&["cubic", "linear", "hold"]),
                 "",
                 Default("\"cubic\""),
-                "What the drive makes of its targets between two of them: a cubic, a straight \
-                line, or the target itself until the next.",
+                "Interpolation of the drive between two targets: a cubic, a straight line, or \
+                    the target itself until the next.",
             ),
             key(
                 "integrator",
                 Word(&["ode3", "rk4"]),
                 "",
                 Default("\"ode3\""),
-                "How the simulation is integrated: Bogacki and Shampine's third order, or the \
-                classical fourth.",
+                "Integration method of the simulation: Bogacki and Shampine's third order, or \
+                    the classical fourth.",
             ),
             key(
                 "substeps",
@@ -402,15 +404,15 @@ pub(super) const SECTIONS: &[Section] = &[
                 Word(&["exact", "differences"]),
                 "",
                 Default("\"exact\""),
-                "Where CLIE and CLOE have their sensitivities from: the variational equation of \
-                the loop, or one-sided differences.",
+                "Source of the sensitivities of CLIE and CLOE: the variational equation of the \
+                    loop, or one-sided differences.",
             ),
             key(
                 "optimiser",
                 Word(&["levenberg-marquardt", "gauss-newton"]),
                 "",
                 Default("\"levenberg-marquardt\""),
-                "How CLIE and CLOE find the next parameters.",
+                "Optimiser of CLIE and CLOE.",
             ),
             key(
                 "bodies",
@@ -435,8 +437,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 Number,
                 "share",
                 Default("0.01"),
-                "Largest change of the error ‖y − Xθ‖ from one step to the next, relative to it, \
-                or to 0.1 % of ‖y‖ where the error is less.",
+                "Largest change of the error ‖y − Xθ‖ from one step to the next, relative to \
+                    it, or to 0.1 % of ‖y‖ if the error is smaller.",
             ),
             key(
                 "parameter_change",

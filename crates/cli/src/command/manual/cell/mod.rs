@@ -14,13 +14,13 @@ pub(super) const CELL: Reference = Reference {
     document: "cell-file.md",
     title: "the cell file: every key, with type, unit, default and meaning",
     description: &[
-        "A cell file (TOML) states which arm there is, what its frames or recorded signals mean, \
-         what controls it, when to identify, and how. `didim new` writes one, `didim check --cell \
-         FILE` reads one and tells what is wrong. `/usr/share/didim/config/cells` has whole \
-         examples.",
-        "Every section below states one table of the file. Units are part of the name of a key, \
-         and of no value. A key that is not listed here is an error. Names of files are relative \
-         to the cell file. A key that is required is required where its table is there.",
+        "A cell file (TOML) describes the arm, the meaning of its frames or recorded signals, \
+            its controller, and when and how to identify. `didim new` writes one, `didim check \
+            --cell FILE` reads one and lists its mistakes. `/usr/share/didim/config/cells` has \
+            complete examples.",
+        "Every section below describes one table of the file. Units are part of the name of a \
+            key, and of no value. A key that is not listed here is an error. Names of files are \
+            relative to the cell file. A required key is required if its table is present.",
     ],
     sections: &[
         arm::SECTIONS,

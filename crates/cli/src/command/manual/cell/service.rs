@@ -58,14 +58,14 @@ pub(super) const SECTIONS: &[Section] = &[
                 Integer,
                 "",
                 Default("1000"),
-                "Results that are kept; older ones are removed.",
+                "Number of results that are kept; older ones are removed.",
             ),
             key(
                 "buffer_s",
                 Number,
                 "s",
                 Default("20.0"),
-                "How long the estimation may be away before samples are lost.",
+                "Longest absence of the estimation without loss of samples.",
             ),
             key(
                 "real_time",
@@ -88,7 +88,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Table,
                 "",
                 Optional("as its defaults say"),
-                "What counts as drift from the baseline.",
+                "Definition of drift from the baseline.",
             ),
         ],
         example: "[service]\nstate_directory = \"/var/lib/didim\"\nruntime_directory = \
@@ -115,8 +115,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Switch,
                 "",
                 Default("false"),
-                "Whether the memory of the process that reads the bus is kept from being swapped \
-                out.",
+                "True keeps the memory of the process that reads the bus from being swapped out.",
             ),
         ],
         example: "[service.real_time]\npriority = 20\ncpu = 3\nlock_memory = true",
@@ -124,8 +123,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[service.recordings]",
         path: "service.recordings",
-        about: "Raw frames: the last ones in a ring of files, and from it what belongs to results, \
-            faults and captures. 1 MB is 10⁶ bytes.",
+        about: "Raw frames: a ring of files with the newest ones, and from it the recordings of \
+            results, faults and captures. 1 MB is 10⁶ bytes.",
         keys: &[
             key(
                 "directory",
@@ -208,7 +207,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[service.drift]",
         path: "service.drift",
-        about: "A parameter is outside its band where it differs from the baseline by more than \
+        about: "A parameter is outside its band if it differs from the baseline by more than \
             `standard_deviations` σ and by more than `relative`.",
         keys: &[
             key(
