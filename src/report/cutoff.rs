@@ -21,7 +21,7 @@ pub fn choice(chosen: &ChosenCutoff) -> String {
         "{}the lowest cut-off whose held-out error is within 1 % of the smallest; in the cell \
          file:\n\
          position_filter = {{ cutoff_hz = {:?} }}\n",
-        aligned(&["position filter", "held-out error", "elsewhere", ""], &rows),
+        aligned(&["position filter", "held-out error", "outside motion", ""], &rows),
         chosen.cutoff_hz
     )
 }

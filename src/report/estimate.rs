@@ -134,7 +134,7 @@ fn uses_table(estimate: &Estimate) -> String {
         vec![line.of.to_string(), line.answer.into(), line.figure.clone(), line.limit.clone()]
     };
     let rows: Vec<Vec<String>> = lines.iter().map(row).collect();
-    let table = aligned(&["use", "good", "figure", "limit"], &rows);
+    let table = aligned(&["use", "usable", "figure", "limit"], &rows);
     let mut shown = table.lines();
     let mut text = shown.next().map_or(String::new(), |header| format!("{header}\n"));
     for (row, UseLine { meaning, .. }) in shown.zip(&lines) {

@@ -53,7 +53,7 @@ pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
                     svg viewBox="0 0 20 6" width="20" height="6" {
                         line.downweighted x1="10" x2="10" y1="0" y2="6" {}
                     }
-                    "weighted down"
+                    "downweighted"
                 }
             }
         }
@@ -108,7 +108,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Durbin–Watson" }
                 th.number scope="col" { "Probability of white noise" }
                 th.number scope="col" { "Effective rows" }
-                @if loss.is_some() { th.number scope="col" { "Weighted down" } }
+                @if loss.is_some() { th.number scope="col" { "Downweighted" } }
             } }
             tbody { @for k in 0..autocorrelations.len() { tr {
                 th scope="row" { (k + 1) }
@@ -135,7 +135,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
     if let Some(loss) = loss {
         explanation += &format!(
             " The weights are robust ({}): rows whose residual is reduced to less than a half are \
-             weighted down, and the figures here are without these rows.",
+             downweighted, and the figures here are without these rows.",
             robust(loss)
         );
     }

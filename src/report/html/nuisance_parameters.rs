@@ -18,12 +18,12 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let content = html! {
         div.scroll { table {
             thead { tr {
-                th scope="col" { "Taken for known" }
+                th scope="col" { "Nuisance parameter" }
                 th.number scope="col" { "Torque [N·m]" }
                 th scope="col" { "At joint" }
-                th.number scope="col" { "Of its torque" }
-                th.number scope="col" { "Off by" }
-                th.number scope="col" { "Stated to" }
+                th.number scope="col" { "Relative to torque" }
+                th.number scope="col" { "Deviation" }
+                th.number scope="col" { "Tolerance" }
             } }
             tbody { @for found in shown { tr {
                 th scope="row" { (found.nuisance) }

@@ -33,7 +33,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Combined" }
                 @if has_nominal {
                     th.number scope="col" { "Nominal" }
-                    th.number scope="col" { "Off nominal" }
+                    th.number scope="col" { "From nominal" }
                 }
             } }
             @for joint in (0..report.cell.robot.joints()).map(JointIndex::new) {

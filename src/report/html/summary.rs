@@ -44,10 +44,10 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
             div.scroll { table.uses {
                 thead { tr {
                     th scope="col" { "Use" }
-                    th scope="col" { "Good" }
+                    th scope="col" { "Usable" }
                     th.number scope="col" { "Figure" }
                     th.number scope="col" { "Limit" }
-                    th scope="col" { "Which is" }
+                    th scope="col" { "Figure means" }
                 } }
                 tbody { @for line in uses::lines(estimate) { tr {
                     th scope="row" { (line.of) }

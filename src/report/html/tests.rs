@@ -91,11 +91,11 @@ fn the_contents_lead_to_every_section() {
 
 #[test]
 fn robust_weights_are_named_with_the_rows_weighted_down() {
-    assert!(!html().contains("Weighted down"), "the cell asks for none");
+    assert!(!html().contains("Downweighted"), "the cell asks for none");
     let (mut cell, identification) = (cell(), identification());
     cell.options.robust = Some(didim_identification::regression::RobustLoss::bisquare());
     let html = Report::new(&cell, &identification, &origin()).to_html();
-    for part in ["Weighted down", "2 of 10", "bisquare, tuning constant 4.685"] {
+    for part in ["Downweighted", "2 of 10", "bisquare, tuning constant 4.685"] {
         assert!(html.contains(part), "{part}: {html}");
     }
 }

@@ -86,7 +86,7 @@ fn spikes_of_the_torque() {
         &LOSSES,
     );
     let notes = noted(&found[2]);
-    for text in ["weighted down, at 0.", "more times", "a connector"] {
+    for text in ["downweighted, at 0.", "more times", "a connector"] {
         assert!(notes.contains(text), "{notes}");
     }
     assert!(!notes.contains("throughout the motion"), "{notes}");

@@ -28,7 +28,7 @@ pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
                 th.number scope="col" { "σ" }
                 th scope="col" { "Unit" }
                 th.number scope="col" { "Change" }
-                th.number scope="col" { "Of its band" }
+                th.number scope="col" { "Share of band" }
             } }
             tbody { @for name in report.by_band() { (row(report, name)) } }
         } }

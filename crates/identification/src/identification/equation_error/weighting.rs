@@ -12,7 +12,7 @@ pub(crate) struct Weighting {
 }
 
 struct Robust {
-    /// The equation with pseudo-values, without the rows that are weighted down.
+    /// The equation with pseudo-values, without the rows that are downweighted.
     fixed: Observations,
     /// What the parameters leave of the measurements themselves.
     residuals: DVector<f64>,
@@ -67,7 +67,7 @@ impl Weighting {
     }
 }
 
-/// The equation and its solution with zeros in the rows that are weighted down, and the same
+/// The equation and its solution with zeros in the rows that are downweighted, and the same
 /// parameters.
 ///
 /// An encoder's glitch makes rows of X that are large and say nothing: with them the covariance

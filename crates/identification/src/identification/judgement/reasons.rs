@@ -614,7 +614,7 @@ impl Display for Note {
             ),
             Self::Outliers { rows, of, times_s, more } => {
                 let times = times_s.iter().map(|t| format!("{:.2} to {:.2} s", t.start, t.end));
-                write!(f, "{rows} of {of} rows were weighted down, at {}", listed(times))?;
+                write!(f, "{rows} of {of} rows were downweighted, at {}", listed(times))?;
                 if *more > 0 {
                     write!(f, " and at {more} more times")?;
                 }
