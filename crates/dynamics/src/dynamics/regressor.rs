@@ -135,17 +135,6 @@ impl Model {
             columns.drives.for_each_load_friction(dq, loads, add);
         }
     }
-
-    /// Returns which entries of the regressor can differ from 0, in its layout.
-    pub fn regressor_pattern(&self) -> Vec<bool> {
-        let (n, width) = (self.joints(), self.parameter_names().len());
-        let columns: Vec<usize> = (0..width).collect();
-        let mut pattern = vec![false; n * width];
-        for (row, column) in self.regressor_entries(&columns).entries {
-            pattern[row * width + column] = true;
-        }
-        pattern
-    }
 }
 
 /// Effect of a joint's unit velocity on a link, in the link's frame.

@@ -44,11 +44,6 @@ pub enum UrdfNote {
 }
 
 impl UrdfNote {
-    /// True if the note says that there are no nominal values.
-    pub fn is_of_bodies(&self) -> bool {
-        matches!(self, Self::NoBody { .. } | Self::ImpossibleBody { .. })
-    }
-
     pub(super) fn is_of_link(&self, name: &str) -> bool {
         match self {
             Self::NoBody { link } | Self::ImpossibleBody { link, .. } => link == name,
