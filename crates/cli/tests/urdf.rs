@@ -124,7 +124,7 @@ fn what_a_urdf_does_not_say_is_asked_for_with_the_lines_to_paste() {
         out.stderr
     }
     let said = refused("");
-    assert!(said.contains("a URDF says nothing of the drives, of a1 a2 a3 a4 a5 a6"), "{said}");
+    assert!(said.contains("a URDF does not describe the drives of a1 a2 a3 a4 a5 a6"), "{said}");
     let (_, pasted) = said.split_once("\n\n").unwrap();
     assert!(pasted.contains("gear_ratios = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"), "{said}");
     let folder = cell(&format!("\n{pasted}"));
