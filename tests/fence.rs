@@ -39,7 +39,10 @@ const FORBIDDEN: [&str; 12] = [
 ];
 /// The packages, with what each is built on: pure computation and the reading of text.
 const PACKAGES: [(&str, &[&str]); 2] = [
-    ("crates/dynamics", &["nalgebra", "rand_chacha", "rand_distr", "serde", "thiserror", "toml"]),
+    (
+        "crates/dynamics",
+        &["nalgebra", "rand_chacha", "rand_distr", "schemars", "serde", "thiserror", "toml"],
+    ),
     (
         "crates/identification",
         &[
@@ -47,6 +50,7 @@ const PACKAGES: [(&str, &[&str]); 2] = [
             "nalgebra",
             "rand_chacha",
             "rand_distr",
+            "schemars",
             "serde",
             "statrs",
             "thiserror",

@@ -6,112 +6,155 @@ use didim_drivers::layout::TorqueValidity;
 use didim_dynamics::SignalTiming;
 use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side, TimeColumns};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Tables (CSV) of measured signals. Without columns, they have didim's own: `motor_position_rad_1`
 /// and so on.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataSection {
-    /// Samples per second.
+    /// Samples per second \[Hz\]; 1 to 20 000.
     pub rate_hz: f64,
-    /// Time at which a torque is valid.
+    /// When a torque is valid: `"instant"`, that of the sample itself, as a measured one; `{ held =
+    /// { … } }`, a command that acts until the next one.
     pub torque_valid: TorqueValidity,
-    /// Side of the transmission on which other columns were measured.
+    /// The side of the transmission on which the signals were measured: those of the motors, or of
+    /// the joints. Required with columns or a bag.
+    ///
+    /// If left out: from the names of didim's own columns.
     #[serde(default)]
     pub side: Option<Side>,
-    /// Time, if there is one.
+    /// The column of the time.
+    ///
+    /// If left out: the rows are `rate_hz` apart.
     #[serde(default)]
     pub time: Option<TimeColumn>,
     /// Positions.
+    ///
+    /// If left out: didim's own columns.
     #[serde(default)]
     pub position: Option<DataColumns>,
-    /// Torques or forces.
+    /// Torques, forces or currents.
+    ///
+    /// If left out: didim's own columns.
     #[serde(default)]
     pub torque: Option<DataColumns>,
-    /// Reference positions.
+    /// Commanded positions.
+    ///
+    /// If left out: none.
     #[serde(default)]
     pub reference: Option<DataColumns>,
     /// Joint states of ROS 2 bags.
+    ///
+    /// If left out: no bags.
     #[serde(default)]
     pub bag: Option<BagSection>,
 }
 
 /// `[data.bag]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BagSection {
-    /// Names of the joints in the messages, in the arm's order; those of the URDF if left out.
+    /// Names of the joints in the messages, in the arm's order. Required with a robot file.
+    ///
+    /// If left out: those of the URDF.
     #[serde(default)]
     pub joints: Option<Vec<String>>,
-    /// Topic, needed if several have these joints.
+    /// The topic, where several have these joints.
+    ///
+    /// If left out: the only one with these joints.
     #[serde(default)]
     pub topic: Option<String>,
-    /// Unit and sign of `effort`; no bag contains the unit.
+    /// The unit of `effort`, which no bag states, and its sign.
     pub effort: EffortSection,
-    /// Whose time counts.
+    /// The time to use: the stamps in the messages, the time at which they were recorded, or none,
+    /// so that each message is one row of `rate_hz`.
     #[serde(default)]
     pub time: BagTime,
 }
 
 /// `effort` of `[data.bag]`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a unit such as { unit = \"Nm\" }")]
 pub struct EffortSection {
-    /// Nm or mNm; N for a prismatic joint; A for a current. One for all or for each axis.
+    /// `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; `"A"` or `"mA"`, of a current.
     pub unit: OneOrEach<String>,
-    /// Torque or force per ampere, for currents \[N·m/A or N/A\].
+    /// Of a current \[N·m/A or N/A\]: the torque or force of one ampere.
+    ///
+    /// Required with a current.
     #[serde(default)]
     pub per_ampere: Option<OneOrEach<f64>>,
-    /// 1 if the effort drives the joint, −1 if the joint exerts it.
+    /// 1 if effort drives the joint, −1 if it is the reaction on the link before.
+    ///
+    /// If left out: 1.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
 }
 
 /// The time: one column, or a stamp in two columns.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a column such as { column = \"t\", unit = \"ms\" }")]
 pub struct TimeColumn {
-    /// Its name.
+    /// The name of the column.
+    ///
+    /// If left out: `sec` and `nanosec`.
     #[serde(default)]
     pub column: Option<String>,
-    /// Its unit: s, ms, us or ns; iso8601 for dates.
+    /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"iso8601"`, of dates as
+    /// 2024-05-01T12:00:00.123456Z.
+    ///
+    /// If left out: `sec` and `nanosec`.
     #[serde(default)]
     pub unit: Option<String>,
-    /// Alternative: column of the stamp's whole seconds.
+    /// The column of the whole seconds of a stamp in two columns [s].
+    ///
+    /// If left out: `column` and `unit`.
     #[serde(default)]
     pub sec: Option<String>,
-    /// Alternative: column of the nanoseconds beyond the whole seconds.
+    /// The column of the nanoseconds beyond them [ns].
+    ///
+    /// If left out: `column` and `unit`.
     #[serde(default)]
     pub nanosec: Option<String>,
 }
 
 /// The columns of one quantity.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "columns such as { column = \"actual_q_{axis}\", unit = \"deg\" }"
 )]
 pub struct DataColumns {
-    /// Name pattern of the columns, with `{axis}` (from 1) or `{index}` (from 0) in place of the
+    /// The name of the columns, with `{axis}` (from 1) or `{index}` (from 0) in place of the
     /// number.
+    ///
+    /// If left out: `columns` names them.
     #[serde(default)]
     pub column: Option<String>,
-    /// Alternative: a name for each axis.
+    /// A name for each axis, in the arm's order.
+    ///
+    /// If left out: `column` names them.
     #[serde(default)]
     pub columns: Option<Vec<String>>,
-    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N; A for a current.
+    /// The unit of the columns. Positions: `"rad"`, `"deg"`; of a prismatic joint `"m"`, `"mm"`.
+    /// Torques: `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; of a current `"A"`, `"mA"`.
     pub unit: OneOrEach<String>,
-    /// Torque or force per ampere, for currents \[N·m/A or N/A\].
+    /// Of a current: the torque or force of one ampere \[N·m/A or N/A\], on the side of the
+    /// transmission that `side` names. Not for positions.
+    ///
+    /// Required with a current.
     #[serde(default)]
     pub per_ampere: Option<OneOrEach<f64>>,
-    /// 1 if their positive direction is the robot's, −1 if not. One for all or for each axis.
+    /// 1 if the signal is positive in the robot's positive direction, −1 if not.
+    ///
+    /// If left out: 1.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
 }
 
 /// One for all axes, or one for each.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "one for all axes, or a list of one for each")]
 pub enum OneOrEach<T> {
     /// For all.

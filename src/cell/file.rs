@@ -1,6 +1,7 @@
 //! The cell file as written by the user. [`Cell`](super::Cell) is the form that the program needs.
 
 use core::fmt;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -13,93 +14,136 @@ use didim_identification::identification::{
     VerdictLimits,
 };
 use didim_identification::regression::RobustLoss;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Unexpected, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::BusAddress;
-use super::data::DataSection;
+use super::data::{DataSection, OneOrEach};
 use crate::archive::drift::DriftOptions;
 use crate::live::acquire::RealTimeOptions;
 use crate::live::recording::RecordingOptions;
 use crate::live::worker::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CellFile {
-    /// Name of the cell. It is part of the names of its shared memory and results.
+    /// Name of the cell. It is part of the names of its shared memory and stands in every result.
     pub name: String,
-    /// The robot file or a URDF, relative to the cell file.
+    /// The robot file (didim-robot(5)) or a URDF.
     pub robot: PathBuf,
-    /// Drive data that a URDF does not contain.
+    /// Properties of the drives, which a URDF does not have. Required with a URDF.
+    ///
+    /// If left out: the robot is a robot file.
     #[serde(default)]
     pub urdf: Option<UrdfSection>,
-    /// The bus and the meaning of its frames.
+    /// The bus and the meaning of its frames. A cell has `[bus]` or `[data]`.
+    ///
+    /// If left out: the cell has `[data]`.
     #[serde(default)]
     pub bus: Option<BusSection>,
     /// Recordings of other programs, in place of a bus.
+    ///
+    /// If left out: the cell has `[bus]`.
     #[serde(default)]
     pub data: Option<DataSection>,
-    /// Controller of the arm. Methods that simulate the closed loop need it.
+    /// Controller of the arm. Required by the methods that simulate the closed loop.
+    ///
+    /// If left out: unknown.
     #[serde(default)]
     pub controller: Option<SimulatedController>,
-    /// Conditions for identification; a cell without a bus has no windows.
+    /// When to identify. Required with `[bus]`.
+    ///
+    /// If left out: windows by command alone.
     #[serde(default)]
     pub window: Option<WindowOptions>,
-    /// Content and method of the identification.
+    /// Identification: parameters, method and filters.
     pub identification: IdentificationSection,
-    /// Operation of the service.
+    /// How the service runs.
+    ///
+    /// If left out: as its defaults say.
     #[serde(default)]
     pub service: ServiceSection,
 }
 
+/// A table whose keys another file's format defines.
+type FreeTable = BTreeMap<String, serde_json::Value>;
+
 /// `[urdf]`
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UrdfSection {
-    /// Base link of the arm, if the URDF has several roots or the arm begins later.
-    #[serde(default)]
-    pub base: Option<String>,
-    /// Last link of the arm, if it has several ends or continues as a gripper.
-    #[serde(default)]
-    pub tip: Option<String>,
-    /// True if the inertias of the drives are parameters.
+    /// True if the inertias of the drives are parameters: torque comes from motor current. False if
+    /// joint torque sensors measure it.
+    ///
+    /// Required with a URDF.
     #[serde(default)]
     pub drive_inertia: Option<bool>,
-    /// Turns of each motor per turn of its joint.
+    /// Motor turns per joint turn; 1 if the signals are on the joint side. Negative if they turn in
+    /// opposite directions. For a prismatic joint radians of the motor per metre.
+    ///
+    /// Required with a URDF.
     #[serde(default)]
     pub gear_ratios: Option<Vec<f64>>,
-    /// Same as `[friction]` of a robot file.
+    /// Friction terms: the keys of `[friction]` of a robot file.
+    ///
+    /// Required with a URDF.
     #[serde(default)]
+    #[schemars(with = "Option<FreeTable>")]
     pub friction: Option<toml::Table>,
-    /// Settings of single joints, by joint name: keys of a joint of a robot file.
+    /// The link on which the arm stands, if the URDF has several roots or the arm begins later.
+    ///
+    /// If left out: the root of the URDF.
     #[serde(default)]
+    pub base: Option<String>,
+    /// The link at which the arm ends, if the URDF has several ends or continues as a gripper.
+    ///
+    /// If left out: the end of the URDF.
+    #[serde(default)]
+    pub tip: Option<String>,
+    /// Properties of single joints, by their names in the URDF: `drive_inertia`, `friction`,
+    /// `known_torque` and the largest acceleration and jerk, with the keys of a joint in a robot
+    /// file.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, FreeTable>")]
     pub joints: BTreeMap<String, toml::Table>,
-    /// Friction of single joints in the form of earlier versions; now `friction` under `joints`.
+    /// The friction of single joints, as earlier versions had it; now `friction` under `joints`.
     #[serde(default)]
+    #[schemars(with = "FreeTable")]
     pub joint_friction: toml::Table,
 }
 
 /// `[bus]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BusSection {
-    /// One bus, or several that carry parts of the same layout.
+    /// Where the frames come from: `"can:INTERFACE"`, `"log:FILE"` (candump),
+    /// `"ethercat:INTERFACE"` and `"pcap:FILE"` (a tap and a capture of EtherCAT) or `"inproc:"`
+    /// (the simulated arm in the same process). A list of `can:` where several interfaces carry
+    /// parts of one layout.
     #[serde(deserialize_with = "super::address::one_or_more")]
+    #[schemars(with = "OneOrEach<String>")]
     pub source: Vec<BusAddress>,
-    /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
+    /// Receive buffer of each socket \[bytes\]. The kernel counts 768 bytes for a CAN FD frame and
+    /// grants twice `net.core.rmem_max` at most.
     #[serde(default = "BusSection::default_receive_buffer_bytes")]
     pub receive_buffer_bytes: u32,
-    /// Bit rate of the bus, in CAN FD that of the arbitration \[bit/s\]. `didim check` uses it to
-    /// report whether the frames fit. It sets nothing.
+    /// Bit rate of the bus, with CAN FD of the arbitration phase \[bit/s\]; 1000 to 1 000 000. It
+    /// configures nothing: `didim check` uses it to check whether the frames fit.
+    ///
+    /// If left out: unknown.
     #[serde(default)]
     pub bitrate_bps: Option<u32>,
-    /// Bit rate of the data phase of CAN FD frames with bit rate switching \[bit/s\].
+    /// Bit rate of the data phase of CAN FD frames \[bit/s\]; `bitrate_bps` to 8 000 000. It
+    /// configures nothing either.
+    ///
+    /// If left out: unknown.
     #[serde(default)]
     pub data_bitrate_bps: Option<u32>,
     /// Meaning of the bits of each frame.
     pub layout: LayoutSpec,
-    /// Gains of each drive, in the order of the axes.
+    /// The gains of each drive, in the order of the axes.
     pub drives: Vec<DriveSpec>,
 }
 
@@ -110,13 +154,14 @@ impl BusSection {
 }
 
 /// `position_filter` of `[identification]`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a filter such as { cutoff_hz = 50.0 }")]
 pub struct PositionFilterSection {
-    /// Order of one pass; the method's default if left out.
+    /// Order of one pass.
     #[serde(default = "PositionFilter::default_order")]
     pub order: usize,
-    /// Cut-off of one pass.
+    /// Cut-off of one pass \[Hz\]: five times the highest dynamics to be modelled, or more.
+    /// `"auto"`: the data choose it, for `didim identify` and `didim compare`.
     pub cutoff_hz: Cutoff,
 }
 
@@ -127,6 +172,20 @@ pub enum Cutoff {
     Hz(f64),
     /// The data choose it.
     Auto,
+}
+
+impl JsonSchema for Cutoff {
+    fn schema_name() -> Cow<'static, str> {
+        "Cutoff".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "number" }, { "const": "auto" }] })
+    }
 }
 
 impl<'de> Deserialize<'de> for Cutoff {
@@ -163,7 +222,7 @@ impl<'de> Deserialize<'de> for Cutoff {
 }
 
 /// Source of the joints' friction laws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionSource {
     /// The data choose them.
@@ -171,79 +230,114 @@ pub enum FrictionSource {
 }
 
 /// `[identification]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IdentificationSection {
-    /// The method.
+    /// The method. All but `"idim-ls"` simulate the closed loop and need `[controller]`.
     pub method: Method,
-    /// Sign model of Coulomb friction, if it differs from the robot file's.
+    /// The law for the sign in Coulomb friction, for all joints: `sign` under `[friction]` of a
+    /// robot file.
+    ///
+    /// If left out: that of the robot file.
     #[serde(default)]
     pub sign: Option<SignModel>,
-    /// Source of the friction laws, if not the robot file.
+    /// `"auto"`: the data choose the friction laws of the joints. For `didim identify` and `didim
+    /// compare`.
+    ///
+    /// If left out: those of the robot file.
     #[serde(default)]
     pub friction: Option<FrictionSource>,
     /// Filter of the positions.
     pub position_filter: PositionFilterSection,
     /// Filter and decimation of both sides of the equation.
     pub decimation_filter: DecimationFilter,
-    /// Essential parameters; every base parameter if left out.
+    /// Names of the parameters to identify (didim-parameters(7)). Others are 0, unless they keep
+    /// their nominal values.
+    ///
+    /// If left out: every base parameter.
     #[serde(default)]
     pub parameters: Option<Vec<String>>,
-    /// Other parameters fixed at the values of the robot file's `[nominal]`; they are 0 if left
-    /// out.
+    /// Parameters that are not identified and keep the values of `[nominal]` in the robot file.
+    ///
+    /// If left out: none.
     #[serde(default)]
     pub keep_nominal: Option<KeptParameters>,
-    /// Loss that reduces the weight of rows with large residuals, if any.
+    /// Loss that gives rows with large residuals less weight; with `"idim-ls"` and `"didim"`.
+    ///
+    /// If left out: least squares.
     #[serde(default)]
     pub robust: Option<RobustLoss>,
-    /// Conditions for an applicable result.
+    /// Limits that a result has to satisfy to be applicable.
+    ///
+    /// If left out: as its defaults say.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// Intended uses of results.
+    /// What results are for, and so what makes one applicable: `"monitoring"`, of this arm over the
+    /// years; `"prediction"`, of the torque of any motion; `"contact-detection"`;
+    /// `"physical-values"`, for comparison with a data sheet; `"rigid-body"`, a mass matrix that
+    /// can be inverted anywhere.
     #[serde(default = "Use::usual")]
     pub required_uses: Vec<Use>,
-    /// Names of the parameters whose values are required; those that contribute to the torque if
-    /// left out.
+    /// The parameters whose values are required, with `"physical-values"`.
+    ///
+    /// If left out: those that carry torque.
     #[serde(default)]
     pub required_parameters: Option<Vec<String>>,
-    /// Tolerances of the values configured in cell and robot.
+    /// Tolerances of the values in the cell and robot file.
+    ///
+    /// If left out: as its defaults say.
     #[serde(default)]
     pub tolerances: Tolerances,
-    /// Simulation of the closed loop and end of the iteration; needs `[controller]`.
+    /// How the closed loop is simulated, and when the iteration ends. Needs `[controller]`.
+    ///
+    /// If left out: as its defaults say.
     #[serde(default)]
     pub simulation: Option<SimulationOptions>,
 }
 
 /// `[service]`
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ServiceSection {
-    /// Where results go.
+    /// The folder of the results.
     pub state_directory: PathBuf,
-    /// Folder of the sockets and the stream's own files. It has to be short, because socket paths
-    /// are.
+    /// The folder of the sockets and of the stream's own files. The path of a socket in it has at
+    /// most 107 bytes.
     pub runtime_directory: PathBuf,
-    /// Permissions of the status socket, which decide who may query the status. Default `0o660`:
-    /// the service's user and the socket's group.
+    /// Permissions of the status socket: 0o600 and rights to read and write for others.
+    ///
+    /// If left out: `0o660`.
     pub status_mode: u32,
-    /// Group of the status socket; the service's own group if left out.
+    /// Group of the status socket.
+    ///
+    /// If left out: the service's own.
     pub status_group: Option<String>,
-    /// Permissions of the command socket, which decide who may give commands: `0o600`, or `0o660`
-    /// with a `command_group`.
+    /// Permissions of the command socket, which is never for everybody.
+    ///
+    /// If left out: `0o600`; `0o660` with `command_group`.
     pub command_mode: Option<u32>,
-    /// Group of the command socket; the service's own group if left out.
+    /// Group of the command socket.
+    ///
+    /// If left out: the service's own.
     pub command_group: Option<String>,
-    /// Number of results kept; older ones are removed.
+    /// Number of results that are kept; older ones are removed.
     pub keep_results: usize,
-    /// Time that the worker may be busy before samples are lost \[s\].
+    /// Longest absence of the estimation without loss of samples \[s\].
     pub buffer_s: f64,
     /// Priority and processor of the bus thread.
+    ///
+    /// If left out: an ordinary thread.
     pub real_time: RealTimeOptions,
-    /// One process for everything, or one each for acquisition and estimation.
+    /// One process for everything; or acquisition and estimation in one each (`didim run --part
+    /// acquisition`, `--part estimation`).
     pub processes: Processes,
-    /// Raw frames on disk; none are recorded if left out.
+    /// Raw frames on disk.
+    ///
+    /// If left out: nothing is recorded.
     pub recordings: Option<RecordingOptions>,
-    /// Limits of drift from the baseline.
+    /// Definition of drift from the baseline.
+    ///
+    /// If left out: as its defaults say.
     pub drift: DriftOptions,
 }
 
@@ -275,7 +369,7 @@ impl ServiceSection {
 }
 
 /// Number of processes that share the work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Processes {
     /// Acquisition and estimation in one process.

@@ -11,9 +11,11 @@ import subprocess
 import sys
 import tempfile
 import threading
+import tomllib
 import unittest
 import urllib.request
 
+import jsonschema
 import numpy as np
 import prometheus_client.parser
 
@@ -269,6 +271,33 @@ class TheMetrics(unittest.TestCase):
             self.assertEqual(samples[("didim_estimate_parameter", *labels)], value["value"])
         p99 = samples[("didim_frame_to_buffer_seconds", ("quantile", "0.99"))]
         self.assertAlmostEqual(p99, 1e-9 * status["acquisition"]["frame_to_buffer"]["p99_ns"], delta=1e-15)
+
+
+class TheSchemas(Folder):
+    """An independent validator accepts the shipped files and refuses a key that does not exist."""
+
+    def setUp(self):
+        super().setUp()
+        program = os.environ["DIDIM_PROGRAM"]
+        subprocess.run([program, "manual", "--out", self.folder / "manual"], check=True)
+
+    def check(self, kind, table):
+        text = (self.folder / "manual" / "schema" / f"didim-{kind}.schema.json").read_text()
+        validator = jsonschema.Draft202012Validator(json.loads(text))
+        validator.check_schema(validator.schema)
+        files = sorted((ROOT / "config" / f"{kind}s").glob("*.toml"))
+        self.assertGreater(len(files), 5)
+        for file in files:
+            content = tomllib.loads(file.read_text())
+            validator.validate(content)
+            content[table]["no_such_key"] = 1
+            self.assertFalse(validator.is_valid(content), file)
+
+    def test_cells(self):
+        self.check("cell", "identification")
+
+    def test_robots(self):
+        self.check("robot", "transmission")
 
 
 class TheExampleInPandas(unittest.TestCase):

@@ -23,7 +23,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser};
 use tracing::level_filters::LevelFilter;
 
-pub use command::manual::{Generated, completions, documents, man_pages};
+pub use command::manual::{Generated, completions, documents, man_pages, schemas};
 pub use error::CliError;
 
 /// Identifies a robot's dynamic parameters, with their uncertainty, from the frames on its drive

@@ -9,6 +9,7 @@
 //! `DIDIM_WRITE_GOLDEN=1` writes the files. A change of them is a change of results: say in the
 //! commit which numbers change, and why.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,7 +44,9 @@ fn instruction_set() -> &'static str {
 fn numbers(value: &Value, path: &str, numbers_of: &mut Vec<(String, f64)>) {
     match value {
         Value::Object(entries) => {
-            for (key, entry) in entries.iter().filter(|(key, _)| *key != "elapsed_ms") {
+            // In the order of the golden files, whatever order the output has.
+            let entries: BTreeMap<_, _> = entries.iter().collect();
+            for (key, entry) in entries.into_iter().filter(|(key, _)| *key != "elapsed_ms") {
                 numbers(entry, &format!("{path}.{key}"), numbers_of);
             }
         }

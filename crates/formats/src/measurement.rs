@@ -2,6 +2,7 @@
 
 use didim_dynamics::Signals;
 use didim_dynamics::{JointSample, MAX_JOINTS};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// How far the rate may be off, as a share of it. With time scaled by 1 + r, velocities are wrong
@@ -13,7 +14,7 @@ use serde::Deserialize;
 pub const RATE_TOLERANCE: f64 = 3e-4;
 
 /// Which side of the transmission a measurement describes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
     /// Motor angles and motor torques, as a drive reports them.

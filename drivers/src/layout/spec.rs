@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use didim_dynamics::SignalTiming;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The table `[bus.layout]` of a cell file: it selects the arm's signals from a DBC file.
@@ -12,92 +13,131 @@ use serde::{Deserialize, Serialize};
 /// it is an object of every drive's dictionary, such as `6064:00`, and its unit. Every signal has a
 /// validity time relative to the instant of its sample: the SYNC, or the arrival of the packed
 /// frame.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSpec {
-    /// The DBC file, relative to the cell file; or `nodes`, not both. The program that reads the
-    /// cell file reads this one too.
+    /// The DBC file. A layout has `dbc`, `nodes` or `slaves`.
+    ///
+    /// If left out: `nodes` or `slaves` describe the frames.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dbc: Option<PathBuf>,
-    /// The nodes of CANopen drives with their device files, one per axis, in the order of the axes.
+    /// The CANopen drives with their device files, one entry for each axis, in their order; in
+    /// place of `dbc`, `sync` and `counter`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<NodeSpec>,
-    /// The ENI file of an EtherCAT network, relative to the cell file; or `startup`.
+    /// The ENI file by which the EtherCAT master was configured. `slaves` need it, or `startup`.
+    ///
+    /// If left out: `startup` describes the slaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eni: Option<PathBuf>,
-    /// A capture that holds the start-up of an EtherCAT network, relative to the cell file; or
-    /// `eni`.
+    /// A capture that begins before the EtherCAT master starts and ends when the drives run: didim
+    /// learns from it how the master configured the slaves.
+    ///
+    /// If left out: `eni` describes the slaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub startup: Option<PathBuf>,
-    /// The EtherCAT slaves, one per axis, in the order of the axes.
+    /// The EtherCAT drives, one entry for each axis, in their order; in place of `dbc`, `sync` and
+    /// `counter`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slaves: Vec<SlaveSpec>,
     /// Number of axes.
     pub axes: usize,
-    /// Nominal period of the bus cycle \[µs\]; or `rate_hz`, not both.
+    /// The nominal period of the bus cycle \[µs\].
+    ///
+    /// If left out: `rate_hz` states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period_us: Option<f64>,
-    /// Nominal rate of the bus cycle \[Hz\]; or `period_us`, not both.
+    /// The nominal rate of the bus cycle \[Hz\]. A layout has `rate_hz` or `period_us`.
+    ///
+    /// If left out: `period_us` states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// Message whose arrival is the instant of the sample. Without it every signal is in one packed
-    /// message, and the arrival of that frame is the instant. On a bus without SYNC it is any
-    /// message that arrives once a cycle. Every signal is then valid at the arrival of its own
-    /// frame; the message may carry some of them.
+    /// The message whose arrival is the instant of the sample. Without it every signal lies in one
+    /// packed message, and the arrival of that is the instant. On a bus without SYNC it is any
+    /// message that comes once a cycle, and may carry signals; every signal is then valid at its
+    /// own `"arrival"`.
+    ///
+    /// If left out: one packed message.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sync: Option<String>,
-    /// Method of counting bus cycles.
+    /// How bus cycles are counted. `"stamps"`: by the times of the frames, which have to be within
+    /// half a period of their place, so that a missing SYNC and a wrong rate are noticed.
+    /// `"frames"`: each SYNC or packed frame is the next cycle, however late it is stamped, for
+    /// adapters and virtual machines that deliver in bursts.
     #[serde(default)]
     pub cycles_by: CyclesBy,
-    /// Measured motor position.
+    /// The measured position of the motor.
     pub position: PositionSpec,
-    /// Motor torque, demanded or measured.
+    /// The torque of the motor, demanded or measured.
     pub torque: TorqueSpec,
-    /// Target motor position of the drive.
+    /// The position command of the drive. Required by the methods that simulate the closed loop.
+    ///
+    /// If left out: not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSpec>,
-    /// CiA 402 status word (6041h): a cycle counts only if every drive is in the state "operation
-    /// enabled".
+    /// Signal or object of the status word of CiA 402 (6041h): a cycle counts when every drive is
+    /// in the state "operation enabled".
+    ///
+    /// If left out: every cycle counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_word: Option<String>,
-    /// State signal of the drives that is no CiA 402 status word: a cycle counts only if every axis
-    /// has the one value.
+    /// With a DBC file, in place of `status_word`: a state that drives of another kind send.
+    ///
+    /// If left out: every cycle counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enabled: Option<EnabledSpec>,
-    /// Temperature of each motor, at any rate of arrival.
+    /// Temperature of each motor, however seldom it comes.
+    ///
+    /// If left out: not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ReadingSpec>,
-    /// Supply or DC link voltage of each drive, at any rate of arrival.
+    /// Supply or DC link voltage of each drive, however seldom it comes.
+    ///
+    /// If left out: not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supply_voltage: Option<ReadingSpec>,
-    /// Mode of each drive, an integer: a window ends if a mode changes.
+    /// Mode of each drive (6061h of CiA 402): a window ends where one changes, and a log is cut
+    /// there.
+    ///
+    /// If left out: not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ReadingSpec>,
-    /// Control law that each command contains in addition to the position.
+    /// With a DBC file: the control law that each command holds in addition to the position, as in
+    /// MIT mode. Where it stays along a record, the methods that simulate the loop take it in place
+    /// of `[controller]`.
+    ///
+    /// If left out: not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawSpec>,
-    /// Frames of the layout's messages with other content.
+    /// With a DBC file: frames that have the identifier of a message and carry something else. They
+    /// are counted as `excepted`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub except: Vec<ExceptSpec>,
-    /// Counter in the packed message, incremented by one per sample.
+    /// Signal of a counter in the packed message, one more for each sample.
+    ///
+    /// If left out: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counter: Option<String>,
 }
 
 /// One node of `nodes`: a CANopen drive, or one axis of it.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeSpec {
-    /// Its number on the bus, 1 to 127.
+    /// Its number on the bus, 1 to 127; `$NODEID` in the file.
     pub node_id: u8,
-    /// EDS file, relative to the cell file: the settings of the drive after a reset.
+    /// Its EDS file: what the drive does after a reset.
+    ///
+    /// If left out: `dcf` is the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eds: Option<PathBuf>,
-    /// DCF file instead: the configured settings of the drive.
+    /// Its DCF file: how the drive was configured.
+    ///
+    /// If left out: `eds` is the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dcf: Option<PathBuf>,
-    /// Offset added to the index of every object: 0x800 for the second axis of a drive of several
-    /// (CiA 402), which is listed once per axis.
+    /// Added to the index of every object: 0x800 for the second axis of a drive of several (CiA
+    /// 402), which is listed once for each axis.
     #[serde(default)]
     pub object_offset: u16,
 }
@@ -110,22 +150,27 @@ impl NodeSpec {
 }
 
 /// One entry of `slaves`: an EtherCAT drive, or one axis of it.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlaveSpec {
     /// Its name in the ENI file.
+    ///
+    /// If left out: `address` says which.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Configured station address, instead of the name or in addition to it.
+    /// Its station address, as the master configured it; the only one that a `startup` knows.
+    ///
+    /// If left out: `name` says which.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub address: Option<u16>,
-    /// Offset added to the index of every object, as in [`NodeSpec`].
+    /// Added to the index of every object: 0x800 for the second axis of a drive of several (CiA
+    /// 402), which is listed once for each axis.
     #[serde(default)]
     pub object_offset: u16,
 }
 
 /// Method of counting bus cycles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CyclesBy {
     /// By the stamps of the frames, which have to be within half a period of their place. A missing
@@ -140,7 +185,7 @@ pub enum CyclesBy {
 }
 
 /// Signals of a DBC file, one per axis.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged, expecting = "`Message.Signal` with {axis}, or a list of one for each axis")]
 pub enum SignalNames {
     /// `Message.Signal` with `{axis}`.
@@ -150,28 +195,35 @@ pub enum SignalNames {
 }
 
 /// Signal that shows if a drive is enabled.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EnabledSpec {
-    /// `Message.Signal` of the DBC file, an unsigned integer of at most 16 bits.
+    /// Its signal of the DBC file, as of `position`: an unsigned integer of at most 16 bits, with
+    /// factor 1 and offset 0. Its bits may be those of other signals.
     pub signal: SignalNames,
-    /// Value for an enabled drive.
+    /// Its value where the drive is enabled.
     pub is: u16,
 }
 
 /// Signal of an additional reading of a drive.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReadingSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}` or of each axis; all axes may share one
-    /// signal.
+    /// With a DBC file: `Message.Signal`, as of `position`; one signal may be that of every axis. A
+    /// temperature is in "degC", "°C" or "C", or in tenths ("0.1 degC", "0.1 °C"); a voltage in
+    /// "V", "mV", "0.1 V" or "0.01 V"; a mode is an integer of at most 16 bits.
+    ///
+    /// If left out: `object` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes` or `slaves`: index and sub-index of the object, such as `6079:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.
+    ///
+    /// If left out: `signal` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes` or `slaves`: unit of the object, which their files do not contain; a mode has
-    /// none.
+    /// With `nodes` or `slaves`: the unit of the object, one of those; none of a mode.
+    ///
+    /// If left out: that of the DBC file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -179,49 +231,59 @@ pub struct ReadingSpec {
 /// Signals of a law that is sent with each command, τ = `stiffness` (p_d − p) + `damping` (`speed`
 /// − v) + `torque`, where p_d is the reference: `Message.Signal` of the DBC file, with `{axis}` or
 /// of each axis.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LawSpec {
-    /// Factor of the position deviation.
+    /// Its signal, as of `position`, in "Nm/rad" \[N·m/rad\]; 0 to 511.
     pub stiffness: SignalNames,
-    /// Factor of the speed deviation.
+    /// Its signal, in "Nms/rad" \[N·m·s/rad\]; 0 to 5.1.
     pub damping: SignalNames,
-    /// Target speed.
+    /// The signal of the speed that is asked for, in "rad/s" \[rad/s\]; to ±65.
     pub speed: SignalNames,
-    /// Added torque.
+    /// The signal of the torque that is added, in "Nm" \[N·m\]; to ±131.
     pub torque: SignalNames,
 }
 
 /// Frames with the identifier of a message and other content, such as replies about registers.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExceptSpec {
-    /// `Message.Signal` of the DBC file, an unsigned integer of at most 16 bits. Other signals may
-    /// use the same bits.
+    /// Its signal of the DBC file, as of `position`: an unsigned integer of at most 16 bits, with
+    /// factor 1 and offset 0. Its bits may be those of other signals.
     pub signal: SignalNames,
     /// Its values in such frames.
     pub is: Vec<u16>,
 }
 
 /// The signal of the measured position.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}` or for each axis.
+    /// With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1;
+    /// or a list of one for each axis.
+    ///
+    /// If left out: `object` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes` or `slaves`: index and sub-index of the object, such as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.
+    ///
+    /// If left out: `signal` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes` or `slaves`: unit of the object, which their files do not contain.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not state; the gains
+    /// are checked against it.
+    ///
+    /// If left out: that of the DBC file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Validity time.
+    /// When it is valid: `"instant"`, at the instant of the sample, where drives latch it;
+    /// `"arrival"`, at the arrival of its own frame, on a bus without SYNC: it is interpolated to
+    /// the instant of the sample.
     pub valid: PositionValidity,
 }
 
 /// Validity time of a measured position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PositionValidity {
     /// At the instant of the sample: drives latch the position there.
@@ -231,24 +293,34 @@ pub enum PositionValidity {
 }
 
 /// The signal of the torque.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}` or for each axis.
+    /// With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1;
+    /// or a list of one for each axis.
+    ///
+    /// If left out: `object` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes` or `slaves`: index and sub-index of the object, such as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.
+    ///
+    /// If left out: `signal` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes` or `slaves`: unit of the object, which their files do not contain.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not state; the gains
+    /// are checked against it.
+    ///
+    /// If left out: that of the DBC file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Validity time.
+    /// When it is valid: `"instant"`, at the instant of the sample, as a measured torque;
+    /// `"arrival"`, as of the position; `{ held = { … } }`, a command that the current loop holds
+    /// until the next one.
     pub valid: TorqueValidity,
 }
 
 /// Validity time of a torque.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum TorqueValidity {
     /// At the instant of the sample: a measured torque.
@@ -259,9 +331,11 @@ pub enum TorqueValidity {
     /// loop holds until the next one.
     #[serde(rename = "held")]
     ZeroOrderHold {
-        /// Time for which the torque acts \[µs\]: usually the cycle of the position controller.
+        /// How long a command acts \[µs\]: as a rule the cycle of the position controller; 0 to ten
+        /// periods of the samples.
         hold_us: f64,
-        /// Delay from the sample's instant until the torque acts \[µs\].
+        /// How much later than the instant of the sample it starts to act \[µs\]; 0 to ten periods
+        /// of the samples.
         delay_us: f64,
     },
 }
@@ -287,27 +361,42 @@ impl TorqueValidity {
 }
 
 /// The signal of the reference position.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}` or for each axis.
+    /// With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1;
+    /// or a list of one for each axis.
+    ///
+    /// If left out: `object` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes` or `slaves`: index and sub-index of the object, such as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.
+    ///
+    /// If left out: `signal` names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes` or `slaves`: unit of the object, which their files do not contain.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not state; the gains
+    /// are checked against it.
+    ///
+    /// If left out: that of the DBC file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Validity time.
+    /// When it takes effect: `"instant"`, in the sample whose cycle carries it, as one that the
+    /// drive reports; `"next-sync"`, in the next sample, as a synchronous RPDO (CiA 301) and an
+    /// output of EtherCAT; `"arrival"`, as of the position.
     pub valid: ReferenceValidity,
-    /// Sign convention, if the signal is a following error instead of a position.
+    /// Where no target is on the bus: the signal is a following error in the unit of the position,
+    /// and this difference. `"target-minus-actual"`, as 60F4h of CiA 402: the reference is the sum
+    /// of position and following error; `"actual-minus-target"`: their difference. Drives have
+    /// either: move one axis slowly forward, and the target is ahead.
+    ///
+    /// If left out: it is a position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub following_error: Option<FollowingError>,
 }
 
 /// Sign convention of a following error: drives use either one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FollowingError {
     /// Target position minus measured position, like 60F4h of CiA 402: the reference is their sum.
@@ -327,7 +416,7 @@ impl FollowingError {
 }
 
 /// Time at which a reference takes effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceValidity {
     /// In the sample whose cycle carries it: a reference that the drive reports.

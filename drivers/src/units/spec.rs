@@ -1,44 +1,51 @@
 //! Gain settings of the drives in a cell file.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 /// One entry of `[[bus.drives]]` in a cell file: the gains of one drive, in the order of the axes.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DriveSpec {
-    /// Position and reference position.
+    /// Gain of the position and of the reference.
     pub position: PositionGain,
-    /// Torque.
+    /// Gain of the torque.
     pub torque: TorqueGain,
 }
 
 /// `motor angle = sign × scale × (value − zero)`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionGain {
-    /// Size of one unit of the DBC file.
+    /// What one unit of the value is: one of the forms below.
     pub scale: PositionScale,
-    /// 1, or −1 if the drive counts against the direction of the robot file.
+    /// 1, or −1 where the drive counts against the direction of the robot file.
     pub sign: Sign,
-    /// The value, in the unit of the DBC file, at which the motor angle of the robot file is 0.
+    /// The value, in the unit of the DBC file or of the object, at which the motor angle of the
+    /// robot file is 0 \[unit of the signal\].
     pub zero: f64,
-    /// Treatment of a wrap of the integer.
+    /// What to do where the integer starts again. `"refuse"`: the axis never reaches the end of the
+    /// range, and a jump of half of it is out of range. `"modulo"`: the difference from `zero` is
+    /// taken modulo the range, to ± half of it, for axes that travel less than the range.
     pub wraps: Wraps,
-    /// Provenance of the numbers.
+    /// Source of the numbers: a data sheet with its page, an object read from the drive, a
+    /// measurement. Never empty.
     pub provenance: Provenance,
 }
 
 /// Size of one unit of a position.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PositionScale {
-    /// Counts per revolution of the motor (608Fh).
+    /// Counts to one revolution of the motor (608Fh).
     CountsPerRevolution(f64),
     /// The angle of one count \[rad\].
     RadPerCount(f64),
-    /// The DBC file's factor already gives rad.
+    /// The factor of the DBC file already gives rad.
     Rad,
-    /// The DBC file's factor gives degrees.
+    /// The factor of the DBC file gives degrees.
     Deg,
 }
 
@@ -48,7 +55,7 @@ pub enum PositionScale {
 /// angle is the difference from `zero` modulo that range. The number of earlier wraps has no
 /// effect. No state has to be stored, so the angle is also correct after a restart. If the travel
 /// of an axis is longer than the range, the bits cannot identify its angle at all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wraps {
     /// The axis never reaches the end of the range: a jump of half the range is out of range.
@@ -58,49 +65,52 @@ pub enum Wraps {
 }
 
 /// `motor torque = sign × scale × value`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueGain {
-    /// Size of one unit of the DBC file.
+    /// What one unit of the value is: one of the forms below.
     pub scale: TorqueScale,
     /// 1, or −1 if the drive's torque is against the direction of the robot file.
     pub sign: Sign,
-    /// Provenance of the numbers.
+    /// Source of the numbers: a data sheet with its page, an object read from the drive, a
+    /// measurement. Never empty.
     pub provenance: Provenance,
 }
 
 /// Size of one unit of a torque.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TorqueScale {
-    /// Per mille of the rated torque (6074h and 6077h of 6076h).
+    /// The value is in per mille of the rated torque (6074h and 6077h of 6076h).
     PerMilleOfRatedTorque {
         /// Rated torque of the motor (6076h) \[N·m\].
         rated_torque_nm: f64,
     },
-    /// Per mille of the rated current (6078h of 6075h), by the torque constant.
+    /// The value is in per mille of the rated current (6078h of 6075h), and the torque constant
+    /// makes a torque of it.
     PerMilleOfRatedCurrent {
         /// Rated current of the motor (6075h) \[A\].
         rated_current_a: f64,
-        /// Kind of current value.
+        /// Which value of the current that is: effective value or amplitude.
         current_is: CurrentValue,
-        /// Torque constant \[N·m/A\].
+        /// Torque constant of the motor \[N·m/A\].
         torque_constant_nm_per_a: f64,
-        /// Kind of current value to which the torque constant applies.
+        /// Per ampere of which value of the current.
         torque_constant_is: CurrentValue,
     },
     /// The torque of one count \[N·m\].
     NmPerCount(f64),
-    /// Torque per ampere \[N·m/A\], if the DBC file's factor gives a current in A. The number
-    /// includes the torque constant, the gear and the current conversion of the drive's firmware.
+    /// The factor of the DBC file gives a current in A, of which an ampere is worth so much
+    /// \[N·m/A\]: torque constant, gear and what the firmware of the drive makes of a current, in
+    /// one number.
     NmPerA(f64),
-    /// The DBC file's factor already gives N·m.
+    /// The factor of the DBC file already gives N·m.
     Nm,
 }
 
 /// Kind of value of a sinusoidal phase current: vendors disagree, and the difference is a factor of
 /// √2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CurrentValue {
     /// Effective value.
@@ -117,6 +127,20 @@ pub enum Sign {
     Positive,
     /// Against the direction of the robot file.
     Negative,
+}
+
+impl JsonSchema for Sign {
+    fn schema_name() -> Cow<'static, str> {
+        "Sign".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "enum": [1, -1] })
+    }
 }
 
 impl Sign {
@@ -151,8 +175,9 @@ impl From<Sign> for i64 {
 
 /// Provenance of a number: a data sheet with its page, an object read from the drive, a
 /// measurement. Never empty.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
+#[schemars(extend("minLength" = 1))]
 pub struct Provenance(String);
 
 impl Provenance {

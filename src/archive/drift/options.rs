@@ -1,5 +1,6 @@
 //! Drift options: `[service.drift]` of the cell file.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Conditions under which a parameter has left its band, and the required duration.
@@ -8,21 +9,16 @@ use serde::{Deserialize, Serialize};
 /// `standard_deviations`·σ_Δ **and** more than `relative`·|θ₀|. The first condition shows that the
 /// difference is real, the second that it matters. The standard deviation of a good window is some
 /// 0.05 %. Friction changes by several per cent between a cold and a warm arm without any defect.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DriftOptions {
-    /// Half of the band in standard deviations of the difference. 4: with 28 parameters, noise
-    /// alone leaves such a band twice in a row about once in 37,000 results.
+    /// Half of the band, in standard deviations of the difference \[σ\]; 1 to 100.
     pub standard_deviations: f64,
-    /// Half of the band as a share of the baseline value. 0.1: more than the friction change of an
-    /// arm that warms up, and less than the effect of wear or a forgotten payload.
+    /// Half of the band, as a share of the baseline's value \[share\]; 0 to 10.
     pub relative: f64,
-    /// Number of consecutive results outside the band that raise the alarm, and inside that clear
-    /// it. 2: a single odd window raises no alarm.
+    /// Results in a row outside the band that raise the alarm, and inside that clear it; 1 to 100.
     pub results: u32,
-    /// Number of the last days with results that form the trend. 50. The results of a day (in UTC)
-    /// are one point: their mean with the weights 1/σ². An arm that is identified a hundred times a
-    /// day therefore has a trend over weeks too, as far back as the history's lines reach (2,000).
+    /// Days with results of which the trend is formed, the last ones \[d\]; 3 to 500.
     pub trend_results: usize,
 }
 

@@ -4,6 +4,7 @@
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CpuSet, sched_setaffinity};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
@@ -11,17 +12,21 @@ use thread_priority::{
 };
 
 /// Real-time options of the cell file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RealTimeOptions {
-    /// SCHED_FIFO priority, 1 to 99. `None` keeps the ordinary priority. Keep it below the kernel's
-    /// interrupt threads (50).
+    /// Priority of SCHED_FIFO, 1 to 99. Keep it below the kernel's interrupt threads, which have
+    /// 50.
+    ///
+    /// If left out: an ordinary thread.
     #[serde(default)]
     pub priority: Option<u8>,
-    /// The only processor to run on. `None` leaves the choice to the kernel.
+    /// The only processor to run on, from 0.
+    ///
+    /// If left out: any.
     #[serde(default)]
     pub cpu: Option<usize>,
-    /// Prevents the memory of the process that reads the bus from being swapped out or dropped.
+    /// True keeps the memory of the process that reads the bus from being swapped out.
     #[serde(default)]
     pub lock_memory: bool,
 }

@@ -3,36 +3,39 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::output::{CreateOutput, create_file};
 
 /// Recording options. Without the section nothing is recorded.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordingOptions {
-    /// Folder; `recordings` in the state folder if omitted.
+    /// Another folder, as on another disk.
+    ///
+    /// If left out: `recordings` in `state_directory`.
     pub directory: Option<PathBuf>,
-    /// Maximum disk size of the ring, including the file being written \[MB = 10⁶ bytes\].
+    /// The most that the ring takes on disk, the file being written included \[MB\]; 8 to 10 000
+    /// 000.
     pub ring_mb: u64,
-    /// Duration after which a file of the ring is closed \[s\]. It is also closed at an eighth of
-    /// the ring.
+    /// A file of the ring is closed after this time, or at an eighth of the ring, at most 64 MB
+    /// \[s\]; 1 to 3600.
     pub segment_s: f64,
-    /// Time kept before a window's first sample \[s\], 0.5 at least: the cycle grid of a replay
-    /// settles in it.
+    /// Kept before the first sample of a window \[s\]; 0.5 to 60.
     pub before_s: f64,
-    /// Time kept after a window's last sample \[s\].
+    /// Kept after the last sample of a window \[s\]; 0 to 60.
     pub after_s: f64,
-    /// Time kept before a fault \[s\].
+    /// Kept before a fault \[s\]; 0 to 600. After it `after_s`.
     pub fault_before_s: f64,
-    /// Minimum time between two recordings of faults \[s\].
+    /// At most one recording of a fault in this time \[s\]; the others are counted; 1 to 86 400.
     pub fault_every_s: f64,
-    /// Number of kept recordings of each kind: results, faults, captures.
+    /// Recordings kept of each kind: results, faults, captures; 1 to 100 000.
     pub keep: usize,
-    /// Maximum disk size of all kept recordings \[MB\].
+    /// The most that all of them take together \[MB\]; the oldest go; 8 to 10 000 000.
     pub keep_mb: u64,
-    /// Duration after which a capture is stopped \[s\]. It is also stopped when it is half of the
-    /// ring.
+    /// A capture is stopped after this time, or when it is half of the ring or of `keep_mb` \[s\];
+    /// 1 to 86 400.
     pub capture_max_s: f64,
 }
 

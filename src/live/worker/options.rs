@@ -1,24 +1,25 @@
 //! Window options of the cell file: the times of identification.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Definition of a window, in seconds. [`WindowOptions::plan`] checks the ranges.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowOptions {
-    /// Event that opens and closes a window.
+    /// The trigger that opens and closes a window: one of the forms below.
     pub trigger: Trigger,
-    /// Duration kept before the counted samples, for the edges of the filters \[s\].
+    /// Samples kept before those that count, for the edges of the filters \[s\]; 0 to 10.
     #[serde(default = "default_margin_s")]
     pub margin_before_s: f64,
-    /// Duration kept after the counted samples \[s\].
+    /// Samples kept after those that count \[s\]; 0 to 10.
     #[serde(default = "default_margin_s")]
     pub margin_after_s: f64,
-    /// Minimum duration of the counted samples \[s\]. A shorter window is not identified.
+    /// A window with fewer counted samples than this is rejected as too short \[s\]; 0 to 600.
     #[serde(default = "default_min_s")]
     pub min_s: f64,
-    /// Maximum length of a window, including margins \[s\]. The window is closed at this length,
-    /// which bounds its memory.
+    /// A window is closed at this length, its margins included \[s\]: the bound of its memory; 0.1
+    /// to 600.
     #[serde(default = "default_max_s")]
     pub max_s: f64,
 }
@@ -37,24 +38,27 @@ impl WindowOptions {
 }
 
 /// Event that opens and closes a window.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "by", deny_unknown_fields, rename_all = "kebab-case")]
 pub enum Trigger {
     /// Motion opens it, rest closes it.
     Motion {
-        /// Velocity above which a motor is in motion \[rad/s\].
+        /// A motor that turns faster than this is in motion \[rad/s\]. The speed is that of the
+        /// motor, before the gear.
         velocity_threshold_rad_s: f64,
-        /// Duration of rest that closes the window \[s\]. It is at least the margin after.
+        /// Rest closes the window after this time, or after `margin_after_s` where that is longer
+        /// \[s\]; 0 to 60.
         #[serde(default = "default_idle_s")]
         idle_s: f64,
-        /// Time between the two positions whose difference gives the velocity \[s\]. It is long
-        /// enough that one encoder count is not motion.
+        /// The speed is the difference of two positions this far apart \[s\]: long enough that one
+        /// count of the encoder is no motion; 0 to 1.
         #[serde(default = "default_difference_s")]
         difference_s: f64,
     },
     /// Consecutive windows, each with the same number of counted samples.
     Interval {
-        /// Duration of the counted samples of each window \[s\].
+        /// Length of the counted samples of each window \[s\]: `min_s` at least, and with its
+        /// margins `max_s` at most.
         length_s: f64,
     },
     /// `window begin` opens it, `window end` closes it. It has braces because a unit variant would

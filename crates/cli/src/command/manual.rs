@@ -1,12 +1,11 @@
-//! Man pages, reference pages and shell completions, generated from the definition of the command
-//! line and the tables of this module.
+//! Man pages, reference pages, JSON Schemas and shell completions, generated from the definition of
+//! the command line and the types that read the files.
 
-mod cell;
 mod commands;
 mod glossary;
 mod page;
 mod reference;
-mod robot;
+mod schema;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +17,7 @@ use clap_complete::Shell;
 
 use self::commands::{CommandPage, PAGES};
 use self::page::{man_example, man_files, man_see_also, roff};
+use self::reference::Reference;
 use crate::CliError;
 use crate::output::write_text;
 
@@ -26,15 +26,15 @@ pub type Generated = (String, String);
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The folder for `man`, `docs` and `completions`; created if missing
+    /// The folder for `man`, `docs`, `schema` and `completions`; created if missing
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
 
-/// Writes man pages and completions, for packagers of the program.
+/// Writes man pages, schemas and completions, for packagers of the program.
 pub(super) fn execute(arguments: &Arguments, command: clap::Command) -> Result<(), CliError> {
     let pages = man_pages(command.clone())
-        .and_then(|pages| Ok([pages, completions(command)?, documents()].concat()));
+        .and_then(|pages| Ok([pages, completions(command)?, documents()?, schemas()].concat()));
     for (path, text) in pages.map_err(CliError::failed)? {
         let path = arguments.out.join(path);
         if let Some(folder) = path.parent() {
@@ -54,21 +54,44 @@ pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     command.build();
     let mut pages = Vec::new();
     add_pages(&command, "", &mut pages)?;
+    let references = references()?;
     pages.extend(
-        references().map(|page| (format!("man/{}.{}", page.name, page.section), page.man())),
+        references.iter().map(|page| (format!("man/{}.{}", page.name, page.section), page.man())),
     );
     Ok(pages)
 }
 
 /// Creates the pages of `docs` with the same content as man pages.
-pub fn documents() -> Vec<Generated> {
-    references()
-        .map(|page| (format!("docs/reference/{}", page.document), page.markdown()))
-        .collect()
+///
+/// # Errors
+/// A table of a page that the file does not have, which a test excludes.
+pub fn documents() -> io::Result<Vec<Generated>> {
+    let document =
+        |page: &page::Page| (format!("docs/reference/{}", page.document), page.markdown());
+    Ok(references()?.iter().map(document).collect())
 }
 
-fn references() -> impl Iterator<Item = page::Page> {
-    [cell::CELL.page(), robot::ROBOT.page(), glossary::page()].into_iter()
+/// Creates the JSON Schemas of cell and robot files, by which editors complete and check keys.
+pub fn schemas() -> Vec<Generated> {
+    let schema = |file: Reference| {
+        (format!("schema/{}.schema.json", file.name), file.schema.json(file.title()))
+    };
+    files().map(schema).into()
+}
+
+fn files() -> [Reference; 2] {
+    [reference::cell_file(), reference::robot_file()]
+}
+
+fn references() -> io::Result<Vec<page::Page>> {
+    let mut pages =
+        files().iter().map(Reference::page).collect::<Result<Vec<_>, _>>().map_err(invalid)?;
+    pages.push(glossary::page());
+    Ok(pages)
+}
+
+fn invalid(error: impl Into<Box<dyn core::error::Error + Send + Sync>>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, error)
 }
 
 /// Adds the page of a command and those of its subcommands, which it refers to. `words` are the
@@ -159,5 +182,5 @@ fn page(command: clap::Command, auxiliary: Option<&CommandPage>) -> io::Result<S
 }
 
 fn utf8(text: Vec<u8>) -> io::Result<String> {
-    String::from_utf8(text).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+    String::from_utf8(text).map_err(invalid)
 }

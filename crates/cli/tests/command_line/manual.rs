@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use didim_cli::{command, completions, documents, man_pages};
+use didim_cli::{command, completions, documents, man_pages, schemas};
 
 use super::support::{Folder, didim};
 
@@ -14,8 +14,9 @@ fn the_program_writes_its_pages_and_completions() {
     let folder = Folder::new();
     let out = folder.path("manual");
     didim(&["manual", "--out", &out]).done();
-    let pages = man_pages(command()).unwrap().into_iter().chain(documents());
-    let made: BTreeMap<String, String> = pages.chain(completions(command()).unwrap()).collect();
+    let pages = man_pages(command()).unwrap().into_iter().chain(documents().unwrap());
+    let others = completions(command()).unwrap().into_iter().chain(schemas());
+    let made: BTreeMap<String, String> = pages.chain(others).collect();
     let mut written = BTreeMap::new();
     let mut folders = vec![Path::new(&out).to_path_buf()];
     while let Some(folder) = folders.pop() {

@@ -1,6 +1,7 @@
 //! Controller description, as it is stored in a file.
 
 use crate::robot::JointIndex;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{ControlError, ControlTiming};
@@ -17,51 +18,58 @@ pub struct ControllerConfig {
 }
 
 /// The controller of one joint: law, feed-forward and saturation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointController {
-    /// The feedback law.
+    /// The feedback law: one of the forms below. e is the position error, reference less measured.
     pub law: ControlLaw,
-    /// Torque added from the reference alone; none when absent.
+    /// Torque from the reference alone.
+    ///
+    /// If left out: none.
     #[serde(default)]
     pub feed_forward: FeedForward,
-    /// The command is limited to ± this joint torque \[N·m\]; no limit when absent.
+    /// The command is limited to ± this joint torque \[N·m\]. The simulations of an identification
+    /// leave it out.
+    ///
+    /// If left out: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_limit_nm: Option<f64>,
 }
 
 /// Torque from the reference alone: τ_ff = `acceleration_kg_m2` · q̈_r + `velocity_nm_s_per_rad` ·
 /// q̇_r.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FeedForward {
-    /// Inertia that the acceleration feed-forward assumes \[kg·m²\].
+    /// The inertia that the feed-forward of the acceleration assumes \[kg·m²\].
     #[serde(default)]
     pub acceleration_kg_m2: f64,
-    /// Viscous friction that the velocity feed-forward assumes \[N·m·s/rad\].
+    /// The viscous friction that the feed-forward of the velocity assumes \[N·m·s/rad\].
     #[serde(default)]
     pub velocity_nm_s_per_rad: f64,
 }
 
 /// A feedback law. The control signal (a current or torque demand in the drive's own unit) times
 /// the torque gain K_τ \[N·m per unit\] is the joint torque.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ControlLaw {
     /// τ = K_τ Kp e
     P {
-        /// Kp \[1/rad\].
+        /// Kp, the gain of the position error \[1/rad\].
         kp_per_rad: f64,
-        /// K_τ \[N·m\].
+        /// Kτ, the joint torque of one unit of the control signal, a current or a torque in the
+        /// drive's own unit \[N·m\].
         k_tau_nm: f64,
     },
     /// τ = K_τ (Kp e + Kd ė)
     Pd {
-        /// Kp \[1/rad\].
+        /// Kp, the gain of the position error \[1/rad\].
         kp_per_rad: f64,
-        /// Kd \[s/rad\].
+        /// Kd, the gain of the velocity error \[s/rad\].
         kd_s_per_rad: f64,
-        /// K_τ \[N·m\].
+        /// Kτ, the joint torque of one unit of the control signal, a current or a torque in the
+        /// drive's own unit \[N·m\].
         k_tau_nm: f64,
     },
     /// τ = K_τ (Kp e + Kd ė + Ki ∫e dt)
@@ -69,16 +77,17 @@ pub enum ControlLaw {
     /// Anti-windup is conditional integration: the integral keeps its value while the torque is
     /// saturated and the error would drive it deeper into saturation.
     Pid {
-        /// Kp \[1/rad\].
+        /// Kp, the gain of the position error \[1/rad\].
         kp_per_rad: f64,
-        /// Kd \[s/rad\].
+        /// Kd, the gain of the velocity error \[s/rad\].
         kd_s_per_rad: f64,
-        /// Ki \[1/(rad·s)\].
+        /// Ki, the gain of the integral \[1/(rad·s)\].
         ki_per_rad_s: f64,
-        /// K_τ \[N·m\].
+        /// Kτ, the joint torque of one unit of the control signal, a current or a torque in the
+        /// drive's own unit \[N·m\].
         k_tau_nm: f64,
-        /// The integral keeps its value while |e| is below this \[rad\], against hunting under
-        /// Coulomb friction; 0, the default, integrates always.
+        /// The integral keeps its value while |e| is below this, against hunting under Coulomb
+        /// friction \[rad\]; at 0 it always integrates.
         #[serde(default)]
         integral_dead_zone_rad: f64,
     },
@@ -87,13 +96,14 @@ pub enum ControlLaw {
     /// The velocity is the backward difference of the measured position if the controller is
     /// sampled. Anti-windup is the same as in [`ControlLaw::Pid`].
     CascadedPPi {
-        /// Kv, the position loop's gain \[1/s\].
+        /// Kv, the gain of the position loop \[1/s\].
         kv_per_s: f64,
         /// Kp of the velocity loop \[s/rad\].
         kp_s_per_rad: f64,
         /// Ki of the velocity loop \[1/rad\].
         ki_per_rad: f64,
-        /// K_τ \[N·m\].
+        /// Kτ, the joint torque of one unit of the control signal, a current or a torque in the
+        /// drive's own unit \[N·m\].
         k_tau_nm: f64,
     },
 }

@@ -3,6 +3,7 @@
 use crate::robot::JointIndex;
 use core::f64::consts::TAU;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -14,18 +15,20 @@ use super::{
 /// Torque limits are left out. Far from the true parameters, the simulated arm may need torques
 /// that the real one never reaches. A limit would then open the loop. From a start with unit drive
 /// inertias the limits of a TX40 make its joint 6 diverge.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SimulatedController {
     /// Gains of the cabinet.
     Cabinet {
-        /// Time at which the controllers compute.
+        /// When the controllers compute: one of the forms below.
         timing: ControlTiming,
-        /// One controller per joint, in the order of the joints.
+        /// The controller of each joint, in the order of the joints.
         joints: Vec<JointController>,
-        /// Inertia that each joint's gains were tuned for \[kg·m²\]. Torque gain and feed-forward
-        /// are multiplied by estimated inertia / this inertia. This keeps the bandwidth of the
-        /// closed loop from one estimate to the next. Without it the gains stay as they are.
+        /// The inertia that each joint's gains were tuned for \[kg·m²\]. Torque gain and
+        /// feed-forward are multiplied by the estimated inertia over this one, so the bandwidth
+        /// stays the same from one estimate to the next.
+        ///
+        /// If left out: the gains stay as they are.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rescale_to_inertia_kg_m2: Option<Vec<f64>>,
     },
@@ -36,14 +39,13 @@ pub enum SimulatedController {
     /// τ = J ω² e + 2 ζ J ω ė (+ J q̈_r)        ω = 2π · bandwidth
     /// ```
     Bandwidth {
-        /// Time at which the controllers compute.
+        /// When the controllers compute: one of the forms below.
         timing: ControlTiming,
         /// ω/2π of each joint \[Hz\].
         bandwidth_hz: Vec<f64>,
-        /// ζ; 0.8 is Kd = 1.6 J ω.
+        /// ζ, the damping ratio; 0.8 is a usual one.
         damping: f64,
-        /// True if J q̈_r is added. Without it a loop of low bandwidth lags behind its reference.
-        /// If the reference is the measured motion, the lag counts twice.
+        /// True adds J q̈r. Without it a loop of low bandwidth lags behind its reference.
         acceleration_feed_forward: bool,
     },
 }

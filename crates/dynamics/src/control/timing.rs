@@ -1,26 +1,27 @@
 //! Times at which a controller computes and its commands act.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ControlError;
 
 /// Time at which a controller computes, and duration of its command.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ControlTiming {
     /// Once per period, from the position measured at t_k. The torque is held for one period. The
     /// derivative is the backward difference of the error, ė_k = (e_k − e_{k−1}) / T.
     Sampled {
-        /// Period T \[s\].
+        /// The period \[s\].
         sample_period_s: f64,
-        /// Time from the measurement at t_k to the instant at which its command begins to act
-        /// \[s\]. The command then acts for one period. 0, the default: from t_k to t_{k+1}.
+        /// From the measurement to the instant at which its command begins to act \[s\]; 0 to 16
+        /// periods.
         #[serde(default)]
         computation_delay_s: f64,
     },
     /// At every instant, from the true position and velocity; no quantisation, no hold.
     Continuous {
-        /// Period at which the loop is recorded \[s\].
+        /// The period at which the loop is recorded \[s\].
         sample_period_s: f64,
     },
 }

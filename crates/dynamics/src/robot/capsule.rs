@@ -1,5 +1,6 @@
 //! The shape of a link, as far as collisions go.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Joint, JointKind};
@@ -16,11 +17,18 @@ pub struct Capsule {
 }
 
 /// A capsule of a file. Without ends it reaches from the frame of its link to that of the next.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCapsule {
+    /// One end of the segment, x, y and z \[m\].
+    ///
+    /// If left out: the origin of that frame.
     from_m: Option<[f64; 3]>,
+    /// The other end \[m\]. Has to be stated where the next joint is prismatic.
+    ///
+    /// If left out: the origin of the next link's frame; of the last link its own.
     to_m: Option<[f64; 3]>,
+    /// The radius \[m\]; greater than 0.
     radius_m: f64,
 }
 

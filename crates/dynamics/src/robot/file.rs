@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::{JsonSchema, Schema, schema_for};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -15,65 +16,203 @@ use super::{
 };
 use crate::MAX_JOINTS;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawRobot {
+    /// Name of the robot, as results and scenarios have it.
+    #[schemars(with = "String")]
     name: Spanned<String>,
+    /// Gravity in the frame of the base, x, y and z \[m/s²\].
+    #[schemars(with = "[f64; 3]")]
     gravity_m_s2: Spanned<[f64; 3]>,
+    /// Shapes of the base, in its frame: as `capsules` of a joint. Without ends one reaches from
+    /// the origin of the base to that of the first link.
+    ///
+    /// If left out: none.
     #[serde(default)]
+    #[schemars(with = "Vec<RawCapsule>")]
     base_capsules: Vec<Spanned<RawCapsule>>,
+    /// The joints, `[[joint]]`, from the base to the flange; 1 to 8.
+    ///
+    /// Required.
     #[serde(default)]
+    #[schemars(with = "Vec<RawJoint>")]
     joint: Vec<Spanned<RawJoint>>,
+    /// Gear ratios and couplings.
     transmission: RawTransmission,
+    /// The friction terms of all joints.
+    #[schemars(with = "RawFriction")]
     friction: Spanned<RawFriction>,
+    /// Values of parameters, by their names (didim-parameters(7)) and in their units. Those that
+    /// are not listed are 0. `zz1r` and `zz1` are one parameter.
+    ///
+    /// If left out: unknown.
+    #[schemars(with = "Option<BTreeMap<String, f64>>")]
     nominal: Option<BTreeMap<Spanned<String>, Spanned<f64>>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawJoint {
+    /// Revolute joints turn about their z axis, prismatic joints slide along it.
     r#type: JointKind,
+    /// α, from the z axis of the link before to this one, about the x axis of the link before
+    /// \[°\].
+    #[schemars(with = "f64")]
     alpha_deg: Spanned<f64>,
+    /// d, from the z axis of the link before to this one, along the x axis of the link before
+    /// \[m\].
+    #[schemars(with = "f64")]
     d_m: Spanned<f64>,
+    /// θ, about this z axis, at position 0 \[°\].
+    #[schemars(with = "f64")]
     theta_deg: Spanned<f64>,
+    /// r, along this z axis, at position 0 \[m\].
+    #[schemars(with = "f64")]
     r_m: Spanned<f64>,
+    /// True if the inertia of the joint's drive is a parameter (`ia`).
     drive_inertia: bool,
+    /// Smallest position of the joint \[°\].
+    ///
+    /// Required of a revolute joint.
+    #[schemars(with = "Option<f64>")]
     position_min_deg: Option<Spanned<f64>>,
+    /// Largest position of the joint \[°\].
+    ///
+    /// Required of a revolute joint.
+    #[schemars(with = "Option<f64>")]
     position_max_deg: Option<Spanned<f64>>,
+    /// Largest speed of the joint \[rad/s\]; greater than 0. `"unknown"` where no source gives it:
+    /// recordings are then not checked against it, and no motion is designed.
+    ///
+    /// Required of a revolute joint.
+    #[schemars(with = "Option<RawLimit>")]
     velocity_max_rad_s: Option<Spanned<RawLimit>>,
+    /// Largest acceleration \[rad/s²\]; greater than 0. Motions are planned with it; no
+    /// identification needs it.
+    ///
+    /// If left out: unknown.
+    #[schemars(with = "Option<f64>")]
     acceleration_max_rad_s2: Option<Spanned<f64>>,
+    /// Largest jerk \[rad/s³\]; greater than 0. Motions are planned with it; no identification
+    /// needs it.
+    ///
+    /// If left out: unknown.
+    #[schemars(with = "Option<f64>")]
     jerk_max_rad_s3: Option<Spanned<f64>>,
+    /// Largest torque of the drive on the side of the joint, behind the gear \[N·m\]; greater than
+    /// 0. `"unknown"` where no source gives it: recordings are then not checked against it, what is
+    /// little torque is judged by the largest recorded, and no motion is designed with torques or
+    /// without a result.
+    ///
+    /// Required of a revolute joint.
+    #[schemars(with = "Option<RawLimit>")]
     torque_max_nm: Option<Spanned<RawLimit>>,
+    /// Smallest position of the joint \[m\].
+    ///
+    /// Required of a prismatic joint.
+    #[schemars(with = "Option<f64>")]
     position_min_m: Option<Spanned<f64>>,
+    /// Largest position of the joint \[m\].
+    ///
+    /// Required of a prismatic joint.
+    #[schemars(with = "Option<f64>")]
     position_max_m: Option<Spanned<f64>>,
+    /// Largest speed of the joint \[m/s\]; greater than 0. `"unknown"` where no source gives it:
+    /// recordings are then not checked against it, and no motion is designed.
+    ///
+    /// Required of a prismatic joint.
+    #[schemars(with = "Option<RawLimit>")]
     velocity_max_m_s: Option<Spanned<RawLimit>>,
+    /// Largest acceleration \[m/s²\]; greater than 0. Motions are planned with it; no
+    /// identification needs it.
+    ///
+    /// If left out: unknown.
+    #[schemars(with = "Option<f64>")]
     acceleration_max_m_s2: Option<Spanned<f64>>,
+    /// Largest jerk \[m/s³\]; greater than 0. Motions are planned with it; no identification needs
+    /// it.
+    ///
+    /// If left out: unknown.
+    #[schemars(with = "Option<f64>")]
     jerk_max_m_s3: Option<Spanned<f64>>,
+    /// Largest force of the drive along the joint, behind the gear \[N\]; greater than 0.
+    /// `"unknown"` as of `torque_max_nm`.
+    ///
+    /// Required of a prismatic joint.
+    #[schemars(with = "Option<RawLimit>")]
     force_max_n: Option<Spanned<RawLimit>>,
+    /// Friction of this joint, in place of the general one.
+    ///
+    /// If left out: as `[friction]` says.
+    #[schemars(with = "Option<RawJointFriction>")]
     friction: Option<Spanned<RawJointFriction>>,
+    /// A torque or force on the joint in addition to gravity and the drive, as of a spring or a
+    /// counterbalance; positive along the positive direction of the joint.
+    ///
+    /// If left out: none.
+    #[schemars(with = "Option<RawKnownTorque>")]
     known_torque: Option<Spanned<RawKnownTorque>>,
+    /// Shapes of the link. Designed motions keep them apart from those of other links and from a
+    /// box. Without any, collisions of the link are not checked.
+    ///
+    /// If left out: none.
     #[serde(default)]
+    #[schemars(with = "Vec<RawCapsule>")]
     capsules: Vec<Spanned<RawCapsule>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawTransmission {
+    /// R, one row for each motor with one entry for each joint: the gear ratios, and couplings
+    /// outside the diagonal. For a prismatic joint radians of the motor per metre.
+    #[schemars(with = "Vec<Vec<f64>>")]
     rows: Spanned<Vec<Vec<f64>>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawFriction {
+    /// The term `fv`, proportional to the speed.
     viscous: bool,
+    /// The term `fc`, of constant size against the motion.
     coulomb: bool,
+    /// The term `off`, a constant: unequal friction in the two directions, and the offset of the
+    /// drive's current.
     offset: bool,
+    /// The law for the sign of the speed: one of the forms below. Required with `coulomb = true`,
+    /// and not without.
+    ///
+    /// Required with `coulomb = true`.
     sign: Option<SignModel>,
+    /// A term `fvq` × speed × |speed|.
+    ///
+    /// If left out: `false`.
     quadratic: Option<bool>,
+    /// A term `fvc` × speed³.
+    ///
+    /// If left out: `false`.
     cubic: Option<bool>,
+    /// A term `fva` × |speed|: viscous friction that differs by direction.
+    ///
+    /// If left out: `false`.
     asymmetric: Option<bool>,
+    /// A term `fcl` × |load| × sign: Coulomb friction that grows with the torque that the drive
+    /// holds where the arm rests.
+    ///
+    /// If left out: `false`.
     load: Option<bool>,
+    /// A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins \[rad/s\]; this is vs.
+    /// Of a prismatic joint the same number of m/s.
+    ///
+    /// If left out: no such term.
     stribeck_rad_s: Option<f64>,
+    /// A term `fh` × z, which lags \[rad\]: after a reversal z goes from −1 to 1 over this way, and
+    /// stays there (Maxwell slip); less than the joint's range. Of a prismatic joint the same
+    /// number of m.
+    ///
+    /// If left out: no such term.
     hysteresis_rad: Option<f64>,
 }
 
@@ -101,6 +240,11 @@ impl Text<'_> {
 }
 
 impl Robot {
+    /// Returns the JSON Schema of a robot file.
+    pub fn file_schema() -> Schema {
+        schema_for!(RawRobot)
+    }
+
     /// The robot that a TOML text describes; `config/robots/tx40.toml` shows every key.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Joint, ParameterKind};
@@ -11,19 +12,22 @@ use crate::numeric::Scalar;
 ///
 /// Widths and thresholds apply to joint-side speeds: rad/s at a revolute joint, and the same number
 /// of m/s at a prismatic one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "RawSignModel", into = "RawSignModel")]
+#[schemars(!try_from, !into, tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SignModel {
     /// −1, 0 or 1: the textbook's law, which takes the sign of noise at rest.
     Sign,
     /// The sign from a threshold on, 0 below it: for recordings with idle parts.
     DeadBand {
-        /// Speed below which there is no friction \[rad/s\].
+        /// The speed of the joint below which there is no friction \[rad/s\]; greater than 0. Of a
+        /// prismatic joint the same number of m/s.
         threshold_rad_s: f64,
     },
     /// tanh(v / width): smooth, for simulations.
     Tanh {
-        /// Speed at which friction has reached 76 % \[rad/s\].
+        /// The speed of the joint at which friction has reached 76 % \[rad/s\]; greater than 0. Of
+        /// a prismatic joint the same number of m/s.
         width_rad_s: f64,
     },
 }
@@ -288,24 +292,49 @@ impl TryFrom<RawSignModel> for SignModel {
 }
 
 /// Friction of one joint in a file; omitted keys have the values of all joints.
-#[derive(Clone, Default, Serialize, Deserialize)]
+#[derive(Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "friction of a joint such as { quadratic = true, stribeck_rad_s = 0.1 }"
 )]
 pub(super) struct RawJointFriction {
+    /// The law for the sign of the speed, of this joint.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) sign: Option<SignModel>,
+    /// A term `fvq` × speed × |speed|.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) quadratic: Option<bool>,
+    /// A term `fvc` × speed³.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) cubic: Option<bool>,
+    /// A term `fva` × |speed|: viscous friction that differs by direction.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) asymmetric: Option<bool>,
+    /// A term `fcl` × |load| × sign: Coulomb friction that grows with the torque that the drive
+    /// holds where the arm rests.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) load: Option<bool>,
+    /// A term `fh` × z, which lags \[rad\]: after a reversal z goes from −1 to 1 over this way, and
+    /// stays there (Maxwell slip); less than the joint's range. Of a prismatic joint the same
+    /// number of m.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) hysteresis_rad: Option<f64>,
+    /// A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins \[rad/s\]; this is vs.
+    /// Of a prismatic joint the same number of m/s.
+    ///
+    /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stribeck_rad_s: Option<f64>,
 }

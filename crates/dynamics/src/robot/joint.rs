@@ -1,11 +1,12 @@
 //! One joint of the arm: its place in the chain and its limits.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Angle;
 
 /// Motion of a joint along or about its z axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
     /// Rotation about z; q in rad, torque in N·m.

@@ -1,5 +1,6 @@
 //! A known torque with a configured law: that of a spring or of a counterbalance.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{JointKind, Limits};
@@ -20,23 +21,28 @@ pub enum KnownTorque {
 /// together with a force F, which is a torque of −F ab sin β / l on the joint. A spring pulls with
 /// F₀ + k (l − l₀), a cylinder on an accumulator, whose gas keeps its temperature, with F₀ / (1 −
 /// (l − l₀)/s).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Counterbalance {
-    /// a, to the end on what carries the joint \[m\].
+    /// a, from the axis to the end on what carries the joint \[m\].
     pub base_radius_m: f64,
-    /// b, to the end on the joint's link \[m\].
+    /// b, from the axis to the end on the link \[m\]; another than a.
     pub link_radius_m: f64,
-    /// q₀, the position at which the ends are closest \[deg\].
+    /// q₀, the position of the joint at which the ends are closest \[°\].
     pub closest_deg: f64,
-    /// F₀ \[N\]; negative where it pushes.
+    /// F₀, negative where it pushes \[N\].
     pub pull_n: f64,
     /// l₀, the length at which it pulls with F₀ \[m\].
     pub length_m: f64,
-    /// k of a spring \[N/m\].
+    /// k of a spring \[N/m\]. Not with `gas_length_m`.
+    ///
+    /// If left out: no spring.
     #[serde(default)]
     pub stiffness_n_m: Option<f64>,
-    /// s of a cylinder on an accumulator \[m\]: the volume of the gas at l₀ over the piston's area.
+    /// s of a cylinder on an accumulator \[m\]: the volume of the gas at l₀ over the area of the
+    /// piston.
+    ///
+    /// If left out: no accumulator.
     #[serde(default)]
     pub gas_length_m: Option<f64>,
 }
@@ -129,17 +135,32 @@ impl KnownTorque {
 }
 
 /// A known torque as written in a file.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "a known torque: { position_deg = [-90, 0, 90], torque_nm = [-300, 0, 300] }, or \
                  { counterbalance = { … } }"
 )]
 pub(super) struct RawKnownTorque {
+    /// At least two positions that increase, from limit to limit of the joint \[°\].
+    ///
+    /// Required with `torque_nm`.
     position_deg: Option<Vec<f64>>,
+    /// The torque at each \[N·m\].
+    ///
+    /// Required with `position_deg`.
     torque_nm: Option<Vec<f64>>,
+    /// At least two positions that increase, from limit to limit of the joint \[m\].
+    ///
+    /// Required with `force_n`.
     position_m: Option<Vec<f64>>,
+    /// The force at each \[N\].
+    ///
+    /// Required with `position_m`.
     force_n: Option<Vec<f64>>,
+    /// The cylinder or spring.
+    ///
+    /// Required without `position_deg` and `torque_nm`.
     counterbalance: Option<Counterbalance>,
 }
 

@@ -1,7 +1,9 @@
 //! A limit of a robot's file that no source may give.
 
 use core::fmt;
+use std::borrow::Cow;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
 /// The word that leaves a limit open.
@@ -12,6 +14,20 @@ const OPEN: &str = "unknown";
 pub(super) enum RawLimit {
     Number(f64),
     Unknown,
+}
+
+impl JsonSchema for RawLimit {
+    fn schema_name() -> Cow<'static, str> {
+        "RawLimit".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "number" }, { "const": OPEN }] })
+    }
 }
 
 impl<'de> Deserialize<'de> for RawLimit {

@@ -1,9 +1,10 @@
 //! Explicit fixed-step integration of ẏ = f(t, y).
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A fixed-step explicit Runge–Kutta method.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
     /// Bogacki and Shampine's third-order method with three stages (*A 3(2) pair of Runge–Kutta

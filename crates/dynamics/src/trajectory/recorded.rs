@@ -1,12 +1,13 @@
 //! A reference that was recorded sample by sample.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Reference, TrajectoryError};
 
 /// Interpolation of a drive between two targets; d is their difference, T their period.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceInterpolation {
     /// The cubic Hermite polynomial through positions and velocities of the two neighbours, with

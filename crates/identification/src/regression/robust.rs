@@ -2,6 +2,7 @@
 //! Statistics*, 2nd edition, chapter 7).
 
 use nalgebra::DVector;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -12,19 +13,18 @@ use didim_dynamics::numeric::median;
 
 /// Loss that limits the effect of a large residual, with its tuning constant in standard
 /// deviations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum RobustLoss {
     /// `ψ(u) = u`, limited to ± the tuning constant (Huber, *Ann. Math. Statist.* 35, 1964).
     Huber {
-        /// 1.345 by default: for normal errors, the estimate has 95 % of the efficiency of least
-        /// squares.
+        /// The tuning constant, in standard deviations of the residuals \[σ\].
         #[serde(default = "RobustLoss::huber_tuning")]
         tuning: f64,
     },
     /// `ψ(u) = u (1 − (u/c)²)²`, and 0 beyond c (Beaton & Tukey, *Technometrics* 16, 1974).
     Bisquare {
-        /// 4.685 by default, for the same efficiency.
+        /// The tuning constant, in standard deviations of the residuals \[σ\].
         #[serde(default = "RobustLoss::bisquare_tuning")]
         tuning: f64,
     },

@@ -32,17 +32,19 @@ pub(super) const KINDS: [ParameterKind; 22] = [
     FcMotor,
 ];
 
+/// Returns the row of a symbol, with its units and meaning.
+fn row(kind: &ParameterKind) -> Vec<String> {
+    let (turning, sliding) = (kind.unit(Revolute), kind.unit(Prismatic));
+    let unit = match kind.unit(Revolute) {
+        "1" => "no unit".to_owned(),
+        _ if turning == sliding => turning.to_owned(),
+        _ => format!("{turning}, or {sliding}"),
+    };
+    vec![format!("`{}`", kind.symbol()), unit, meaning(*kind).to_owned()]
+}
+
 pub(super) fn page() -> Page {
     let head = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect();
-    let row = |kind: &ParameterKind| {
-        let (turning, sliding) = (kind.unit(Revolute), kind.unit(Prismatic));
-        let unit = match kind.unit(Revolute) {
-            "1" => "no unit".to_owned(),
-            _ if turning == sliding => turning.to_owned(),
-            _ => format!("{turning}, or {sliding}"),
-        };
-        vec![format!("`{}`", kind.symbol()), unit, meaning(*kind).to_owned()]
-    };
     let text = |text: &str| Block::Text(text.to_owned());
     Page {
         name: "didim-parameters",

@@ -31,7 +31,8 @@ impl Page {
         let mut text = format!("# {}\n\n", capital(self.title));
         text.push_str(
             "<!-- Written by `didim manual --out target/manual`, which tests hold to the program: \
-             change the tables in crates/cli/src/command/manual, not this file. -->\n\n",
+             change crates/cli/src/command/manual or the types that read the file, not this page. \
+             -->\n\n",
         );
         text.push_str(&format!("The man page `{}({})` is the same.\n\n", self.name, self.section));
         for block in &self.blocks {

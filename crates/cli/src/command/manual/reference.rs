@@ -1,159 +1,159 @@
-//! The keys of a file, as manually maintained tables. The tests of this module check them against
-//! the types that read the file.
+//! The reference page of a file: a Markdown text with sections, into which the tables of keys are
+//! put from the schema of the type that reads the file.
+
+use schemars::schema_for;
+
+use didim::cell::CellFile;
+use didim_dynamics::robot::Robot;
 
 use super::page::{Block, Page};
+use super::schema::{FileSchema, Key};
 
-/// All keys of one kind of file.
+/// One kind of file.
 pub(super) struct Reference {
-    /// Name of its man page, in section 5.
+    /// Name of its man page, in section 5, and of its schema.
     pub(super) name: &'static str,
     /// Name of its page in `docs`.
-    pub(super) document: &'static str,
-    /// Description in one line.
-    pub(super) title: &'static str,
-    pub(super) description: &'static [&'static str],
-    pub(super) sections: &'static [&'static [Section]],
+    document: &'static str,
+    /// The page without its tables. A line `<!-- keys: PATH form=WORD only=KEY,… -->` stands for
+    /// the keys of the table at a path.
+    text: &'static str,
+    pub(super) schema: FileSchema,
     /// Location on a machine with the package.
-    pub(super) files: &'static [[&'static str; 2]],
+    files: &'static [[&'static str; 2]],
     /// Man pages, and pages in `docs` with their titles.
-    pub(super) see_also: &'static [[&'static str; 3]],
+    see_also: &'static [[&'static str; 3]],
 }
 
-/// The keys of one table of the file, or of one of its possible forms.
-pub(super) struct Section {
-    pub(super) heading: &'static str,
-    /// Path of the table, with numbers for the entries of lists: `bus.drives.0.position`. The tests
-    /// use it to ask the reader of the file for its known keys there.
-    #[cfg_attr(not(test), expect(dead_code, reason = "holds the keys to the types"))]
-    pub(super) path: &'static str,
-    pub(super) about: &'static str,
-    pub(super) keys: &'static [Key],
-    /// A part of a file with this table.
-    pub(super) example: &'static str,
+/// A table of the file, or one of its possible forms, in the page.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Section<'a> {
+    /// Path of the table, with numbers for the entries of lists: `bus.drives.0.position`.
+    pub(super) path: &'a str,
+    /// The word that distinguishes this form of the table.
+    pub(super) form: Option<&'a str>,
+    /// The keys that this section describes; all if empty.
+    only: &'a str,
 }
 
-/// One key.
-pub(super) struct Key {
-    pub(super) name: &'static str,
-    pub(super) kind: Kind,
-    /// Unit; empty for a number without a unit, or for no number.
-    pub(super) unit: &'static str,
-    pub(super) presence: Presence,
-    pub(super) meaning: &'static str,
+/// Returns the reference of the cell file.
+pub(super) fn cell_file() -> Reference {
+    Reference {
+        name: "didim-cell",
+        document: "cell-file.md",
+        text: include_str!("cell.md"),
+        schema: FileSchema::new(schema_for!(CellFile)),
+        files: &[
+            ["/etc/didim/cell.toml", "the cell of the service"],
+            ["/usr/share/didim/config/cells", "examples"],
+            ["/usr/share/didim/schema/didim-cell.schema.json", "JSON Schema for editors"],
+        ],
+        see_also: &[
+            ["didim-robot(5)", "robot-file.md", "robot file"],
+            ["didim-parameters(7)", "parameters.md", "names of parameters"],
+            ["didim-new(1)", "../guide/cell.md", "cell guide"],
+            ["didim-check(1)", "../method/README.md", "methods"],
+        ],
+    }
 }
 
-/// Type of a key's value.
-pub(super) enum Kind {
-    Number,
-    Integer,
-    Switch,
-    Text,
-    File,
-    Numbers,
-    Texts,
-    /// A table with its own section.
-    Table,
-    /// A list of such tables.
-    Tables,
-    /// One of these words.
-    Word(&'static [&'static str]),
-    /// This word, which distinguishes one form of the table from the others.
-    Form(&'static str),
-    /// Another type, in words.
-    Other(&'static str),
-}
-
-/// Presence of a key: required, or the effect of leaving it out.
-pub(super) enum Presence {
-    Required,
-    /// Value that applies if the key is left out, as written in the file.
-    Default(&'static str),
-    /// Effect of leaving the key out, in words.
-    Optional(&'static str),
-    /// One of several keys, of which the table has exactly one.
-    Choice,
-}
-
-pub(super) const fn key(
-    name: &'static str,
-    kind: Kind,
-    unit: &'static str,
-    presence: Presence,
-    meaning: &'static str,
-) -> Key {
-    Key { name, kind, unit, presence, meaning }
+/// Returns the reference of the robot file.
+pub(super) fn robot_file() -> Reference {
+    Reference {
+        name: "didim-robot",
+        document: "robot-file.md",
+        text: include_str!("robot.md"),
+        schema: FileSchema::new(Robot::file_schema()),
+        files: &[
+            [
+                "/usr/share/didim/config/robots",
+                "robot files of arms whose dimensions are published",
+            ],
+            ["/usr/share/didim/schema/didim-robot.schema.json", "JSON Schema for editors"],
+        ],
+        see_also: &[
+            ["didim-cell(5)", "cell-file.md", "cell file"],
+            ["didim-parameters(7)", "parameters.md", "names of parameters"],
+            ["didim-robot(1)", "../guide/export.md", "export guide"],
+        ],
+    }
 }
 
 impl Reference {
-    pub(super) fn sections(&self) -> impl Iterator<Item = &'static Section> {
-        self.sections.iter().flat_map(|part| part.iter())
+    /// Returns the title, which is the first line of the text.
+    pub(super) fn title(&self) -> &'static str {
+        self.text.lines().next().unwrap_or_default().trim_start_matches("# ")
     }
 
-    pub(super) fn page(&self) -> Page {
-        let mut blocks: Vec<Block> =
-            self.description.iter().map(|text| Block::Text((*text).to_owned())).collect();
-        for section in self.sections() {
-            blocks.push(Block::Heading(section.heading.to_owned()));
-            blocks.push(Block::Text(section.about.to_owned()));
-            blocks.push(Block::Table {
-                head: ["key", "type", "unit", "default", "meaning"].map(str::to_owned).to_vec(),
-                rows: section.keys.iter().map(Key::row).collect(),
-            });
-            blocks.push(Block::Example(section.example.to_owned()));
+    /// Returns the blocks of the page, and with each table its section.
+    ///
+    /// # Errors
+    /// A section whose table the schema does not have.
+    pub(super) fn blocks(&self) -> Result<Vec<(Block, Option<Section<'static>>)>, String> {
+        let mut blocks = Vec::new();
+        let mut lines = self.text.lines().skip(1).filter(|line| !line.is_empty());
+        while let Some(line) = lines.next() {
+            if let Some(text) = line.strip_prefix("## ") {
+                blocks.push((Block::Heading(text.to_owned()), None));
+            } else if let Some(text) = line.strip_prefix("<!-- keys:") {
+                let section = Section::parse(text.trim_end_matches("-->"));
+                blocks.push((self.table(section)?, Some(section)));
+            } else if line == "```toml" {
+                let example: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
+                blocks.push((Block::Example(example.join("\n")), None));
+            } else {
+                blocks.push((Block::Text(line.to_owned()), None));
+            }
         }
-        Page {
+        Ok(blocks)
+    }
+
+    /// Returns the keys of a section.
+    ///
+    /// # Errors
+    /// The schema does not have its table.
+    pub(super) fn keys(&self, section: Section<'_>) -> Result<Vec<Key>, String> {
+        let mut keys = self.schema.keys(section.path, section.form)?;
+        if !section.only.is_empty() {
+            keys.retain(|key| section.only.split(',').any(|name| name == key.name));
+        }
+        Ok(keys)
+    }
+
+    fn table(&self, section: Section<'_>) -> Result<Block, String> {
+        Ok(Block::Table {
+            head: ["key", "type", "unit", "default", "meaning"].map(str::to_owned).to_vec(),
+            rows: self.keys(section)?.into_iter().map(Key::row).collect(),
+        })
+    }
+
+    /// Returns the page.
+    ///
+    /// # Errors
+    /// See [`Reference::blocks`].
+    pub(super) fn page(&self) -> Result<Page, String> {
+        Ok(Page {
             name: self.name,
             section: 5,
             document: self.document,
-            title: self.title,
-            blocks,
+            title: self.title(),
+            blocks: self.blocks()?.into_iter().map(|(block, _)| block).collect(),
             files: self.files,
             see_also: self.see_also,
-        }
+        })
     }
 }
 
-impl Key {
-    fn row(&self) -> Vec<String> {
-        vec![
-            format!("`{}`", self.name),
-            self.kind.text(),
-            self.unit.to_owned(),
-            self.presence.text(),
-            self.meaning.to_owned(),
-        ]
-    }
-}
-
-impl Kind {
-    fn text(&self) -> String {
-        match self {
-            Self::Number => "number".to_owned(),
-            Self::Integer => "whole number".to_owned(),
-            Self::Switch => "`true` or `false`".to_owned(),
-            Self::Text => "text".to_owned(),
-            Self::File => "file name".to_owned(),
-            Self::Numbers => "list of numbers".to_owned(),
-            Self::Texts => "list of texts".to_owned(),
-            Self::Table => "table".to_owned(),
-            Self::Tables => "list of tables".to_owned(),
-            Self::Word(words) => {
-                let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
-                words.join(", ")
+impl<'a> Section<'a> {
+    fn parse(text: &'a str) -> Self {
+        let mut section = Self::default();
+        for word in text.split_whitespace() {
+            match word.split_once('=') {
+                Some(("form", form)) => section.form = Some(form),
+                Some(("only", keys)) => section.only = keys,
+                _ => section.path = word,
             }
-            Self::Form(word) => format!("`\"{word}\"`"),
-            Self::Other(text) => (*text).to_owned(),
         }
-    }
-}
-
-impl Presence {
-    fn text(&self) -> String {
-        match self {
-            Self::Required => "required".to_owned(),
-            Self::Default(value) => format!("`{value}`"),
-            Self::Optional(text) => (*text).to_owned(),
-            Self::Choice => "one of these".to_owned(),
-        }
+        section
     }
 }

@@ -1,5 +1,6 @@
 //! Parameters that are not identified and keep the values of the robot's file.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::IdentificationError;
@@ -8,7 +9,7 @@ use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
 /// Parameters that keep their nominal values if they are not identified; the others are 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub enum KeptParameters {
     /// All with a nominal value.
@@ -18,9 +19,10 @@ pub enum KeptParameters {
 }
 
 /// As written in a file.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "\"all\", or a list of parameters such as [\"zz5r\", \"zz6\"]")]
 enum Raw {
+    #[schemars(extend("const" = "all"))]
     Word(String),
     Names(Vec<String>),
 }

@@ -1,5 +1,6 @@
 //! Requirements of an applicable result: thresholds as data.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Requirements of an applicable result.
@@ -7,49 +8,43 @@ use serde::{Deserialize, Serialize};
 /// The verdict finds faults that the data show: a motion that does not excite, a model of another
 /// arm, a torque with the wrong sign, a friction law that is not the arm's. It cannot find faults
 /// that no data show, above all a factor common to all torques.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VerdictLimits {
-    /// Fewest independent rows (rows times the passband of the decimation filter) for each
-    /// parameter. 8: with fewer, the residuals tell too little of their own spectrum.
+    /// Fewest independent rows for each parameter: the rows times `decimation_filter.cutoff_ratio`.
     pub rows_per_parameter: f64,
-    /// Largest condition number of the weighted, decimated observation matrix. 10 000: two
-    /// recordings of a real arm with all its 58 parameters have up to 5927 and predict a third one
-    /// well, single ones have 8569 to 18 652 and do not.
+    /// Largest condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
-    /// Largest uncertainty of a joint's torque along the window's own motion, relative to that
-    /// torque. 0.10: a short or quiet window then has too little information.
+    /// Largest torque uncertainty of a joint along the window's own motion, from the parameters,
+    /// relative to that torque \[share\].
     pub prediction_deviation: f64,
-    /// Largest relative error ‖y − Xθ‖/‖y‖ over all joints. 0.10: a good model of an industrial arm
-    /// reaches 0.04 to 0.07.
+    /// Largest relative error ‖y − Xθ‖/‖y‖ over all joints \[share\].
     pub relative_error: f64,
-    /// Largest relative error of a single joint. 0.25: wrists with little load reach 0.12, a joint
-    /// with a wrong coupling 0.15 to 0.33.
+    /// Largest relative error of a single joint \[share\].
     pub relative_error_per_joint: f64,
-    /// A friction coefficient or drive inertia below zero by more than this many standard
-    /// deviations is impossible. 3.
+    /// Standard deviations below zero from which a friction coefficient or a drive inertia is
+    /// impossible \[σ\].
     pub negative_deviations: f64,
-    /// Largest uncertainty of the torque outside the recorded motion, relative to it. 0.15: records
-    /// within it predicted others of the same arm with at most 0.06.
+    /// Largest torque uncertainty outside the recorded motion, relative to the torque \[share\].
     #[serde(rename = "error_elsewhere")]
     pub error_of_extrapolation: f64,
-    /// Largest error on held-out folds, relative to their torque. 0.15.
+    /// Largest cross-validation error \[share\]: on held-out parts of the motion, relative to their
+    /// torque.
     pub held_out_error: f64,
-    /// Largest combined uncertainty of a parameter whose value is asked for, relative to it. 0.10.
+    /// Largest combined uncertainty of a parameter whose value is required, relative to it
+    /// \[share\].
     pub parameter_uncertainty: f64,
-    /// Furthest that a parameter may be with CLOE from that of the torques, in standard deviations.
-    /// 4.
+    /// With CLOE \[σ\]: largest distance between the parameters from positions and those from
+    /// torques.
     pub model_shift_deviations: f64,
-    /// Residuals are not white when white ones are as correlated by chance with less than this
-    /// probability. 1e-4.
+    /// A note is given if white residuals would have this correlation with less than this
+    /// probability \[share\].
     pub model_probability: f64,
-    /// How far the command that the described controller makes of the recorded reference and
-    /// position may be from the recorded torque, relative to it and without what is noise. 0.001:
-    /// counts of reference and torque leave a few 1e-5, a gain that is wrong by 2 % twice this
-    /// limit.
+    /// Largest difference between the command of the described controller and the recorded torque,
+    /// relative to it and without noise \[share\].
     pub controller_error: f64,
-    /// A note is made where position filter and position noise move a parameter further than this,
-    /// in its standard deviations. 0.5: half of what the noise of the torques does.
+    /// A note is given if position filter and position noise shift a parameter by more than this
+    /// \[σ\].
     pub position_filter_deviations: f64,
 }
 

@@ -1,5 +1,6 @@
 //! The options of an identification.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::IdentificationError;
@@ -194,20 +195,20 @@ impl PositionFilter {
 }
 
 /// The parallel Chebyshev filter F_p and the decimation factor n_d (paper, equation 6).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DecimationFilter {
-    /// Order of one pass; 8 unless stated.
+    /// Order of one pass.
     #[serde(default = "DecimationFilter::default_order")]
     pub order: usize,
-    /// Pass-band ripple of one pass \[dB\]; 0.05 unless stated.
+    /// Ripple of one pass in the pass band \[dB\].
     #[serde(default = "DecimationFilter::default_ripple_db")]
     pub ripple_db: f64,
-    /// Cut-off as a fraction of the Nyquist frequency after decimation; 0.8 unless stated.
+    /// Cut-off, as a share of the Nyquist frequency after decimation.
     #[serde(default = "DecimationFilter::default_cutoff_ratio")]
     pub cutoff_ratio: f64,
-    /// n_d: one sample in so many becomes a row. No default: with the sample rate it decides the
-    /// frequency band that is identified.
+    /// One sample of this number becomes a row. With the sample rate it decides the identified
+    /// band.
     pub factor: usize,
 }
 

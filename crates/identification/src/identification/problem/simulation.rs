@@ -1,5 +1,6 @@
 //! How the closed loop is simulated, and when the iteration ends.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::IdentificationError;
@@ -7,33 +8,40 @@ use didim_dynamics::simulation::Integrator;
 use didim_dynamics::trajectory::ReferenceInterpolation;
 
 /// How the closed loop is simulated and its parameters found, by every method that simulates.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulationOptions {
-    /// Whether both sides of the equation pass the decimation filter; true unless stated. Without
-    /// it, the paper's strict output error framework (its table 1), every counted sample is a row.
+    /// True if both sides of the equation pass the decimation filter. If false, every counted
+    /// sample is a row.
     pub decimated: bool,
-    /// What the drive makes of its targets between two of them; cubic unless stated.
+    /// Interpolation of the drive between two targets: a cubic, a straight line, or the target
+    /// itself until the next.
     pub reference: ReferenceInterpolation,
-    /// How the simulation is integrated; ode3 unless stated.
+    /// Integration method of the simulation: Bogacki and Shampine's third order, or the classical
+    /// fourth.
     pub integrator: Integrator,
-    /// Integration steps per period of the controller; 1 unless stated.
+    /// Integration steps in one period of the controller.
     pub substeps: u32,
-    /// The parameters of the first simulation.
+    /// The parameters of the first simulation: every drive inertia 1 kg·m² and all else 0; the
+    /// nominal parameters of the robot file; the result of IDIM-LS.
     pub start: Start,
-    /// When the iteration ends. The simulations that differences add to each one do not count
-    /// against its limit.
+    /// When the iteration ends.
+    ///
+    /// If left out: as its defaults say.
     pub convergence: ConvergenceLimits,
-    /// DIDIM iterations before the first sensitivities of CLIE and CLOE, one simulation each: from
-    /// a start far away, a step of DIDIM leads near, where the linearised loop does not. 0 unless
-    /// stated, and less than the simulations that `convergence` allows.
+    /// Iterations of DIDIM before the first sensitivities of CLIE and CLOE, for starts far away;
+    /// less than `convergence.max_simulations`.
     pub didim_steps: u32,
-    /// Where CLIE and CLOE have their sensitivities from.
+    /// Source of the sensitivities of CLIE and CLOE: the variational equation of the loop, or
+    /// one-sided differences.
     pub sensitivities: SensitivityMethod,
-    /// How CLIE and CLOE find the next parameters.
+    /// Optimiser of CLIE and CLOE.
     pub optimiser: Optimiser,
-    /// The linear steps of DIDIM, CLIE and CLOE, and their start, are of arms whose bodies can be,
-    /// and this says what is known of them besides; any parameters when left out.
+    /// Restricts the linear steps of DIDIM, CLIE and CLOE to physically consistent parameters.
+    /// `"nominal"`: near those of the robot file; `{ total_mass_kg = 27.0 }`: of this mass of all
+    /// moving links [kg].
+    ///
+    /// If left out: any parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(rename = "bodies")]
     pub consistent_parameters: Option<BodiesFrom>,
@@ -73,7 +81,7 @@ impl SimulationOptions {
 
 /// The parameters of the first simulation. Parameters that are not identified are 0 in it, as in
 /// all others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// Every motor's inertia is 1 kg·m² at its joint and everything else 0: the paper's start. A
@@ -88,18 +96,15 @@ pub enum Start {
 }
 
 /// The iteration ends when a step changes the estimates by no more than this.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergenceLimits {
     /// Largest change of the error ‖y − Xθ‖ from one step to the next, relative to it, or to 0.1 %
-    /// of ‖y‖ where it is less; 0.01.
+    /// of ‖y‖ if the error is smaller \[share\].
     pub relative_error_change: f64,
-    /// Largest difference between any parameter and the one that was simulated, in standard
-    /// deviations of the parameter under the weights of IDIM-LS; 0.2. A step
-    /// leaves a tenth of the difference or less, and a friction law that jumps leaves the
-    /// simulation itself some hundredths.
+    /// Largest difference between a parameter and the one that was simulated \[σ\].
     pub parameter_change: f64,
-    /// Simulations after which there is no result, failed ones included; 30.
+    /// Simulations after which there is no result, failed ones included; 2 at least.
     pub max_simulations: u32,
 }
 
@@ -131,7 +136,7 @@ impl ConvergenceLimits {
 }
 
 /// Prior knowledge of an arm's bodies, besides the data.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BodiesFrom {
     /// The nominal parameters of the robot's file.
@@ -141,7 +146,7 @@ pub enum BodiesFrom {
 }
 
 /// Where the derivatives of the simulated signals with respect to the parameters come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SensitivityMethod {
     /// The variational equation of the loop, integrated along with it: exact for the discrete loop
@@ -153,7 +158,7 @@ pub enum SensitivityMethod {
 }
 
 /// How the next parameters are found from errors and sensitivities.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Optimiser {
     /// Damped by each column's length (Marquardt, *J. SIAM* 11, 1963); more after a step that does

@@ -1,5 +1,6 @@
 //! How well known is what a cell and a robot state.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A tolerance that is none.
@@ -16,22 +17,21 @@ pub struct ToleranceError {
 ///
 /// They are part of every combined uncertainty. The defaults are those of a cell that was set up
 /// with care and not calibrated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tolerances {
-    /// Relative error of a joint's torque gain, and of a factor common to all. 0.01.
+    /// Relative error of a joint's torque gain, and of a factor common to all \[share\].
     pub torque_gain: f64,
-    /// Error of the instant at which a joint's torque is valid \[s\]. 0.0002.
+    /// Error of the instant at which a joint's torque is valid \[s\].
     pub torque_delay_s: f64,
-    /// Error of a revolute joint's zero \[degrees\]. 0.5.
+    /// Error of a revolute joint's zero \[°\].
     pub zero_deg: f64,
-    /// Error of the angle between neighbouring axes \[degrees\]. 0.1.
+    /// Error of the angle between neighbouring axes \[°\].
     pub twist_deg: f64,
-    /// Error of the distances between neighbouring axes, and of a prismatic joint's zero \[m\].
-    /// 0.001.
+    /// Error of the distances between neighbour axes, and of a prismatic joint's zero \[m\].
     pub length_m: f64,
-    /// Relative error of a known torque, as of a spring, and of how it grows over the joint's
-    /// range. 0.02.
+    /// Relative error of a known torque, such as that of a spring, and of its slope over the range
+    /// of the joint \[share\].
     pub known_torque: f64,
 }
 

@@ -1,16 +1,15 @@
-//! Tests of the key tables against the types that read the files: the keys that serde knows and
-//! requires, and its defaults.
+//! Tests of the reference pages against the readers of the files: examples, known keys, required
+//! keys and defaults.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use didim::cell::CellFile;
 use didim_dynamics::robot::Robot;
-use didim_identification::identification::Use;
 use toml::{Table, Value};
 
-use super::super::cell::CELL;
-use super::super::reference::{Key, Kind, Presence, Reference, Section};
-use super::super::robot::ROBOT;
+use super::super::page::Block;
+use super::super::reference::{Reference, Section, cell_file, robot_file};
+use super::super::schema::{Key, Presence};
 
 /// Text around the example of a section, which makes it a complete file.
 const AROUND_CELL: &str = r#"
@@ -65,39 +64,77 @@ offset = true
 sign = { model = "sign" }
 "#;
 
-/// A kind of file: its keys, the text around an example, and its reader. The reader returns the
-/// content or the error.
+/// A kind of file: its reference page, the text around an example, and its reader. The reader
+/// returns the content or the error.
 struct File {
-    keys: &'static Reference,
+    reference: Reference,
     around: &'static str,
     read: fn(&str) -> Result<String, String>,
 }
 
-const FILES: [File; 2] = [
-    File {
-        keys: &CELL,
-        around: AROUND_CELL,
-        read: |text| {
-            let read = toml::from_str::<CellFile>(text);
-            read.map(|cell| format!("{cell:?}")).map_err(|error| error.message().to_owned())
+fn files() -> [File; 2] {
+    [
+        File {
+            reference: cell_file(),
+            around: AROUND_CELL,
+            read: |text| {
+                let read = toml::from_str::<CellFile>(text);
+                read.map(|cell| format!("{cell:?}")).map_err(|error| error.message().to_owned())
+            },
         },
-    },
-    File {
-        keys: &ROBOT,
-        around: AROUND_ROBOT,
-        read: |text| {
-            let read = Robot::from_toml(text);
-            read.map(|robot| format!("{robot:?}")).map_err(|error| error.to_string())
+        File {
+            reference: robot_file(),
+            around: AROUND_ROBOT,
+            read: |text| {
+                let read = Robot::from_toml(text);
+                read.map(|robot| format!("{robot:?}")).map_err(|error| error.to_string())
+            },
         },
-    },
-];
+    ]
+}
+
+/// A section of a page: its table, keys and example.
+struct Described {
+    section: Section<'static>,
+    keys: Vec<Key>,
+    example: String,
+}
+
+impl Described {
+    fn place(&self) -> String {
+        format!("`{}` {}", self.section.path, self.section.form.unwrap_or_default())
+    }
+
+    /// Returns true if the table may have only one key, or the key's name as text.
+    fn is_choice(&self) -> bool {
+        self.keys.iter().all(|key| matches!(key.presence, Presence::Choice))
+    }
+}
 
 impl File {
+    fn sections(&self) -> Vec<Described> {
+        let blocks = self.reference.blocks().unwrap();
+        let tables = blocks.windows(2).filter_map(|pair| match pair {
+            [(_, Some(section)), (Block::Example(example), _)] => Some((*section, example)),
+            _ => None,
+        });
+        let sections: Vec<Described> = tables
+            .map(|(section, example)| Described {
+                section,
+                keys: self.reference.keys(section).unwrap(),
+                example: example.clone(),
+            })
+            .collect();
+        let described = blocks.iter().filter(|(_, section)| section.is_some()).count();
+        assert_eq!(sections.len(), described, "a section has no example");
+        sections
+    }
+
     /// Creates a complete file with the example of a section in it.
-    fn with_example(&self, section: &Section) -> Table {
+    fn with_example(&self, section: &Described) -> Table {
         let mut file: Table = self.around.parse().unwrap();
         let example: Table =
-            section.example.parse().unwrap_or_else(|error| panic!("{}: {error}", section.heading));
+            section.example.parse().unwrap_or_else(|error| panic!("{}: {error}", section.place()));
         overlay(&mut file, example);
         file
     }
@@ -154,21 +191,12 @@ fn listed(message: &str) -> BTreeSet<String> {
 
 /// Returns the sections of each table, which may have several forms or be described in several
 /// parts.
-fn by_path(keys: &Reference) -> BTreeMap<&str, Vec<&'static Section>> {
-    let mut paths: BTreeMap<&str, Vec<&'static Section>> = BTreeMap::new();
-    for section in keys.sections() {
-        paths.entry(section.path).or_default().push(section);
+fn by_path(sections: &[Described]) -> BTreeMap<&str, Vec<&Described>> {
+    let mut paths: BTreeMap<&str, Vec<&Described>> = BTreeMap::new();
+    for section in sections {
+        paths.entry(section.section.path).or_default().push(section);
     }
     paths
-}
-
-fn is_form(key: &Key) -> bool {
-    matches!(key.kind, Kind::Form(_))
-}
-
-/// Returns true if the table may have only one key, or the key's name as text.
-fn is_choice(section: &Section) -> bool {
-    section.keys.iter().all(|key| matches!(key.presence, Presence::Choice))
 }
 
 fn value(text: &str) -> Value {
@@ -177,20 +205,19 @@ fn value(text: &str) -> Value {
 
 #[test]
 fn the_example_of_every_section_is_read_and_has_its_table() {
-    for file in &FILES {
-        for section in file.keys.sections() {
-            let mut table = file.with_example(section);
+    for file in files() {
+        for section in file.sections() {
+            let (place, path) = (section.place(), section.section.path);
+            let mut table = file.with_example(&section);
             let read = file.read_table(&table);
-            assert!(read.is_ok(), "{}: {read:?}", section.heading);
+            assert!(read.is_ok(), "{place}: {read:?}");
             let mut alone: Table = section.example.parse().unwrap();
             // If the table is text in the example, the section shows another of its forms.
-            let is_present = table_at(&mut alone, section.path).is_some();
-            assert!(is_present, "{}: the example has no `{}`", section.heading, section.path);
-            assert!(table_at(&mut table, section.path).is_some());
-            let form = section.keys.iter().find(|key| is_form(key));
-            if let Some(Key { name, kind: Kind::Form(word), .. }) = form {
-                let value = table_at(&mut alone, section.path).unwrap().get(*name).cloned();
-                assert_eq!(value, Some((*word).into()), "{}", section.heading);
+            assert!(table_at(&mut alone, path).is_some(), "{place}: the example has no table");
+            assert!(table_at(&mut table, path).is_some());
+            if let Some(form) = section.keys.iter().find(|key| key.is_form) {
+                let value = table_at(&mut alone, path).unwrap().get(&form.name).cloned();
+                assert_eq!(value, section.section.form.map(Value::from), "{place}");
             }
         }
     }
@@ -201,23 +228,16 @@ fn the_example_of_every_section_is_read_and_has_its_table() {
 #[test]
 fn the_manual_has_every_key_and_no_other() {
     let mut keys = 0;
-    for file in &FILES {
-        for (path, sections) in by_path(file.keys) {
-            let names = |sections: &[&Section]| -> BTreeSet<String> {
-                let keys = sections.iter().flat_map(|section| section.keys);
-                keys.filter(|key| !is_form(key)).map(|key| key.name.to_owned()).collect()
-            };
+    for file in files() {
+        for (path, sections) in by_path(&file.sections()) {
             // Each form of a tagged table has its own keys; parts of one table are described
             // together.
-            let tagged = sections[0].keys.iter().any(is_form) && !path.ends_with("sign");
-            let groups: Vec<Vec<&Section>> = if tagged {
-                sections.iter().map(|section| vec![*section]).collect()
-            } else {
-                vec![sections.clone()]
-            };
+            let tagged = sections[0].keys.iter().any(|key| key.is_form) && !path.ends_with("sign");
+            let groups: Vec<&[&Described]> =
+                if tagged { sections.chunks(1).collect() } else { vec![&sections] };
             for group in groups {
                 let mut table = file.with_example(group[0]);
-                if is_choice(group[0]) {
+                if group[0].is_choice() {
                     let (above, name) = path.rsplit_once('.').unwrap();
                     table_at(&mut table, above)
                         .unwrap()
@@ -229,12 +249,14 @@ fn the_manual_has_every_key_and_no_other() {
                 let refused =
                     ["unknown", "unexpected keys"].iter().any(|word| message.contains(word));
                 assert!(refused, "{path}: {message}");
-                let mut keys_listed = listed(&message);
+                let of_group = || group.iter().flat_map(|section| &section.keys);
+                let mut listed = listed(&message);
                 // A tag that is not serde's own is a key like any other.
-                keys_listed
-                    .retain(|key| group[0].keys.iter().all(|own| !is_form(own) || own.name != key));
-                assert_eq!(names(&group), keys_listed, "{}, `{path}`", file.keys.name);
-                keys += keys_listed.len();
+                listed.retain(|name| of_group().all(|key| !key.is_form || key.name != *name));
+                let names: BTreeSet<String> =
+                    of_group().filter(|key| !key.is_form).map(|key| key.name.clone()).collect();
+                assert_eq!(names, listed, "{}, `{path}`", file.reference.name);
+                keys += listed.len();
             }
         }
     }
@@ -242,51 +264,17 @@ fn the_manual_has_every_key_and_no_other() {
 }
 
 #[test]
-fn the_manual_has_every_form_and_every_word() {
-    let mut words = 0;
-    for file in &FILES {
-        for (path, sections) in by_path(file.keys) {
-            let mut kinds: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
-            for key in sections.iter().flat_map(|section| section.keys) {
-                match key.kind {
-                    Kind::Form(word) => {
-                        kinds.entry(key.name).or_default().insert(word.to_owned());
-                    }
-                    Kind::Word(all) => kinds
-                        .entry(key.name)
-                        .or_default()
-                        .extend(all.iter().map(|word| (*word).to_owned())),
-                    _ => {}
-                }
-            }
-            for (name, configured) in kinds {
-                let mut file_table = file.with_example(sections[0]);
-                let table = table_at(&mut file_table, path).unwrap();
-                table.insert(name.to_owned(), "no-such-word".into());
-                if sections[0].keys.iter().any(|key| key.name == "model") {
-                    table.retain(|key, _| key == "model");
-                }
-                let message = file.read_table(&file_table).unwrap_err();
-                assert_eq!(configured, listed(&message), "{path}.{name}: {message}");
-                words += configured.len();
-            }
-        }
-    }
-    assert!(words > 40, "{words}");
-}
-
-#[test]
-fn what_is_required_is_refused_when_it_is_missing_and_nothing_else_is() {
-    for file in &FILES {
-        for section in file.keys.sections().filter(|section| !is_choice(section)) {
-            for key in section.keys {
+fn a_required_key_is_refused_when_it_is_missing_and_no_other_is() {
+    for file in files() {
+        for section in file.sections().iter().filter(|section| !section.is_choice()) {
+            for key in &section.keys {
                 let mut table = file.with_example(section);
-                table_at(&mut table, section.path).unwrap().remove(key.name);
+                table_at(&mut table, section.section.path).unwrap().remove(&key.name);
                 let read = file.read_table(&table);
-                let place = format!("{}, {}", section.heading, key.name);
+                let place = format!("{}, {}", section.place(), key.name);
                 match (&key.presence, read) {
                     (Presence::Required, Err(message)) => {
-                        assert!(message.contains(key.name), "{place}: {message}");
+                        assert!(message.contains(&key.name), "{place}: {message}");
                     }
                     (Presence::Required, Ok(_)) => panic!("{place} may be left out"),
                     // In a robot file, a key may be required with another key, and its text says
@@ -301,25 +289,20 @@ fn what_is_required_is_refused_when_it_is_missing_and_nothing_else_is() {
 }
 
 #[test]
-fn a_default_is_what_holds_where_the_key_is_left_out() {
+fn a_default_is_the_value_of_a_key_that_is_left_out() {
     let mut defaults = 0;
-    for file in &FILES {
-        for section in file.keys.sections() {
-            for key in section.keys {
-                let Presence::Default(text) = key.presence else { continue };
-                let mut table = file.with_example(section);
-                table_at(&mut table, section.path).unwrap().remove(key.name);
+    for file in files() {
+        for section in file.sections() {
+            for key in &section.keys {
+                let Presence::Default(text) = &key.presence else { continue };
+                let mut table = file.with_example(&section);
+                table_at(&mut table, section.section.path).unwrap().remove(&key.name);
                 let without = file.read_table(&table).unwrap();
-                table_at(&mut table, section.path)
+                table_at(&mut table, section.section.path)
                     .unwrap()
-                    .insert(key.name.to_owned(), value(text));
-                assert_eq!(
-                    without,
-                    file.read_table(&table).unwrap(),
-                    "{}: {}",
-                    section.heading,
-                    key.name
-                );
+                    .insert(key.name.clone(), value(text));
+                let with = file.read_table(&table).unwrap();
+                assert_eq!(without, with, "{}: {}", section.place(), key.name);
                 defaults += 1;
             }
         }
@@ -327,64 +310,26 @@ fn a_default_is_what_holds_where_the_key_is_left_out() {
     assert!(defaults > 60, "{defaults}");
 }
 
-/// The error for a value of a wrong type names the accepted types.
-#[test]
-fn types_are_those_that_are_read() {
-    for file in &FILES {
-        for section in file.keys.sections().filter(|section| !is_choice(section)) {
-            for key in section.keys {
-                let expected: &[&str] = match key.kind {
-                    Kind::Number => &["f64"],
-                    Kind::Integer => &["u8", "u16", "u32", "u64", "usize", "i64"],
-                    Kind::Switch => &["a boolean"],
-                    Kind::Text => &["a string"],
-                    Kind::File => &["path string"],
-                    // A list of three is a tuple.
-                    Kind::Numbers | Kind::Texts | Kind::Tables => {
-                        &["a sequence", "an array of length"]
-                    }
-                    Kind::Table | Kind::Word(_) | Kind::Form(_) | Kind::Other(_) => continue,
-                };
-                let wrong = if matches!(key.kind, Kind::Switch) { 1.5.into() } else { true.into() };
-                let mut table = file.with_example(section);
-                table_at(&mut table, section.path)
-                    .unwrap()
-                    .insert(key.name.to_owned(), Value::clone(&wrong));
-                let message = file.read_table(&table).unwrap_err();
-                let said =
-                    expected.iter().any(|kind| message.contains(&format!("expected {kind}")));
-                assert!(said, "{}, {}: {message}", section.heading, key.name);
-            }
-        }
-    }
-}
-
-/// Uses are list entries; the checks above do not cover their words.
-#[test]
-fn every_use_is_reported() {
-    let mut keys = CELL.sections().flat_map(|section| section.keys);
-    let uses = keys.find(|key| key.name == "required_uses").unwrap();
-    for each in Use::ALL {
-        assert!(uses.meaning.contains(&format!("`\"{each}\"`")), "{each}");
-    }
-}
-
 /// Checks that every table of a key has a section.
 #[test]
 fn every_table_has_a_section() {
-    for file in &FILES {
-        let paths: BTreeSet<String> = by_path(file.keys).into_keys().map(str::to_owned).collect();
-        for section in file.keys.sections() {
-            for key in section.keys {
-                let entry = match key.kind {
-                    Kind::Table => "",
-                    Kind::Tables => ".0",
+    for file in files() {
+        let sections = file.sections();
+        let paths: BTreeSet<&str> = by_path(&sections).into_keys().collect();
+        for section in &sections {
+            for key in &section.keys {
+                let entry = match key.kind.as_str() {
+                    "table" => "",
+                    "list of tables" => ".0",
                     _ => continue,
                 };
-                let path = format!("{}.{}{entry}", section.path, key.name);
+                let path = format!("{}.{}{entry}", section.section.path, key.name);
                 let path = path.trim_start_matches('.');
-                // The same law, for one joint.
-                let is_documented = path == "joint.0.friction.sign" || paths.contains(path);
+                // Tables that a robot file or another section describes.
+                let is_documented = paths.contains(path)
+                    || path == "joint.0.friction.sign"
+                    || path == "identification.sign"
+                    || path.starts_with("urdf.");
                 assert!(is_documented, "no section of {path}");
             }
         }
@@ -426,10 +371,10 @@ fn units_are_those_of_the_names() {
         ("_s", "s"),
     ];
     let mut checked = 0;
-    for section in FILES.iter().flat_map(|file| file.keys.sections()) {
-        for key in section.keys {
+    for section in files().iter().flat_map(File::sections) {
+        for key in &section.keys {
             if let Some((_, unit)) = endings.iter().find(|(ending, _)| key.name.ends_with(ending)) {
-                assert_eq!(key.unit, *unit, "{}", key.name);
+                assert_eq!(key.unit, *unit, "{}: {}", section.place(), key.name);
                 checked += 1;
             }
         }
