@@ -8,9 +8,7 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::SetupError;
 use didim_formats::{BagSpec, Columns};
-use didim_identification::identification::{
-    CutoffSearch, FrictionSearch, IdentificationError, Options, PositionFilter,
-};
+use didim_identification::identification::{IdentificationError, Options, PositionFilter};
 
 use super::file::Cutoff;
 use super::{
@@ -217,9 +215,8 @@ fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
         // The identified band, until the data have chosen.
         Cutoff::Auto => decimation_filter.cutoff_hz(rate_hz.unwrap_or(f64::NAN)),
     };
+    let position_filter = PositionFilter { order: section.position_filter.order, cutoff_hz };
     Options {
-        position_filter: PositionFilter { order: section.position_filter.order, cutoff_hz },
-        decimation_filter,
         parameters: section.parameters.clone(),
         keep_nominal: section.keep_nominal.clone(),
         robust: section.robust,
@@ -229,8 +226,7 @@ fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
         tolerances: section.tolerances,
         controller: file.controller.clone(),
         simulation: section.simulation.clone().unwrap_or_default(),
-        friction_search: FrictionSearch::default(),
-        cutoff_search: CutoffSearch::default(),
+        ..Options::new(position_filter, decimation_filter)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Torque gains in words.
 
-use didim_identification::identification::Scale;
+use didim_identification::identification::{PayloadLimits, Scale};
 
 use crate::analysis::{FoundGain, FoundGains};
 use crate::text::{aligned, significant, to_uncertainty};
@@ -96,7 +96,11 @@ fn notes(found: &FoundGains) -> Vec<String> {
         Some(centre) => format!(
             "the recordings {} the stated centre for the stated mass: χ² {} of {} (by chance with \
             a probability of {})",
-            if centre.is_significant() { "contradict" } else { "agree with" },
+            if centre.is_significant(&PayloadLimits::default()) {
+                "contradict"
+            } else {
+                "agree with"
+            },
             significant(centre.chi_squared, 3),
             centre.degrees_of_freedom,
             significant(centre.probability, 2)

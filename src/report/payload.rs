@@ -1,7 +1,7 @@
 //! A load in words.
 
 use didim_dynamics::robot::Robot;
-use didim_identification::identification::{Declared, Payload, Uncertain};
+use didim_identification::identification::{Declared, Payload, PayloadLimits, Uncertain};
 
 use crate::text::{aligned, significant, to_uncertainty};
 
@@ -106,6 +106,7 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
 
 /// Returns notes on the load.
 fn notes(payload: &Payload) -> Vec<String> {
+    let limits = &PayloadLimits::default();
     let (presence, mut notes) = (&payload.presence, Vec::new());
     let has_mass = presence.seen || presence.mass_limit_kg.is_some();
     if presence.mass_deviations.is_some() && !has_mass {
@@ -114,7 +115,7 @@ fn notes(payload: &Payload) -> Vec<String> {
              or has changed; identify it empty"
                 .to_owned(),
         );
-    } else if !presence.seen && presence.from_none.is_significant() {
+    } else if !presence.seen && presence.from_none.is_significant(limits) {
         notes.push(
             "no mass is seen, but the torques differ from those of the arm by more than its \
              uncertainty: it has changed, its model lacks something along this motion, or what it \
@@ -137,7 +138,7 @@ fn notes(payload: &Payload) -> Vec<String> {
         });
     }
     let near_none = ENTRIES.iter().zip(&payload.load.inertia_kg_m2);
-    let near_none = near_none.filter(|(_, of)| of.is_some_and(|of| !of.differs_from_none()));
+    let near_none = near_none.filter(|(_, of)| of.is_some_and(|of| !of.differs_from_none(limits)));
     let near_none: Vec<&str> = near_none.map(|(entry, _)| *entry).collect();
     if !near_none.is_empty() {
         notes.push(format!("the recording does not tell inertia {} from 0", near_none.join(" ")));

@@ -2,7 +2,8 @@
 
 use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::identification::{
-    Experiment, Gains, GainsError, KnownLoad, Scale, Uncertain, filtered_motion, gains,
+    Experiment, Gains, GainsError, KnownLoad, PayloadLimits, Scale, Uncertain, filtered_motion,
+    gains,
 };
 
 use crate::arms::TX40;
@@ -136,7 +137,7 @@ fn gains_and_parameters_are_found_within_their_uncertainty() {
         assert_eq!(gains.len(), 6);
         assert!(gains.iter().all(|z| z.abs() < 4.0), "{gains:?}");
         assert!(rms(&parameters) < 1.6, "{parameters:?}");
-        assert!(!gains_found.centre.unwrap().is_significant());
+        assert!(!gains_found.centre.unwrap().is_significant(&PayloadLimits::default()));
     }
 }
 
@@ -214,7 +215,7 @@ fn what_shows_no_gains_is_refused() {
     // A centre that is 10 cm off shows.
     let other_load = KnownLoad { centre_m: [0.05, 0.07, 0.15], ..LOAD };
     let gains = study.find([&empty, &loaded], other_load).unwrap();
-    assert!(gains.centre.unwrap().is_significant());
+    assert!(gains.centre.unwrap().is_significant(&PayloadLimits::default()));
 }
 
 /// What 40 pairs of records with 2 % of noise tell: by hand, see docs/evidence/models.md.

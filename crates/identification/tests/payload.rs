@@ -5,8 +5,8 @@ use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::feasibility::Body;
 use didim_identification::identification::{
     Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
-    ParameterCovariance, Payload, PayloadError, Presence, Uncertain, filtered_motion, identify,
-    payload,
+    ParameterCovariance, Payload, PayloadError, PayloadLimits, Presence, Uncertain,
+    filtered_motion, identify, payload,
 };
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
 
@@ -260,7 +260,10 @@ fn no_load_is_called_so_and_limited() {
     let payload = case.find(&empty);
     let sigma = payload.load.mass_kg.unwrap().standard_deviation;
     let limit = payload.presence.mass_limit_kg.unwrap();
-    assert!(!payload.presence.seen && !payload.presence.from_none.is_significant());
+    assert!(
+        !payload.presence.seen
+            && !payload.presence.from_none.is_significant(&PayloadLimits::default())
+    );
     assert!(limit > 0.0 && limit < 6.0 * sigma, "{limit} {sigma}");
     assert_eq!((payload.load.centre_m, payload.body.as_ref()), ([None; 3], None));
     // A stated mass below what can be seen still agrees, and has a body to look for.
@@ -281,7 +284,11 @@ fn a_negative_mass_is_none() {
     let record = record(&case.arm, &mut case.random, &empty, 0.02, None);
     let payload = case.find(&record);
     let Presence { seen, mass_deviations, mass_limit_kg, from_none } = payload.presence;
-    assert!(!seen && mass_deviations.unwrap() < -10.0 && from_none.is_significant());
+    assert!(
+        !seen
+            && mass_deviations.unwrap() < -10.0
+            && from_none.is_significant(&PayloadLimits::default())
+    );
     assert_eq!((mass_limit_kg, payload.body), (None, None));
 }
 

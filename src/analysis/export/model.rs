@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use didim_formats::Measurement;
 use didim_identification::feasibility::{
-    Estimate, FeasibilityError, FixedParameter, NoBodies, Outcome, Prior, consistent,
+    Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, NoBodies, Outcome, Prior,
+    consistent,
 };
 use didim_identification::identification::Prediction;
 use nalgebra::DMatrix;
@@ -66,7 +67,14 @@ impl<'a> Consistent<'a> {
             None => Prior::nominal(&cell.robot)?,
         };
         let weight = prior.default_weight();
-        let outcome = consistent(&cell.robot, &cell.base, &estimate, &prior, weight)?;
+        let outcome = consistent(
+            &cell.robot,
+            &cell.base,
+            &estimate,
+            &prior,
+            weight,
+            &FeasibilityLimits::default(),
+        )?;
         if let Some(no_bodies) = outcome.no_bodies() {
             return Err(ConsistentError::NoBodies(no_bodies));
         }

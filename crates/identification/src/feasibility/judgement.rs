@@ -8,15 +8,28 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::estimate::Rows;
 use didim_dynamics::robot::{Parameter, ParameterKind};
 
-/// Share of all estimates in which the cost of the true bodies stays below the limit of χ².
-const PROBABILITY: f64 = 0.99;
-/// Limit in standard deviations. Friction or a drive inertia that is farther below 0 is reported as
-/// negative. An estimate counts as stretched if a base parameter is moved farther.
-const DEVIATIONS: f64 = 3.0;
-/// Distance of the bodies from the prior beyond which the data contradict it, all together and a
-/// single one \[nats\].
-const FAR_TOGETHER: f64 = 30.0;
-const FAR_ALONE: f64 = 8.0;
+/// Limits of the judgement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeasibilityLimits {
+    /// Share of all estimates in which the cost of the true bodies stays below the χ² limit \[1\].
+    /// Convention: 99 %.
+    pub probability: f64,
+    /// Distance beyond which friction or a drive inertia below 0 is reported as negative, and
+    /// beyond which a base parameter that bodies move is stretched \[σ\]. Convention: 3 standard
+    /// deviations.
+    pub deviations: f64,
+    /// Distance of all bodies together from the prior beyond which the data contradict it
+    /// \[nats\]. Convention.
+    pub divergence: f64,
+    /// The same of a single body \[nats\]. Convention.
+    pub divergence_per_link: f64,
+}
+
+impl Default for FeasibilityLimits {
+    fn default() -> Self {
+        Self { probability: 0.99, deviations: 3.0, divergence: 30.0, divergence_per_link: 8.0 }
+    }
+}
 
 /// A base parameter, and a distance in its own standard deviations.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,13 +84,15 @@ impl Judgement {
         threshold: f64,
         least_shifts: &[Shift],
         divergences: &[f64],
+        limits: &FeasibilityLimits,
     ) -> Self {
+        let is_far = |own: &f64| *own > limits.divergence_per_link;
         let together: f64 = divergences.iter().sum();
         if least_cost > threshold {
             Self::Infeasible
-        } else if together > FAR_TOGETHER || divergences.iter().any(|own| *own > FAR_ALONE) {
+        } else if together > limits.divergence || divergences.iter().any(is_far) {
             Self::ContradictsPrior
-        } else if least_shifts.iter().any(|own| own.deviations.abs() > DEVIATIONS) {
+        } else if least_shifts.iter().any(|own| own.deviations.abs() > limits.deviations) {
             Self::Stretched
         } else {
             Self::Feasible
@@ -85,21 +100,26 @@ impl Judgement {
     }
 }
 
-/// Returns χ² at 99 % with one degree of freedom per base parameter.
-pub(super) fn threshold(parameters: usize) -> f64 {
-    ChiSquared::new(parameters as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(PROBABILITY))
+/// Returns χ² at the limit's probability with one degree of freedom per base parameter.
+pub(super) fn threshold(parameters: usize, limits: &FeasibilityLimits) -> f64 {
+    let distribution = ChiSquared::new(parameters as f64);
+    distribution.map_or(f64::INFINITY, |chi| chi.inverse_cdf(limits.probability))
 }
 
-/// Returns the parameters that are negative by more than 3 σ although they cannot be, with their
+/// Returns the parameters that cannot be negative and are so by more than the limit, with their
 /// distance from 0.
-pub(super) fn negative(rows: &Rows, parameters: &[Parameter]) -> Vec<Shift> {
+pub(super) fn negative(
+    rows: &Rows,
+    parameters: &[Parameter],
+    limits: &FeasibilityLimits,
+) -> Vec<Shift> {
     use ParameterKind::{Fc, FcMotor, Fv, Ia};
 
     let mut nonphysical = Vec::new();
     for (column, parameter) in parameters.iter().enumerate() {
         let Some(row) = rows.row_of(column).filter(|row| rows.is_alone(*row)) else { continue };
         let deviations = rows.values[row] / rows.deviation(row);
-        if matches!(parameter.kind, Ia | Fv | Fc | FcMotor) && deviations < -DEVIATIONS {
+        if matches!(parameter.kind, Ia | Fv | Fc | FcMotor) && deviations < -limits.deviations {
             nonphysical.push(Shift { name: rows.names[row].clone(), deviations });
         }
     }

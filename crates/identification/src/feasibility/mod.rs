@@ -31,7 +31,7 @@ pub use constraint::{Constraint, Possible};
 pub use error::FeasibilityError;
 pub use estimate::{Estimate, FixedParameter};
 pub use finding::{FarBody, NoBodies};
-pub use judgement::{Judgement, Shift};
+pub use judgement::{FeasibilityLimits, Judgement, Shift};
 pub use nearest::{NearestBody, nearest_body};
 pub use outcome::{Class, Outcome, StandardParameter};
 pub use prior::{Prior, PriorSource};

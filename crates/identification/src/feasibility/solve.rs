@@ -7,7 +7,7 @@ use super::body::Body;
 use super::drives::Drives;
 use super::error::FeasibilityError;
 use super::estimate::{Estimate, Rows};
-use super::judgement::{Judgement, Shift, negative, threshold};
+use super::judgement::{FeasibilityLimits, Judgement, Shift, negative, threshold};
 use super::newton::{FALL, Minimum};
 use super::outcome::{Class, Outcome, StandardParameter};
 use super::posterior::Posterior;
@@ -38,6 +38,7 @@ pub fn consistent(
     estimate: &Estimate<'_>,
     prior: &Prior,
     weight: f64,
+    limits: &FeasibilityLimits,
 ) -> Result<Outcome, FeasibilityError> {
     if !(weight.is_finite() && weight > 0.0) {
         return Err(FeasibilityError::Weight { found: weight });
@@ -57,7 +58,7 @@ pub fn consistent(
     let problem = problem(robot, &rows, prior)?;
 
     let minimum = problem.minimise(weight)?;
-    let threshold = threshold(rows.names.len());
+    let threshold = threshold(rows.names.len(), limits);
     let (nearest, further) = nearest(&problem, &minimum, weight, threshold)?;
     let not_converged = FeasibilityError::NotConverged { iterations: minimum.steps, weight };
     let posterior = Posterior::new(&minimum, weight).ok_or(not_converged)?;
@@ -90,8 +91,8 @@ pub fn consistent(
         divergence_per_link: of_links.to_vec(),
         divergence_of_drives: of_drives.iter().sum(),
         effective_parameters: posterior.effective_parameters,
-        negative: negative(&rows, table.parameters()),
-        judgement: Judgement::new(least_cost, threshold, &least_shifts, of_links),
+        negative: negative(&rows, table.parameters(), limits),
+        judgement: Judgement::new(least_cost, threshold, &least_shifts, of_links, limits),
         shifts: shifts(&rows, &values),
         steps: minimum.steps + further,
     })

@@ -57,9 +57,10 @@ pub use payload::{
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use problem::{
-    BodiesFrom, ConvergenceLimits, CutoffSearch, DecimationFilter, Experiment, ExperimentError,
-    Failure, FrictionSearch, IdentificationError, IterationError, KeptParameters, LimitError,
-    Method, Optimiser, Options, PositionFilter, Selection, SensitivityMethod, SimulationOptions,
-    Start, ToleranceError, Tolerances, UnknownMethod, Use, VerdictLimits,
+    BodiesFrom, ClosedLoopLimits, ConvergenceLimits, CutoffSearch, DecimationFilter, Experiment,
+    ExperimentError, Failure, FrictionSearch, IdentificationError, IterationError, KeptParameters,
+    LimitError, Method, Optimiser, Options, PayloadLimits, PositionFilter, Selection,
+    SensitivityMethod, SimulationOptions, Start, ToleranceError, Tolerances, UnknownMethod, Use,
+    VerdictLimits,
 };
 pub use torque_along::{TorqueAlong, torque_along};

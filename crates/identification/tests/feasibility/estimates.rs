@@ -2,7 +2,9 @@
 
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::Robot;
-use didim_identification::feasibility::{Estimate, FeasibilityError, Outcome, Prior, consistent};
+use didim_identification::feasibility::{
+    Estimate, FeasibilityError, FeasibilityLimits, Outcome, Prior, consistent,
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::arms::{Random, inverse};
@@ -66,6 +68,13 @@ impl Example {
         prior: &Prior,
         weight: f64,
     ) -> Result<Outcome, FeasibilityError> {
-        consistent(&self.robot, &self.base, &self.estimate(), prior, weight)
+        consistent(
+            &self.robot,
+            &self.base,
+            &self.estimate(),
+            prior,
+            weight,
+            &FeasibilityLimits::default(),
+        )
     }
 }

@@ -1,6 +1,8 @@
 //! What cannot be used is an error that says what to do.
 
-use didim_identification::feasibility::{Estimate, FeasibilityError, Prior, consistent};
+use didim_identification::feasibility::{
+    Estimate, FeasibilityError, FeasibilityLimits, Prior, consistent,
+};
 
 use super::estimates::{Example, states, torques};
 use crate::arms::{Random, tx40, tx40_physical};
@@ -36,12 +38,28 @@ fn weights_and_estimates_have_to_be_numbers() {
     example.values = good;
 
     let fewer = Estimate { values: &example.values[1..], ..example.estimate() };
-    let refused = consistent(&example.robot, &example.base, &fewer, &prior, 2.0).unwrap_err();
+    let refused = consistent(
+        &example.robot,
+        &example.base,
+        &fewer,
+        &prior,
+        2.0,
+        &FeasibilityLimits::default(),
+    )
+    .unwrap_err();
     assert!(matches!(refused, FeasibilityError::Shape { .. }));
     let mut names = example.names.clone();
     names[0] = "zz9".into();
     let other = Estimate { names: &names, ..example.estimate() };
-    let refused = consistent(&example.robot, &example.base, &other, &prior, 2.0).unwrap_err();
+    let refused = consistent(
+        &example.robot,
+        &example.base,
+        &other,
+        &prior,
+        2.0,
+        &FeasibilityLimits::default(),
+    )
+    .unwrap_err();
     assert!(matches!(refused, FeasibilityError::Unknown(_)), "{refused}");
 
     let matching = example.covariance.column(0).into_owned();

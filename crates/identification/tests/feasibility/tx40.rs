@@ -2,8 +2,8 @@
 
 use didim_dynamics::robot::Robot;
 use didim_identification::feasibility::{
-    Class, Estimate, FeasibilityError, FixedParameter, Judgement, Outcome, Prior, PriorSource,
-    StandardParameter, consistent as solve,
+    Class, Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Judgement, Outcome,
+    Prior, PriorSource, StandardParameter, consistent as solve,
 };
 use nalgebra::DVector;
 
@@ -136,7 +136,9 @@ fn what_a_model_lacks_is_0_and_what_it_keeps_is_held() {
     let estimate =
         Estimate { names: &names, values: &values, covariance: &covariance, fixed: &fixed };
     let prior = Prior::geometric(&case.robot, TOTAL_MASS_KG).unwrap();
-    let outcome = solve(&case.robot, &case.base, &estimate, &prior, 2.0).unwrap();
+    let outcome =
+        solve(&case.robot, &case.base, &estimate, &prior, 2.0, &FeasibilityLimits::default())
+            .unwrap();
     let parameter = |name: &str| outcome.parameters.iter().find(|own| own.name == name).unwrap();
     for name in ["fv_m6", "off1"] {
         let StandardParameter { value, deviation, class, .. } = *parameter(name);
@@ -149,6 +151,7 @@ fn what_a_model_lacks_is_0_and_what_it_keeps_is_held() {
     assert!(outcome.largest_shift().unwrap().deviations.powi(2) < outcome.cost);
 
     let bare = Estimate { fixed: &[], ..estimate };
-    let refused = solve(&case.robot, &case.base, &bare, &prior, 2.0).unwrap_err();
+    let refused = solve(&case.robot, &case.base, &bare, &prior, 2.0, &FeasibilityLimits::default())
+        .unwrap_err();
     assert_eq!(refused, FeasibilityError::LeftOut { names: vec!["mx4".into()] });
 }

@@ -75,11 +75,13 @@ impl LoadTrack {
 
 #[cfg(test)]
 mod tests {
+    use didim_identification::identification::PayloadLimits;
+
     use super::*;
 
     fn survey(value: f64, standard_deviation: f64) -> Survey {
         let mass = Uncertain { value, standard_deviation };
-        Survey { mass: Some(mass), seen: mass.is_seen() }
+        Survey { mass: Some(mass), seen: mass.is_seen(&PayloadLimits::default()) }
     }
 
     #[test]

@@ -7,6 +7,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::Instant;
 
+use didim_identification::identification::PayloadLimits;
+
 use super::track::{LoadTrack, Survey};
 use crate::archive::drift::{Baseline, BaselineWatch};
 use crate::archive::store::{FoundLoad, Timestamp, mass_text};
@@ -205,7 +207,7 @@ fn report(shared: &SharedEstimation, change: impl FnOnce(&mut LoadStatus)) {
 fn state_of(survey: Survey) -> LoadState {
     match survey.mass {
         _ if survey.seen => LoadState::Load,
-        Some(mass) if mass.differs_from_none() => LoadState::Less,
+        Some(mass) if mass.differs_from_none(&PayloadLimits::default()) => LoadState::Less,
         _ => LoadState::None,
     }
 }

@@ -13,9 +13,6 @@ use crate::identification::judgement::{
 use crate::identification::observation::{fitted_matrix, torque_equation};
 use crate::identification::problem::{Context, IdentificationError, Method};
 
-/// Instruments that are correlated with their columns by less do not carry an estimate.
-const LEAST_CORRELATION: f64 = 0.5;
-
 /// Identifies base parameters from the inverse dynamic model of the measured motion, with the
 /// regressor of the simulated motion as instruments (Janot, Vandanjon & Gautier, *A generic
 /// instrumental variable approach for industrial robot identification*, IEEE Trans. Control Syst.
@@ -90,7 +87,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     };
     let mut outcome = findings.judged(&judged)?;
     // A correlation that is not a number is weak, too.
-    let strong = correlation >= LEAST_CORRELATION;
+    let strong = correlation >= context.options.closed_loop_limits.instrument_correlation;
     let weak = (!strong).then_some(Reason::WeakInstruments { correlation });
     outcome.estimate.verdict =
         outcome.estimate.verdict.with_reasons(&context.options.required_uses, weak);

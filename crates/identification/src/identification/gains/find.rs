@@ -123,11 +123,13 @@ pub fn gains(
     let gains: Vec<DriveGain> = (0..joints)
         .map(|k| DriveGain {
             joint: JointIndex::new(k),
-            factor: Some(uncertain(k)).filter(Uncertain::differs_from_none).map(|inverse| {
-                let value = 1.0 / inverse.value;
-                let standard_deviation = inverse.standard_deviation * value * value;
-                Uncertain { value, standard_deviation }
-            }),
+            factor: Some(uncertain(k))
+                .filter(|of| of.differs_from_none(&options.payload_limits))
+                .map(|inverse| {
+                    let value = 1.0 / inverse.value;
+                    let standard_deviation = inverse.standard_deviation * value * value;
+                    Uncertain { value, standard_deviation }
+                }),
             total_least_squares: start.gains[k],
         })
         .collect();

@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use crate::feasibility::{Estimate, FixedParameter, Judgement, Outcome, Prior, consistent};
+use crate::feasibility::{
+    Estimate, FeasibilityLimits, FixedParameter, Judgement, Outcome, Prior, consistent,
+};
 use crate::identification::problem::Context;
 
 /// What it costs that the parameters be those of bodies, near the nominal ones of the robot's file.
@@ -35,7 +37,15 @@ impl PhysicalConsistency {
     ) -> Option<Outcome> {
         let prior = Prior::nominal(context.robot).ok()?;
         let estimate = Estimate { names: context.selection.names(), values, covariance, fixed };
-        consistent(context.robot, context.base, &estimate, &prior, prior.default_weight()).ok()
+        consistent(
+            context.robot,
+            context.base,
+            &estimate,
+            &prior,
+            prior.default_weight(),
+            &FeasibilityLimits::default(),
+        )
+        .ok()
     }
 
     /// What a result says of them.

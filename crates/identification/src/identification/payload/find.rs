@@ -15,16 +15,13 @@ use crate::identification::observation::{
     BaseColumns, Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::prediction::{KnownModel, PredictionError};
-use crate::identification::problem::{Context, Experiment, Options};
+use crate::identification::problem::{Context, Experiment, Options, PayloadLimits};
 use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
 /// Smallest noise of a joint, as a share of its torque.
 const LEAST_NOISE: f64 = 1e-6;
-/// A joint that moves less than this along a record is at rest \[rad or m\]. In a held posture,
-/// gears and filters cause no larger motion.
-const STANDS: f64 = 5e-3;
 /// Factor on the rows of a joint at rest. It makes them negligible compared with those of the
 /// others.
 const FAINT: f64 = 1e-6;
@@ -96,11 +93,11 @@ pub fn payload(
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
     let covariance = covariance.ok_or(PayloadError::NoCovariance)?;
     let options = model.options(options);
+    let limits = &options.payload_limits;
     let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
     let sums = LoadSums::new(robot, base, context.selection.names())?;
     let motion = filtered_motion(robot, experiment, &options.position_filter)?;
-    let stands: Vec<bool> =
-        (0..robot.joints()).map(|joint| stands(experiment, &motion, joint)).collect();
+    let stands = resting_joints(experiment, &motion, limits);
     let equation = |context: &Context<'_>, matrix| {
         torque_equation(context, matrix, filtered_torque(context)?, &motion)
     };
@@ -142,16 +139,16 @@ pub fn payload(
     let (values, covariance) = equation.solved(&context, of_arm, &floors)?;
 
     let after = arm.residuals(&sums.loaded(&parameters, &values));
-    let load = Load::from_sums(&sums, &values, &covariance);
+    let load = Load::from_sums(&sums, &values, &covariance, limits);
     let values_found = (0..values.len()).map(|k| Uncertain {
         value: values[k],
         standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
     });
     let [without_effect, unidentifiable] = sums.unidentifiable();
     Ok(Payload {
-        presence: Presence::limit(load.mass_kg, &values, &covariance)?,
-        body: body(&sums, &load, &values, &covariance, declared)?,
-        declared: Comparison::compare(declared, &sums, &values, &covariance)?,
+        presence: Presence::limit(load.mass_kg, &values, &covariance, limits)?,
+        body: body(&sums, &load, &values, &covariance, declared, limits)?,
+        declared: Comparison::compare(declared, &sums, &values, &covariance, limits)?,
         load,
         parameters: (sums.names().into_iter().zip(sums.units()).zip(values_found))
             .map(|((name, unit), found)| LoadParameter { name, unit, found })
@@ -196,12 +193,15 @@ fn standing_rows(stands: &[bool], arm: &Observations) -> impl Iterator<Item = Ra
     standing.map(|joint| arm.joint_rows(joint))
 }
 
-/// True if a joint is at rest along the counted samples.
-fn stands(experiment: &Experiment, motion: &Motion, joint: usize) -> bool {
-    let places = experiment.counted_samples().map(|k| motion.position[(k, joint)]);
+/// Returns for each joint if it is at rest along the counted samples.
+fn resting_joints(experiment: &Experiment, motion: &Motion, limits: &PayloadLimits) -> Vec<bool> {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
-    let [low, high] = places.fold(none, |[low, high], q| [low.min(q), high.max(q)]);
-    high - low < STANDS
+    let columns = motion.position.column_iter().map(|positions| {
+        let counted = experiment.counted_samples().map(|k| positions[k]);
+        let [low, high] = counted.fold(none, |[low, high], q| [low.min(q), high.max(q)]);
+        high - low < limits.rest_travel
+    });
+    columns.collect()
 }
 
 /// Returns L (b × b) of C = L Lᵀ in the order of the equation: δβ = L u with u ~ N(0, 1).
@@ -278,10 +278,11 @@ fn body(
     values: &DVector<f64>,
     covariance: &DMatrix<f64>,
     declared: Declared,
+    limits: &PayloadLimits,
 ) -> Result<Option<LoadBody>, PayloadError> {
     let (ten, _) = sums.ten(values, covariance);
     let estimate = Body::from_parameters(core::array::from_fn(|k| ten[k]));
-    let seen = load.mass_kg.filter(Uncertain::is_seen).map(|mass| mass.value);
+    let seen = load.mass_kg.filter(|mass| mass.is_seen(limits)).map(|mass| mass.value);
     let is_the_estimate = values.len() == 10 && seen.is_some() && estimate.is_possible();
     let (body, cost) = if is_the_estimate {
         (estimate, 0.0)
@@ -301,6 +302,6 @@ fn body(
         inertia_kg_m2: [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| inertia[at]),
         is_the_estimate,
         cost,
-        cost_limit: cost_limit(values.len()),
+        cost_limit: cost_limit(values.len(), limits),
     }))
 }

@@ -4,9 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::equation::LoadSums;
-
-/// A mass below this number of its standard deviations may be zero, and has no centre.
-const SEEN: f64 = 3.0;
+use crate::identification::problem::PayloadLimits;
 
 /// Value with its standard deviation, in one unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +71,7 @@ impl Load {
         sums: &LoadSums,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
+        limits: &PayloadLimits,
     ) -> Self {
         // Indices among the ten.
         const MX: usize = 6;
@@ -91,7 +90,7 @@ impl Load {
         };
         let m = ten[M];
         let mass_kg = uncertain(m, &[(M, 1.0)]);
-        let Some(mass) = mass_kg.filter(Uncertain::is_seen) else {
+        let Some(mass) = mass_kg.filter(|mass| mass.is_seen(limits)) else {
             return Self { mass_kg, centre_m: [None; 3], inertia_kg_m2: [None; 6] };
         };
         let c = [0, 1, 2].map(|k| ten[MX + k] / mass.value);
@@ -122,12 +121,12 @@ impl Load {
 
 impl Uncertain {
     /// True if the value is significantly above 0.
-    pub fn is_seen(&self) -> bool {
-        self.value > SEEN * self.standard_deviation
+    pub fn is_seen(&self, limits: &PayloadLimits) -> bool {
+        self.value > limits.deviations * self.standard_deviation
     }
 
     /// True if the value differs significantly from 0, in either direction.
-    pub fn differs_from_none(&self) -> bool {
-        self.value.abs() > SEEN * self.standard_deviation
+    pub fn differs_from_none(&self, limits: &PayloadLimits) -> bool {
+        self.value.abs() > limits.deviations * self.standard_deviation
     }
 }

@@ -7,14 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use super::equation::LoadSums;
 use super::error::PayloadError;
 use super::load::Uncertain;
-
-/// Probability of reporting a correct load as wrong or an absent load as present: that of 3
-/// standard deviations.
-const SELDOM: f64 = 0.0027;
-/// Share of the masses compatible with the estimate that is below the limit.
-const BELOW_LIMIT: f64 = 0.95;
-/// Share of all records in which the cost of the true body stays below the χ² limit.
-const CONSISTENT_PROBABILITY: f64 = 0.99;
+use crate::identification::problem::PayloadLimits;
 
 /// Declared values of the load, which are compared with the estimate. If the estimate has no such
 /// value, the search for bodies starts there.
@@ -50,8 +43,8 @@ impl Distance {
     }
 
     /// True if the distance is not by chance.
-    pub fn is_significant(&self) -> bool {
-        self.probability < SELDOM
+    pub fn is_significant(&self, limits: &PayloadLimits) -> bool {
+        self.probability < limits.chance_probability
     }
 }
 
@@ -75,23 +68,29 @@ impl Presence {
         mass_kg: Option<Uncertain>,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
+        limits: &PayloadLimits,
     ) -> Result<Self, PayloadError> {
         let from_none = Distance::mass_presence(values, covariance.clone())?;
-        let seen = mass_kg.map_or(from_none.is_significant(), |mass| mass.is_seen());
+        let seen = match mass_kg {
+            Some(mass) => mass.is_seen(limits),
+            None => from_none.is_significant(limits),
+        };
         Ok(Self {
             seen,
             mass_deviations: mass_kg.map(|mass| mass.deviations_from(0.0)),
-            mass_limit_kg: mass_kg.filter(|of| !of.differs_from_none()).map(limit),
+            mass_limit_kg: mass_kg
+                .filter(|of| !of.differs_from_none(limits))
+                .map(|mass| limit(mass, limits)),
             from_none,
         })
     }
 }
 
 /// Returns the quantile of a normal variable that is known to be non-negative.
-fn limit(mass: Uncertain) -> f64 {
+fn limit(mass: Uncertain, limits: &PayloadLimits) -> f64 {
     let normal = Normal::standard();
     // Probability above the limit: this share of the probability above 0.
-    let above = (1.0 - BELOW_LIMIT) * normal.sf(-mass.deviations_from(0.0));
+    let above = (1.0 - limits.mass_limit_probability) * normal.sf(-mass.deviations_from(0.0));
     mass.value - mass.standard_deviation * normal.inverse_cdf(above)
 }
 
@@ -118,6 +117,7 @@ impl Comparison {
         sums: &LoadSums,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
+        limits: &PayloadLimits,
     ) -> Result<Option<Self>, PayloadError> {
         const MASS: usize = 9;
         const FIRST_MOMENT: usize = 6;
@@ -148,13 +148,14 @@ impl Comparison {
             deviations.next()
         });
         let together = Distance::mass_presence(&off, covariance.clone())?;
-        let within = !together.is_significant();
+        let within = !together.is_significant(limits);
         Ok(Some(Self { mass_deviations, centre_deviations, together, within }))
     }
 }
 
 /// Returns the limit that the cost of the true body stays below, for this number of identifiable
 /// sums.
-pub(super) fn cost_limit(sums: usize) -> f64 {
-    ChiSquared::new(sums as f64).map_or(f64::INFINITY, |of| of.inverse_cdf(CONSISTENT_PROBABILITY))
+pub(super) fn cost_limit(sums: usize, limits: &PayloadLimits) -> f64 {
+    let distribution = ChiSquared::new(sums as f64);
+    distribution.map_or(f64::INFINITY, |of| of.inverse_cdf(limits.body_probability))
 }

@@ -1,5 +1,6 @@
 //! What is given: an experiment, and the options of its identification.
 
+mod closed_loop_limits;
 mod context;
 mod error;
 mod experiment;
@@ -10,12 +11,14 @@ mod iteration_error;
 mod limits;
 mod method;
 mod options;
+mod payload_limits;
 mod search;
 mod selection;
 mod simulation;
 mod tolerances;
 mod uses;
 
+pub use closed_loop_limits::ClosedLoopLimits;
 pub(crate) use context::Context;
 pub use error::IdentificationError;
 pub use experiment::Experiment;
@@ -27,6 +30,7 @@ pub use iteration_error::IterationError;
 pub use limits::{LimitError, VerdictLimits};
 pub use method::{Method, UnknownMethod};
 pub use options::{DecimationFilter, Options, PositionFilter};
+pub use payload_limits::PayloadLimits;
 pub use search::{CutoffSearch, FrictionSearch};
 pub use selection::Selection;
 pub use simulation::{

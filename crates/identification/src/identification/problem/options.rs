@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::closed_loop_limits::ClosedLoopLimits;
 use super::error::IdentificationError;
 use super::fixed::KeptParameters;
 use super::limits::VerdictLimits;
 use super::method::Method;
+use super::payload_limits::PayloadLimits;
 use super::search::{CutoffSearch, FrictionSearch};
 use super::selection::Selection;
 use super::simulation::SimulationOptions;
@@ -64,6 +66,12 @@ pub struct Options {
     /// Options of the search for the position filter's cut-off frequency.
     #[serde(skip)]
     pub cutoff_search: CutoffSearch,
+    /// Limits beyond which a result of the closed loop is not that of the arm.
+    #[serde(skip)]
+    pub closed_loop_limits: ClosedLoopLimits,
+    /// Limits of the judgement of a load.
+    #[serde(skip)]
+    pub payload_limits: PayloadLimits,
 }
 
 impl Options {
@@ -84,6 +92,8 @@ impl Options {
             simulation: SimulationOptions::default(),
             friction_search: FrictionSearch::default(),
             cutoff_search: CutoffSearch::default(),
+            closed_loop_limits: ClosedLoopLimits::default(),
+            payload_limits: PayloadLimits::default(),
         }
     }
 

@@ -6,33 +6,21 @@ use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::judgement::{Estimate, Output, Reason};
 use crate::identification::problem::Context;
 
-/// Ratio of the torque error to the noise of the equation error above which it is no noise. Both
-/// are about the same if the models are right. A simulated motion adds the controller's response to
-/// the noise.
-const MAX_NOISE_RATIO: f64 = 3.0;
-
-/// Least significance of an IDIM-LS parameter that counts as known, in standard deviations from
-/// zero.
-const SIGNIFICANT_DEVIATIONS: f64 = 3.0;
-
-/// Largest median of their relative standard deviations if the criterion identifies them.
-const MAX_MEDIAN_RELATIVE_DEVIATION: f64 = 0.1;
-
-/// The largest median of the factors by which IDIM-LS knows them better: a motion that tells
-/// IDIM-LS no more either is no fault of the criterion.
-const MAX_MEDIAN_DEVIATION_RATIO: f64 = 3.0;
-
 /// A minimum that leaves more than the noise is not that of the arm's parameters: the torque
 /// errors, in the noise levels of the equation error, √(Σ ‖ρ_j‖²/σ_j² / (r − b)), about 1 where
 /// both models are right.
-pub(super) fn above_noise(fit: &EquationErrorFit, residuals: &DVector<f64>) -> Option<Reason> {
+pub(super) fn above_noise(
+    context: &Context<'_>,
+    fit: &EquationErrorFit,
+    residuals: &DVector<f64>,
+) -> Option<Reason> {
     let rows = residuals.len() / fit.noise_levels.len();
     let joints = residuals.as_slice().chunks(rows).zip(&fit.noise_levels);
     let sum: f64 =
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum();
     let degrees_of_freedom = residuals.len() - fit.weighted.solution.parameters.len();
     let ratio = (sum / degrees_of_freedom as f64).sqrt();
-    let noise = ratio <= MAX_NOISE_RATIO;
+    let noise = ratio <= context.options.closed_loop_limits.noise_ratio;
     (!noise).then_some(Reason::AboveNoise { ratio })
 }
 
@@ -45,19 +33,19 @@ pub(super) fn insensitive(
     estimate: &Estimate,
     fit: &EquationErrorFit,
 ) -> Option<Reason> {
+    let limits = &context.options.closed_loop_limits;
     let uncertainties = fit.standard_deviations(context);
     let well_known = (fit.weighted.solution.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
-        .filter(|((value, sd), _)| value.abs() > SIGNIFICANT_DEVIATIONS * **sd);
+        .filter(|((value, sd), _)| value.abs() > limits.significant_deviations * **sd);
     let (deviations, losses): (Vec<f64>, Vec<f64>) = well_known
         .map(|((value, sd), found)| {
             (found.standard_deviation / value.abs(), found.standard_deviation / sd)
         })
         .unzip();
     let (deviation, loss) = (median(deviations)?, median(losses)?);
-    let determined =
-        deviation <= MAX_MEDIAN_RELATIVE_DEVIATION || loss <= MAX_MEDIAN_DEVIATION_RATIO;
+    let determined = deviation <= limits.relative_deviation || loss <= limits.deviation_ratio;
     let singular_value = estimate.singular_values.min;
     (!determined).then_some(Reason::Insensitive { output, deviation, loss, singular_value })
 }
