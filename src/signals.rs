@@ -13,7 +13,7 @@ use crate::files::discard_unfinished;
 /// Exit code of a command that was ended early: the one that shells give for SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
-/// What to do.
+/// Action for a received signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// SIGTERM or SIGINT. Also SIGHUP if there is nothing to reload: a terminal was closed.

@@ -153,7 +153,7 @@ impl ClockMap {
         self.last_ns
     }
 
-    /// What was counted.
+    /// The counts.
     pub fn counters(&self) -> ClockCounters {
         self.counters
     }

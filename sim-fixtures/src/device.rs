@@ -43,9 +43,9 @@ pub enum DeviceError {
     /// Scenario and layout differ in their number of axes.
     #[error("the layout has {layout} axes, the arm {arm}")]
     Axes {
-        /// Of the layout.
+        /// Number of axes of the layout.
         layout: usize,
-        /// Of the arm.
+        /// Number of axes of the arm.
         arm: usize,
     },
     /// A bus cycle is not a whole number of controller periods.

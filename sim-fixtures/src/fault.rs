@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Fault {
     /// Cycle of the fault, from 0.
     pub cycle: u64,
-    /// What.
+    /// The action.
     pub action: FaultAction,
 }
 
@@ -19,12 +19,12 @@ pub struct Fault {
 pub enum FaultAction {
     /// A frame is lost.
     Drop {
-        /// Which.
+        /// Number of the frame.
         frame: usize,
     },
     /// A frame is sent twice.
     Duplicate {
-        /// Which.
+        /// Number of the frame.
         frame: usize,
     },
     /// The counter of this cycle is wrong by `add`; the next one is correct again.

@@ -17,7 +17,7 @@ pub enum Pace {
     Unpaced,
 }
 
-/// What was played.
+/// Result of playing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Played {
     /// Cycles.

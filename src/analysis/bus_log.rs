@@ -41,7 +41,7 @@ pub enum LogError {
         expected: Vec<FrameId>,
         /// The first identifiers of the log.
         found: Vec<FrameId>,
-        /// What was counted.
+        /// The counts.
         losses: Box<Losses>,
     },
     /// The stamps give another sample rate than the layout, or none.

@@ -59,7 +59,7 @@ pub struct FoundGain {
 /// Gains of the drives, and the arm's parameters with these gains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FoundGains {
-    /// Of every drive.
+    /// One entry per drive.
     pub gains: Vec<FoundGain>,
     /// Base parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,

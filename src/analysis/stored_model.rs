@@ -44,7 +44,7 @@ pub enum ResultError {
     Parameters {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// The problem.
         what: String,
     },
     /// The result belongs to another robot. Use the cell of its identification.
@@ -89,7 +89,7 @@ pub struct StoredModel {
 /// Verdict of a stored result on a use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedUse {
-    /// Which.
+    /// The use.
     pub of: Use,
     /// True if the result is usable for it; `None` if that is unknown.
     pub applicable: Option<bool>,

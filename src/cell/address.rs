@@ -37,7 +37,7 @@ pub enum BusAddressError {
     /// The part behind the scheme is missing or not allowed.
     #[error("`{address}` is not a bus: {reason}")]
     Name {
-        /// What was written.
+        /// The text as written.
         address: String,
         /// Problem with the name.
         reason: &'static str,
@@ -45,7 +45,7 @@ pub enum BusAddressError {
     /// No interface can have this name.
     #[error("`{address}` is not a bus: {source}")]
     Interface {
-        /// What was written.
+        /// The text as written.
         address: String,
         /// Problem with the name.
         source: InterfaceNameError,

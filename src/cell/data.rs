@@ -80,7 +80,7 @@ pub struct BagSection {
 pub struct EffortSection {
     /// `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; `"A"` or `"mA"`, of a current.
     pub unit: OneOrEach<String>,
-    /// Of a current \[N·m/A or N/A\]: the torque or force of one ampere.
+    /// Torque or force of one ampere, for a current \[N·m/A or N/A\].
     ///
     /// Required with a current.
     #[serde(default)]
@@ -140,7 +140,7 @@ pub struct DataColumns {
     /// The unit of the columns. Positions: `"rad"`, `"deg"`; of a prismatic joint `"m"`, `"mm"`.
     /// Torques: `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; of a current `"A"`, `"mA"`.
     pub unit: OneOrEach<String>,
-    /// Of a current: the torque or force of one ampere \[N·m/A or N/A\], on the side of the
+    /// Torque or force of one ampere, for a current \[N·m/A or N/A\], on the side of the
     /// transmission that `side` names. Not for positions.
     ///
     /// Required with a current.

@@ -60,7 +60,7 @@ pub struct CellFile {
     pub window: Option<WindowOptions>,
     /// Identification: parameters, method and filters.
     pub identification: IdentificationSection,
-    /// How the service runs.
+    /// Operation of the service.
     ///
     /// If left out: as its defaults say.
     #[serde(default)]
@@ -272,8 +272,8 @@ pub struct IdentificationSection {
     /// If left out: as its defaults say.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// What results are for, and so what makes one applicable: `"monitoring"`, of this arm over the
-    /// years; `"prediction"`, of the torque of any motion; `"contact-detection"`;
+    /// Intended uses of results, which decide if a result is applicable: `"monitoring"`, of this
+    /// arm over the years; `"prediction"`, of the torque of any motion; `"contact-detection"`;
     /// `"physical-values"`, for comparison with a data sheet; `"rigid-body"`, a mass matrix that
     /// can be inverted anywhere.
     #[serde(default = "Use::usual")]
@@ -288,7 +288,7 @@ pub struct IdentificationSection {
     /// If left out: as its defaults say.
     #[serde(default)]
     pub tolerances: Tolerances,
-    /// How the closed loop is simulated, and when the iteration ends. Needs `[controller]`.
+    /// Simulation of the closed loop, and end of the iteration. Needs `[controller]`.
     ///
     /// If left out: as its defaults say.
     #[serde(default)]

@@ -77,7 +77,7 @@ pub struct Cell {
     pub bag: Option<BagSpec>,
     /// When to identify.
     pub window: WindowOptions,
-    /// What counts as wrong before anything is fitted.
+    /// Options of the screening before anything is fitted.
     pub screening: ScreeningOptions,
     /// The method.
     pub method: Method,

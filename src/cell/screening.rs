@@ -1,4 +1,4 @@
-//! What counts as wrong before anything is fitted.
+//! Options of the screening before anything is fitted.
 
 /// Options of the checks of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -33,7 +33,7 @@ pub struct Finding {
     pub severity: Severity,
     /// Key of the cell file that it concerns.
     pub key: String,
-    /// What is found.
+    /// The finding.
     pub what: String,
     /// Remedy.
     pub remedy: String,

@@ -66,7 +66,7 @@ pub enum FolderError {
     WritableByGroup {
         /// The folder.
         folder: PathBuf,
-        /// Whose it is.
+        /// Its group.
         group: u32,
         /// Group of the service.
         own: u32,

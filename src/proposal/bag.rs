@@ -93,7 +93,7 @@ pub(super) fn propose(
     Ok(())
 }
 
-/// Whose time counts, and the rate by it \[messages/s\].
+/// Returns the clock of the samples, and the rate by it \[messages/s\].
 fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
     match topic {
         Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (

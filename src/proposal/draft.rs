@@ -172,7 +172,7 @@ fn as_toml(answer: &str) -> String {
 }
 
 impl Proposal {
-    /// What is open.
+    /// Returns the missing entries.
     pub fn missing(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().filter(|entry| entry.standing == Standing::Missing)
     }

@@ -41,7 +41,7 @@ pub struct Window {
     pub samples: Vec<JointSample>,
     /// Range of the counted samples; the others are margin for the edges of the filters.
     pub counted: Range<usize>,
-    /// What ended it.
+    /// Reason for its end.
     pub end: WindowEnd,
     /// Recording time of its first sample, if known.
     pub start: Option<RecordingStart>,

@@ -39,13 +39,13 @@ pub enum NoteError {
         range.start(), range.end()
     )]
     Implausible {
-        /// Which.
+        /// Name of the value.
         what: &'static str,
         /// The number.
         value: f64,
         /// Its unit.
         unit: &'static str,
-        /// What is allowed.
+        /// Allowed range.
         range: RangeInclusive<f64>,
     },
     /// The text is empty, too long, or has control characters.

@@ -20,7 +20,7 @@ const MOST: u64 = 4 << 30;
 pub(super) struct Input {
     /// Name shown to people.
     shown: PathBuf,
-    /// What is opened.
+    /// The opened file.
     path: PathBuf,
     /// Copy of a stream. It is a file without a name, so nothing remains however this process ends.
     copy: Option<File>,

@@ -1,4 +1,4 @@
-//! How long a measurement may be on this machine.
+//! Largest measurement that fits this machine.
 
 use crate::free_memory::free_memory;
 

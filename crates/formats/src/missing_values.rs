@@ -6,9 +6,9 @@ use core::fmt;
 /// Rows or messages left out because they miss a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissingValues {
-    /// How many.
+    /// Number of rows with missing values.
     pub missing: usize,
-    /// Of how many.
+    /// Number of all rows.
     pub of: usize,
     /// `rows` or `messages`.
     pub what: &'static str,

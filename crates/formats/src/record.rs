@@ -43,14 +43,14 @@ impl Piece {
     }
 }
 
-/// What was recorded, cut where samples are missing and where a drive's mode changes.
+/// A recording, cut where samples are missing and where a drive's mode changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// The pieces in their order; at least one.
     pub parts: Vec<Piece>,
-    /// What was done for a uniform grid.
+    /// Changes made for a uniform grid.
     pub resampled: Resampled,
-    /// What was left out because it lacks a value.
+    /// Rows left out because they lack a value.
     pub missing_values: Option<MissingValues>,
     /// When its first sample was recorded, where its stamps say so.
     pub start: Option<RecordingStart>,
@@ -76,7 +76,7 @@ impl Record {
         last.filter(|_| self.parts.is_empty()).map(|piece| piece.measurement)
     }
 
-    /// What has to be known of it, if anything.
+    /// Returns notes for the reader, if there are any.
     pub fn notes(&self) -> Vec<String> {
         let missing_values = self.missing_values.as_ref().map(ToString::to_string);
         let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());

@@ -16,8 +16,8 @@ pub struct RecordingStart {
     unix_ms: u64,
 }
 
-/// 2000-01-01T00:00:00Z. What is before it counts from the start of a machine or of a recording, or
-/// is of a clock that nobody has set.
+/// 2000-01-01T00:00:00Z. Earlier times count from the start of a machine or of a recording, or come
+/// from a clock that nobody has set.
 const FIRST_MS: i128 = 946_684_800_000;
 /// The end of the year 9999: later instants have no text.
 const LAST_MS: i128 = 253_402_300_799_999;

@@ -40,7 +40,7 @@ const ROWS: usize = 16;
 /// of so many signals: 28 parameters on six joints.
 const SIGNALS: usize = 28 * N;
 
-/// What is counted. By its name, so that it must stay a function.
+/// The measured kernel. By its name, so that it must stay a function.
 #[inline(never)]
 fn measured(kernel: &mut dyn FnMut()) {
     kernel();

@@ -26,7 +26,7 @@ pub(crate) struct Configuration {
     pub(crate) state_directory: PathBuf,
     /// Broker that receives the messages.
     pub(crate) broker: Broker,
-    /// Whose it is.
+    /// The cabinets of one owner.
     pub(crate) cabinets: Vec<CabinetSection>,
 }
 

@@ -35,7 +35,7 @@ pub(crate) enum LedgerError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// Version of the layouts: it changes when a key changes its meaning or is removed.
 const VERSION: u32 = 1;
 
-/// Of every message.
+/// Fields of every message.
 #[derive(Debug, Serialize)]
 pub(crate) struct Envelope<'a, T> {
     schema: &'static str,

@@ -190,7 +190,7 @@ impl Assembler {
         Some(ready.sample)
     }
 
-    /// What was counted.
+    /// The counts.
     pub fn losses(&self) -> &Losses {
         &self.state.losses
     }

@@ -83,7 +83,7 @@ pub enum CaptureError {
         path: PathBuf,
         /// Offset of the block's first byte.
         offset: u64,
-        /// What is wrong.
+        /// The problem.
         what: &'static str,
     },
 }

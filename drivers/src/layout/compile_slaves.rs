@@ -67,7 +67,7 @@ fn check(spec: &LayoutSpec) -> Result<(), LayoutError> {
 
 /// Position and format of an object that was found.
 struct Found {
-    /// Of which datagram.
+    /// Number of the datagram.
     command: usize,
     /// Offset from the datagram's first bit.
     bit: u64,

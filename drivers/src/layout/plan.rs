@@ -103,7 +103,7 @@ pub enum Unreadable {
 /// One signal of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extraction {
-    /// What it is.
+    /// Its quantity.
     pub quantity: Quantity,
     /// Axis of the signal, from 0.
     pub axis: usize,

@@ -60,8 +60,8 @@ pub struct LayoutSpec {
     /// If left out: one packed message.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sync: Option<String>,
-    /// How bus cycles are counted. `"stamps"`: by the times of the frames, which have to be within
-    /// half a period of their place, so that a missing SYNC and a wrong rate are noticed.
+    /// Method of counting bus cycles. `"stamps"`: by the times of the frames, which have to be
+    /// within half a period of their place, so that a missing SYNC and a wrong rate are noticed.
     /// `"frames"`: each SYNC or packed frame is the next cycle, however late it is stamped, for
     /// adapters and virtual machines that deliver in bursts.
     #[serde(default)]
@@ -331,10 +331,10 @@ pub enum TorqueValidity {
     /// loop holds until the next one.
     #[serde(rename = "held")]
     ZeroOrderHold {
-        /// How long a command acts \[µs\]: as a rule the cycle of the position controller; 0 to ten
-        /// periods of the samples.
+        /// Time for which a command acts \[µs\], as a rule the cycle of the position controller; 0
+        /// to ten periods of the samples.
         hold_us: f64,
-        /// How much later than the instant of the sample it starts to act \[µs\]; 0 to ten periods
+        /// Time from the instant of the sample to the start of its action \[µs\]; 0 to ten periods
         /// of the samples.
         delay_us: f64,
     },

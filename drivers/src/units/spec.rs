@@ -19,16 +19,16 @@ pub struct DriveSpec {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionGain {
-    /// What one unit of the value is: one of the forms below.
+    /// Size of one unit of the value: one of the forms below.
     pub scale: PositionScale,
     /// 1, or −1 where the drive counts against the direction of the robot file.
     pub sign: Sign,
     /// The value, in the unit of the DBC file or of the object, at which the motor angle of the
     /// robot file is 0 \[unit of the signal\].
     pub zero: f64,
-    /// What to do where the integer starts again. `"refuse"`: the axis never reaches the end of the
-    /// range, and a jump of half of it is out of range. `"modulo"`: the difference from `zero` is
-    /// taken modulo the range, to ± half of it, for axes that travel less than the range.
+    /// Treatment of a wrap of the integer. `"refuse"`: the axis never reaches the end of the range,
+    /// and a jump of half of it is out of range. `"modulo"`: the difference from `zero` is taken
+    /// modulo the range, to ± half of it, for axes that travel less than the range.
     pub wraps: Wraps,
     /// Source of the numbers: a data sheet with its page, an object read from the drive, a
     /// measurement. Never empty.
@@ -68,7 +68,7 @@ pub enum Wraps {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueGain {
-    /// What one unit of the value is: one of the forms below.
+    /// Size of one unit of the value: one of the forms below.
     pub scale: TorqueScale,
     /// 1, or −1 if the drive's torque is against the direction of the robot file.
     pub sign: Sign,
@@ -91,7 +91,7 @@ pub enum TorqueScale {
     PerMilleOfRatedCurrent {
         /// Rated current of the motor (6075h) \[A\].
         rated_current_a: f64,
-        /// Which value of the current that is: effective value or amplitude.
+        /// Kind of that current: effective value or amplitude.
         current_is: CurrentValue,
         /// Torque constant of the motor \[N·m/A\].
         torque_constant_nm_per_a: f64,

@@ -66,7 +66,7 @@ pub enum Of {
     Cut,
 }
 
-/// Which frames.
+/// Role of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "named as the roles of a layout")]

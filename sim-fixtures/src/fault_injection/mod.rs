@@ -20,7 +20,7 @@ use crate::{CycleEncoder, CycleError};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InjectedFault {
-    /// What.
+    /// The action.
     pub action: Action,
     /// First cycle, from 0.
     #[serde(default)]
@@ -44,7 +44,7 @@ pub enum FaultInjectionError {
     Axis {
         /// The axis.
         axis: usize,
-        /// Of the arm.
+        /// Number of axes of the arm.
         axes: usize,
     },
     /// A value does not fit its signal. Choose a smaller fault.

@@ -46,7 +46,7 @@ struct Parameter<'a> {
     value: f64,
     /// Standard deviation from data and prior together.
     standard_deviation: f64,
-    /// What decides it.
+    /// Source of its value.
     decided_by: Class,
     share_of_data: f64,
 }

@@ -41,7 +41,7 @@ pub enum LawError {
     Changes {
         /// The joint.
         joint: JointIndex,
-        /// Which gain.
+        /// Name of the gain.
         what: &'static str,
         /// Smallest value.
         least: f64,

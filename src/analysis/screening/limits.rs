@@ -48,7 +48,7 @@ pub enum Cause {
 pub struct Beyond {
     /// Number of the joint.
     pub joint: JointIndex,
-    /// What.
+    /// The limited quantity.
     pub limited: Limited,
     /// Time of the sample \[s after the first sample\].
     pub time_s: f64,

@@ -38,7 +38,7 @@ pub enum BaselineError {
     /// user owns.
     #[error("cannot {action} {}: {cause}; run the command as the service's user", path.display())]
     Io {
-        /// What was tried.
+        /// The attempted operation.
         action: &'static str,
         /// On which path.
         path: PathBuf,
@@ -64,7 +64,7 @@ pub enum BaselineError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
 }

@@ -18,7 +18,7 @@ pub enum ChooseError {
     /// verdicts.
     #[error("no result in the history is usable for monitoring; {available}")]
     NoneGood {
-        /// What there is.
+        /// The available ones.
         available: String,
     },
     /// The result is not usable for monitoring. Choose another.
@@ -35,7 +35,7 @@ pub enum ChooseError {
     Unknown {
         /// Requested number.
         result: u64,
-        /// What there is.
+        /// The available ones.
         available: String,
     },
 }

@@ -18,7 +18,7 @@ pub enum FleetError {
     File {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// The problem.
         source: LongTableError,
     },
     /// A field is not a number.
@@ -29,7 +29,7 @@ pub enum FleetError {
         file: PathBuf,
         /// The column.
         column: &'static str,
-        /// What stands there.
+        /// Text found there.
         text: String,
     },
     /// Too few arms. Name the files of more.

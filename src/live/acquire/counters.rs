@@ -12,7 +12,7 @@ pub struct Counter {
     pub label: &'static str,
     /// Name as a metric.
     pub metric: &'static str,
-    /// What it counts.
+    /// Its meaning.
     pub help: &'static str,
     /// The count.
     pub count: u64,

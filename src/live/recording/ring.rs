@@ -27,7 +27,7 @@ pub enum RingError {
     /// The file system refused. Check the permissions of the folder and the free space.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
-        /// What was tried.
+        /// The attempted operation.
         action: &'static str,
         /// On which path.
         path: PathBuf,

@@ -24,7 +24,7 @@ pub enum RecordingState {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecordingStatus {
-    /// What it does.
+    /// Its state.
     pub state: RecordingState,
     /// Reason of the last failure, with the remedy if there is one.
     pub why: Option<String>,

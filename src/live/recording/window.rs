@@ -32,7 +32,7 @@ pub struct RecordedWindow {
     pub last_stamp_ns: u64,
     /// Samples, margins included.
     pub samples: usize,
-    /// What ended it.
+    /// Reason for its end.
     pub end: WindowEnd,
     /// Time at which the first sample was recorded, as in the result. `None` if unknown.
     pub start: Option<RecordingStart>,

@@ -24,7 +24,7 @@ pub enum StreamError {
         folder: PathBuf,
         /// Memory needed by the next ports.
         needed_bytes: u64,
-        /// What is free.
+        /// Available memory.
         available_bytes: u64,
     },
     /// The kernel could not provide the pages of the mapped shared memory. Most likely it became
@@ -36,7 +36,7 @@ pub enum StreamError {
     Prefault {
         /// The tmpfs.
         folder: &'static str,
-        /// What was mapped.
+        /// Mapped memory.
         mapped_bytes: u64,
         /// The kernel's error.
         cause: std::io::Error,
@@ -44,7 +44,7 @@ pub enum StreamError {
     /// The memory maps of the process or the free space of a file system cannot be read.
     #[error("cannot read {}: {cause}", path.display())]
     Inspect {
-        /// What was read.
+        /// The file that was read.
         path: PathBuf,
         /// The kernel's error.
         cause: std::io::Error,
@@ -89,7 +89,7 @@ pub enum StreamError {
     /// Sending, receiving or waiting failed in the library. Restart the process.
     #[error("{operation} on {name} failed: {cause}")]
     Transport {
-        /// What was tried.
+        /// The attempted operation.
         operation: &'static str,
         /// Name of the service.
         name: &'static str,

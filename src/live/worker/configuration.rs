@@ -32,7 +32,7 @@ pub type FindLoad = Arc<dyn Fn(&Baseline, &Window) -> Result<FoundLoad, Refusal>
 pub struct Configuration {
     /// Window settings. Their sample rate is that of the stream.
     pub windows: WindowPlan,
-    /// What identifies one.
+    /// Function that identifies a window.
     pub identify: Identify,
     /// Function that finds the load in a window. With `None` no load is searched for.
     pub find_load: Option<FindLoad>,

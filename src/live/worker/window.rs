@@ -26,12 +26,12 @@ pub enum Loss {
     },
     /// Frames dropped before they were read. It is unknown which ones.
     QueueDrops {
-        /// How many.
+        /// Number of frames.
         frames: u64,
     },
     /// Batches overwritten in the buffer because this worker was too slow.
     StreamOverflow {
-        /// How many.
+        /// Number of batches.
         batches: u64,
     },
     /// The acquisition was restarted.

@@ -209,7 +209,7 @@ impl HistoryReport<'_> {
         {
             let offset = baseline.days_after(start);
             let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
-            // Of an earlier trend, only the part in the shown period is drawn.
+            // If an earlier trend is longer, only the part in the shown period is drawn.
             let (from, to) = (span.0.max(first - offset), span.1.min(last - offset));
             if from > to {
                 return;

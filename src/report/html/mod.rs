@@ -44,8 +44,8 @@ pub struct Report<'a> {
     pub origin: &'a Origin,
     /// Predictions for its motion; empty if no design was named.
     pub expectation: &'a [ExpectedParameter],
-    /// What the result lacks and which motions bring it, in words
-    /// ([`lacking_text`](super::missing_text)); empty where that was not asked.
+    /// Missing information and the motions that provide it, in words
+    /// ([`lacking_text`](super::missing_text)); empty if it was not requested.
     pub advice: &'a str,
 }
 

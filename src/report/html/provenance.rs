@@ -32,7 +32,7 @@ pub struct Origin {
 pub enum SampleRange {
     /// Samples of a complete piece of a measurement.
     Measurement {
-        /// Which count.
+        /// Range of counted samples.
         counted: Range<usize>,
         /// Their rate \[Hz\].
         rate_hz: f64,

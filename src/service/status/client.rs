@@ -57,7 +57,7 @@ pub enum ClientError {
     NotAStatus {
         /// The path.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         cause: serde_json::Error,
     },
     /// The service has another version. Use the program of that version.

@@ -35,7 +35,7 @@ pub enum ListenError {
         path: PathBuf,
         /// The group.
         group: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The name belongs to a file that is not a socket. Remove it, or give another path.

@@ -110,7 +110,7 @@ pub enum ServiceEnd {
 /// The reason for the end, and the last status before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceReport {
-    /// How it ended.
+    /// Reason for its end.
     pub end: ServiceEnd,
     /// The counts at the end.
     pub snapshot: Snapshot,
@@ -134,7 +134,7 @@ pub enum ServiceError {
     /// The system cannot provide a runtime, thread or signal handler.
     #[error("cannot {action}: {cause}")]
     System {
-        /// What was tried.
+        /// The attempted operation.
         action: &'static str,
         /// The system's error.
         cause: std::io::Error,
@@ -142,7 +142,7 @@ pub enum ServiceError {
     /// A thread panicked. Its message is in the log. Report it.
     #[error("the {thread} thread panicked: see the log above")]
     Panicked {
-        /// Which.
+        /// Name of the thread.
         thread: &'static str,
     },
     /// A control socket is configured without an estimation to control.

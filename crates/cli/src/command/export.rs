@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// The result: a file that the service stored, or the output of `didim identify --json`
     #[arg(long, value_name = "FILE")]
     result: PathBuf,
-    /// What is written
+    /// Format of the export
     #[arg(long, value_name = "FORMAT", value_parser = formats())]
     to: Format,
     /// The file; standard output when left out

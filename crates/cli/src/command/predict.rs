@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     report: Option<PathBuf>,
 }
 
-/// What `--json` prints.
+/// Output of `--json`.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]

@@ -12,7 +12,7 @@ pub enum ControlError {
         joint: JointIndex,
         /// The key in the file.
         key: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
         /// Expected value.
         expected: &'static str,
@@ -20,7 +20,7 @@ pub enum ControlError {
     /// No loop can have this bandwidth. Give a factor above 0.
     #[error("{factor} times the bandwidth: the factor must be finite and positive")]
     Bandwidth {
-        /// What was given.
+        /// The given value.
         factor: f64,
     },
     /// The sample period or the delay is invalid. Correct the named key.
@@ -28,7 +28,7 @@ pub enum ControlError {
     BadTiming {
         /// The key in the file.
         key: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
         /// Expected value.
         expected: &'static str,

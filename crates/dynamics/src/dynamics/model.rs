@@ -95,8 +95,8 @@ impl Model {
     }
 
     /// Returns the same model with friction laws that differ as much as possible at speeds of about
-    /// 1 rad/s or m/s, and loads of an arm that has all of them. Which parameters act together
-    /// depends on structure, not on the width of a law.
+    /// 1 rad/s or m/s, and loads of an arm that has all of them. Structure decides which parameters
+    /// act together; the width of a law does not.
     #[must_use]
     pub fn with_plain_friction(self) -> Self {
         let mut model = self.with_sign_model(SignModel::Sign);

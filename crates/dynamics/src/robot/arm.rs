@@ -17,7 +17,7 @@ pub struct Robot {
     pub(super) joints: Vec<Joint>,
     pub(super) transmission: Transmission,
     pub(super) friction: FrictionTerms,
-    /// Of each joint.
+    /// Friction of each joint.
     pub(super) own_friction: Vec<JointFriction>,
     /// One entry per joint; `None` without a known torque.
     pub(super) known_torques: Vec<Option<KnownTorque>>,

@@ -204,13 +204,12 @@ struct RawFriction {
     /// If left out: `false`.
     load: Option<bool>,
     /// A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins \[rad/s\]; this is vs.
-    /// Of a prismatic joint the same number of m/s.
+    /// For a prismatic joint it is in m/s.
     ///
     /// If left out: no such term.
     stribeck_rad_s: Option<f64>,
     /// A term `fh` × z, which lags \[rad\]: after a reversal z goes from −1 to 1 over this way, and
-    /// stays there (Maxwell slip); less than the joint's range. Of a prismatic joint the same
-    /// number of m.
+    /// stays there (Maxwell slip); less than the joint's range. For a prismatic joint it is in m.
     ///
     /// If left out: no such term.
     hysteresis_rad: Option<f64>,

@@ -20,14 +20,14 @@ pub enum SignModel {
     Sign,
     /// The sign from a threshold on, 0 below it: for recordings with idle parts.
     DeadBand {
-        /// The speed of the joint below which there is no friction \[rad/s\]; greater than 0. Of a
-        /// prismatic joint the same number of m/s.
+        /// The speed of the joint below which there is no friction \[rad/s\]; greater than 0. For a
+        /// prismatic joint it is in m/s.
         threshold_rad_s: f64,
     },
     /// tanh(v / width): smooth, for simulations.
     Tanh {
-        /// The speed of the joint at which friction has reached 76 % \[rad/s\]; greater than 0. Of
-        /// a prismatic joint the same number of m/s.
+        /// The speed of the joint at which friction has reached 76 % \[rad/s\]; greater than 0. For
+        /// a prismatic joint it is in m/s.
         width_rad_s: f64,
     },
 }
@@ -325,14 +325,13 @@ pub(super) struct RawJointFriction {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) load: Option<bool>,
     /// A term `fh` × z, which lags \[rad\]: after a reversal z goes from −1 to 1 over this way, and
-    /// stays there (Maxwell slip); less than the joint's range. Of a prismatic joint the same
-    /// number of m.
+    /// stays there (Maxwell slip); less than the joint's range. For a prismatic joint it is in m.
     ///
     /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) hysteresis_rad: Option<f64>,
     /// A term `fs` × exp(−(speed/vs)²) × sign, which falls as motion begins \[rad/s\]; this is vs.
-    /// Of a prismatic joint the same number of m/s.
+    /// For a prismatic joint it is in m/s.
     ///
     /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,8 +1,8 @@
-//! What a standard parameter stands for: its symbol and its unit.
+//! Meaning of a standard parameter: its symbol and its unit.
 
 use super::JointKind;
 
-/// What a standard parameter stands for.
+/// Meaning of a standard parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ParameterKind {
     /// XX, inertia of the link about the origin of its frame \[kg·m²\].
@@ -89,7 +89,7 @@ impl ParameterKind {
         }
     }
 
-    /// Whether it is the coefficient of a [`FrictionLaw`](super::FrictionLaw).
+    /// Returns true for the coefficient of a [`FrictionLaw`](super::FrictionLaw).
     pub fn is_friction_law(self) -> bool {
         matches!(
             self,

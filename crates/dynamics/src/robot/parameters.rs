@@ -7,7 +7,7 @@ use super::{FrictionTerms, Joint, JointFriction, JointIndex, ParameterKind, Tran
 /// One standard parameter: its kind and the joint, link or motor it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// What it stands for.
+    /// Its meaning.
     pub kind: ParameterKind,
     /// Joint, link or motor.
     pub joint: JointIndex,

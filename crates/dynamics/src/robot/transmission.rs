@@ -123,7 +123,7 @@ impl Transmission {
         &self.ratio.matrix[motor][..self.joints]
     }
 
-    /// Whether the motor (counted from 0) is geared to more than its own joint.
+    /// Returns true if the motor (counted from 0) drives more than its own joint.
     pub fn is_coupled(&self, motor: usize) -> bool {
         self.row(motor).iter().enumerate().any(|(i, ratio)| i != motor && *ratio != 0.0)
     }

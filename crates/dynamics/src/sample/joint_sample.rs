@@ -3,7 +3,7 @@
 /// The largest number of joints an arm can have; scratch memory is sized by it.
 pub const MAX_JOINTS: usize = 8;
 
-/// What all drives said about one bus cycle, in SI units on the motor side.
+/// Data of all drives for one bus cycle, in SI units on the motor side.
 ///
 /// Entries beyond the arm's joints are zero. The sample belongs to the instant `stamp_ns` (the
 /// SYNC); when each signal is valid relative to that instant is data of the layout, not of the
@@ -21,7 +21,7 @@ pub struct JointSample {
     pub motor_torque_nm: [f64; MAX_JOINTS],
     /// Motor angle command of the controller \[rad\]; meaningful when `has_reference`.
     pub motor_reference_rad: [f64; MAX_JOINTS],
-    /// Whether every joint of this sample carries a reference.
+    /// True if every joint of this sample has a reference.
     pub has_reference: bool,
     /// Further readings that the drives reported in this cycle.
     pub readings: Readings,
@@ -42,7 +42,7 @@ impl JointSample {
     }
 }
 
-/// What a drive may tell besides, in each cycle or seldom.
+/// Additional reading of a drive, sent in each cycle or less often.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reading {
     /// Temperature of the motor \[°C\], in steps of 0.1 °C.
@@ -104,15 +104,15 @@ impl Reading {
 /// They are as fine as drives tell them and no finer: every sample of a window has room for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Readings {
-    /// Of each [`Reading`] and joint, in steps; 0 where there is none.
+    /// Value of each [`Reading`] and joint, in steps; 0 if there is none.
     pub steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
-    /// Of each [`Reading`], a bit for each joint that has one.
+    /// For each [`Reading`], one bit for each joint that has one.
     pub joints: [u8; Reading::ALL.len()],
 }
 
 impl Readings {
-    /// Takes a value in its unit, rounded to a step. What no drive says is not taken: it is no
-    /// number, or beyond 32767 steps, as ±3276.7 °C or V.
+    /// Takes a value in its unit, rounded to a step. Impossible values are ignored: NaN, or more
+    /// than 32767 steps (±3276.7 °C or V).
     pub fn set(&mut self, reading: Reading, joint: usize, value: f64) {
         let steps = (value * reading.steps_per_unit()).round();
         let place = self.steps[reading as usize].get_mut(joint);
@@ -144,7 +144,7 @@ impl Readings {
         }
     }
 
-    /// Whether a joint's mode is another one than before.
+    /// Returns true if the mode of a joint has changed.
     pub fn changes_mode(&self, before: &Self) -> bool {
         let mode = |of: &Self, joint| of.get(Reading::Mode, joint);
         (0..MAX_JOINTS).any(|joint| {
@@ -152,7 +152,7 @@ impl Readings {
         })
     }
 
-    /// Whether there is none.
+    /// Returns true if there is no reading.
     pub fn is_empty(&self) -> bool {
         self.joints == [0; Reading::ALL.len()]
     }

@@ -42,7 +42,7 @@ pub struct ClosedLoop<R> {
     pub(super) state: Vec<f64>,
     pub(super) output: StepOutput,
     pub(super) started: bool,
-    /// What ended the simulation.
+    /// The error that ended the simulation.
     pub(super) failed: Option<SimulationError>,
     /// Derivatives of the command of the newest sample.
     pub(super) computed: Vec<f64>,

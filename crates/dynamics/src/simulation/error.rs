@@ -14,19 +14,19 @@ pub enum SetupError {
     /// A list does not fit the arm. Give one value per joint (or motor, or parameter).
     #[error("{what}: {found} values where the arm needs {expected}")]
     Length {
-        /// Which list.
+        /// Name of the list.
         what: &'static str,
         /// Number that the arm needs.
         expected: usize,
-        /// What was given.
+        /// Length of the list.
         found: usize,
     },
     /// A value makes no sense. Correct the named key.
     #[error("{what} = {value} must be {expected}")]
     BadValue {
-        /// Which value.
+        /// Name of the value.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
         /// Allowed range.
         expected: &'static str,
@@ -44,7 +44,7 @@ pub enum SetupError {
     /// loop whose sensitivities are wanted.
     #[error("a loop with {what} has no sensitivities; leave them out")]
     NoSensitivity {
-        /// What the loop has.
+        /// The part that the loop has.
         what: &'static str,
     },
 }

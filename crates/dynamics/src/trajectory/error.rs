@@ -47,7 +47,7 @@ pub enum TrajectoryError {
         number: usize,
         /// The key in the file.
         key: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
     },
     /// A dwell is negative or not finite.
@@ -71,7 +71,7 @@ pub enum TrajectoryError {
         joint: JointIndex,
         /// The key in the file.
         key: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
         /// Allowed range.
         expected: &'static str,
@@ -79,7 +79,7 @@ pub enum TrajectoryError {
     /// A recorded reference is empty, ragged, not finite or has no sample rate.
     #[error("recorded reference: {reason}")]
     BadRecord {
-        /// What is wrong.
+        /// The problem.
         reason: &'static str,
     },
     /// A generator of random moves got a value that makes no sense.

@@ -97,7 +97,7 @@ pub enum BagError {
         file: PathBuf,
         /// The topic.
         topic: String,
-        /// How many.
+        /// Number of messages.
         messages: usize,
         /// The joint's name.
         joint: String,
@@ -116,9 +116,9 @@ pub enum BagError {
         topic: String,
         /// The joint's name.
         joint: String,
-        /// How often.
+        /// Number of jumps.
         jumps: usize,
-        /// Of how many.
+        /// Number of messages.
         messages: usize,
     },
     /// The times of the messages do not form a record.

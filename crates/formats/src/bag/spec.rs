@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::measurement::Side;
 
-/// Whose time counts.
+/// Clock of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BagTime {
@@ -31,6 +31,6 @@ pub struct BagSpec {
     pub side: Side,
     /// N·m or N to a 1 of each effort, its sign included.
     pub torque_scales: Vec<f64>,
-    /// Whose time counts.
+    /// Clock of the samples.
     pub time: BagTime,
 }

@@ -26,7 +26,7 @@ pub struct LeftOut {
     pub value: Option<f64>,
     /// Its SI unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Its name.
     pub what: &'static str,
     /// The joint or motor.
     pub joint: JointIndex,

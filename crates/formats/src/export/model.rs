@@ -21,7 +21,7 @@ pub enum ExportError {
         takes none below 0; export to another format"
     )]
     Negative {
-        /// What.
+        /// Name of the quantity.
         quantity: &'static str,
         /// The joint.
         joint: JointIndex,

@@ -25,7 +25,7 @@ pub enum LongValues<'a> {
 }
 
 impl LongValues<'_> {
-    /// How many.
+    /// Returns their number.
     pub fn len(&self) -> usize {
         match self {
             Self::Text(values) => values.len(),

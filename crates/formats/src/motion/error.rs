@@ -37,7 +37,7 @@ pub enum MotionError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What every format is written from.
+//! Input of every motion format.
 
 use didim_identification::excitation::Course;
 

@@ -6,7 +6,7 @@ use super::error::MotionError;
 use super::file::MotionFile;
 use super::{csv, joint_trajectory, krl, rapid, urscript};
 
-/// What a motion is written as.
+/// File format of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionFormat {
     /// Time, positions, velocities and accelerations at 500 points per second.
@@ -49,7 +49,7 @@ impl MotionFormat {
         !matches!(self, Self::Krl | Self::Rapid)
     }
 
-    /// Whether it can be written for an arm of so many joints: programs are of six axes.
+    /// Checks that the format supports this number of joints: programs have six axes.
     ///
     /// # Errors
     /// [`MotionError::SixAxes`].
@@ -63,7 +63,7 @@ impl MotionFormat {
         if joints == 6 { Ok(()) } else { Err(MotionError::SixAxes { maker, joints }) }
     }
 
-    /// Whether it has constant speeds as they are designed.
+    /// Checks that the format keeps constant speeds as designed.
     ///
     /// # Errors
     /// [`MotionError::Sweep`].

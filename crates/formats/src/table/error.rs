@@ -6,7 +6,7 @@ use super::place::Place;
 use crate::missing_values::{DisjointColumns, MissingValues};
 use crate::uniform::TimesError;
 
-/// What is wrong with the text of a table, and what to do.
+/// Formats the problem in the text of a table, and the remedy.
 fn of_text(error: &csv::Error) -> String {
     let line = |at: &Option<csv::Position>| at.as_ref().map_or(0, csv::Position::line);
     match error.kind() {
@@ -35,7 +35,7 @@ pub enum TableError {
     Io {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A Parquet file, and a build without the feature `parquet`: take the package, or build with
@@ -52,7 +52,7 @@ pub enum TableError {
     Parquet {
         /// The file.
         file: PathBuf,
-        /// What its reader said.
+        /// Error of the reader.
         what: String,
     },
     /// A column whose type has no numbers: convert it.
@@ -63,7 +63,7 @@ pub enum TableError {
         file: PathBuf,
         /// The column.
         column: String,
-        /// What its type says.
+        /// Description of the type.
         what: &'static str,
     },
     /// A time whose type says another unit than what is stated: correct `data.time.unit`.
@@ -85,7 +85,7 @@ pub enum TableError {
     Table {
         /// The file.
         file: PathBuf,
-        /// What the parser said, with the line.
+        /// Error of the parser, with the line.
         error: csv::Error,
     },
     /// The first row has numbers where names of columns belong: put a header before it.
@@ -97,7 +97,7 @@ pub enum TableError {
     NoHeader {
         /// The file.
         file: PathBuf,
-        /// What is first in it.
+        /// Its first bytes.
         found: String,
     },
     /// A header name that the format does not know: rename or remove the column.
@@ -176,7 +176,7 @@ pub enum TableError {
         file: PathBuf,
         /// The rows that lack one.
         missing_values: MissingValues,
-        /// What is wrong with the others.
+        /// The problem of the others.
         source: TimesError,
         /// Two columns that show it.
         distant: Box<DisjointColumns>,
@@ -190,7 +190,7 @@ pub enum TableError {
         place: Place,
         /// The column's header name.
         column: String,
-        /// What stands there.
+        /// Text found there.
         text: String,
     },
     /// A field that is no date, where dates are stated.
@@ -204,7 +204,7 @@ pub enum TableError {
         place: Place,
         /// The column's header name.
         column: String,
-        /// What stands there.
+        /// Text found there.
         text: String,
     },
     /// A date, where numbers are stated.
@@ -217,7 +217,7 @@ pub enum TableError {
         place: Place,
         /// The column's header name.
         column: String,
-        /// What stands there.
+        /// Text found there.
         text: String,
     },
     /// A part of a stamp that cannot be one.
@@ -230,9 +230,9 @@ pub enum TableError {
         place: Place,
         /// The column's header name.
         column: String,
-        /// What stands there.
+        /// Value found there.
         value: f64,
-        /// What was expected.
+        /// Expected content.
         wanted: &'static str,
     },
     /// Neither a `time_s` column nor a sample rate was given: give one of them.
@@ -249,7 +249,7 @@ pub enum TableError {
     Times {
         /// The file.
         file: PathBuf,
-        /// What is wrong with them.
+        /// Their problem.
         source: TimesError,
     },
     /// Time does not advance by one period per row: samples are missing or repeated there.
@@ -287,7 +287,7 @@ pub enum TableError {
     TooLong {
         /// The file.
         file: PathBuf,
-        /// What there is room for.
+        /// Number of samples that fit.
         samples: usize,
     },
     /// Fewer than two rows.

@@ -1,4 +1,4 @@
-//! Whether the times of a table are on a uniform grid, and on which.
+//! Uniform grid of a table's times.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const GRID_TOLERANCE: f64 = 0.25;
 /// A uniform grid of times.
 pub(super) struct Grid {
     pub(super) rate_hz: f64,
-    /// How far a time is off it at most \[s\].
+    /// Largest distance of a time from the grid \[s\].
     pub(super) off_s: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Which column of a table holds what, by the names in its header.
+//! Content of a table's columns, by the names in its header.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::error::TableError;
 use crate::columns::{Columns, Quantity, TimeColumns};
 use crate::measurement::Side;
 
-/// What one column of the file holds.
+/// Content of one column of the file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Column {
     /// The time in numbers.
@@ -29,7 +29,7 @@ impl Column {
     }
 }
 
-/// What the columns of a table hold, all of its columns in their order.
+/// Content of all columns of a table, in their order.
 pub(super) struct Header {
     pub(super) side: Side,
     pub(super) axes: usize,

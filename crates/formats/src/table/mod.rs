@@ -137,7 +137,7 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// The first bytes of a Parquet file.
 const PARQUET: [u8; 4] = *b"PAR1";
 
-/// Whether a file is one of Parquet, by its first bytes.
+/// Returns true for a Parquet file, by its first bytes.
 pub fn is_parquet(path: &Path) -> bool {
     let mut begin = [0; PARQUET.len()];
     File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok() && begin == PARQUET
@@ -203,7 +203,7 @@ pub struct Table {
     first_row: Place,
     /// The time of each row after the first, where there is one \[s\].
     pub time: Option<Vec<f64>>,
-    /// What the last digit of the finest of them is worth \[s\].
+    /// Value of the last digit of the finest time \[s\].
     resolution_s: f64,
     /// Instant after which they are, where it is one \[ns after 1970\].
     first_ns: Option<i128>,
@@ -673,7 +673,7 @@ mod tests {
                 ],
                 expected_start,
             ),
-            // Of which clock, nobody says.
+            // The clock is unknown.
             (
                 dates(),
                 "t",

@@ -22,7 +22,7 @@ use crate::guarded::guarded as guard;
 /// Values that are decoded at once.
 const BATCH: usize = 1 << 13;
 
-/// What a column holds, by its type.
+/// Content of a column, by its type.
 enum Holds {
     /// Numbers, of which this is the leaf, and whether they are unsigned.
     Numbers { leaf: usize, unsigned: bool },

@@ -17,7 +17,7 @@ pub(super) struct Axis {
     pub(super) is_prismatic: bool,
     /// A point on it.
     pub(super) point: Vector3<f64>,
-    /// Of length 1.
+    /// Unit vector.
     pub(super) direction: Vector3<f64>,
     /// \[rad or m\]
     pub(super) position: [f64; 2],
@@ -273,7 +273,7 @@ impl File {
             let ends = leaves.iter().filter(|(_, route)| is_end(route)).map(|(leaf, _)| *leaf);
             return Err(UrdfError::Tips { tips: self.names(&ends.collect::<Vec<_>>()) });
         }
-        // Of several frames on the last link, the first in the file.
+        // If the last link has several frames, the first in the file counts.
         let mut on_the_last = leaves.iter().filter(|(_, route)| route == chain);
         Ok(on_the_last.next().map_or(base, |(leaf, _)| *leaf))
     }

@@ -40,7 +40,7 @@ pub enum UrdfError {
     Missing {
         /// The element.
         element: String,
-        /// What it lacks.
+        /// The missing part.
         what: &'static str,
         /// Its line.
         line: usize,
@@ -48,7 +48,7 @@ pub enum UrdfError {
     /// An element or a name that may be there once.
     #[error("line {line}: {what} is there twice; keep one")]
     Twice {
-        /// Which.
+        /// Name of the value.
         what: String,
         /// Place of the second one.
         line: usize,
@@ -56,11 +56,11 @@ pub enum UrdfError {
     /// A number that is none.
     #[error("line {line}: `{text}` of `{attribute}` is not {expected}")]
     Number {
-        /// What stands there.
+        /// Text found there.
         text: String,
         /// The attribute.
         attribute: &'static str,
-        /// What should.
+        /// Expected content.
         expected: &'static str,
         /// Its line.
         line: usize,
@@ -139,7 +139,7 @@ pub enum UrdfError {
     /// No joint moves, or too many.
     #[error("{found} joints move between `{base}` and `{tip}`; an arm has 1 to {largest}")]
     Joints {
-        /// How many.
+        /// Number found.
         found: usize,
         /// The base.
         base: String,
@@ -181,12 +181,12 @@ pub enum UrdfError {
     Limit {
         /// The joint.
         joint: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
         /// Its line.
         line: usize,
     },
-    /// What hangs on a joint that is no part of the arm has an inertial that no body has.
+    /// A link behind a joint outside the arm has an inertial that no body has.
     #[error(
         "the link `{link}` hangs on joints which are no part of the arm, and its inertial is \
          incomplete or of no body; correct it, or remove it"
@@ -195,8 +195,7 @@ pub enum UrdfError {
         /// The link.
         link: String,
     },
-    /// What hangs on a joint that is no part of the arm has more of the identified body than there
-    /// is.
+    /// The links behind joints outside the arm have more mass than the identified body.
     #[error(
         "with the inertials that the file has behind joints which are no part of the arm, nothing \
          possible is left for the link `{link}`; correct those inertials, or remove them"

@@ -58,7 +58,7 @@ pub struct Bounds {
 /// Share of a limit that a motion uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Used {
-    /// Which limit.
+    /// The exceeded limit.
     pub kind: LimitKind,
     /// Joint, or the motor of this number if it is geared to several joints.
     pub joint: JointIndex,

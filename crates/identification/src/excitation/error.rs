@@ -23,7 +23,7 @@ pub enum ExcitationError {
     OpenLimit {
         /// The joint.
         joint: JointIndex,
-        /// What is limited.
+        /// Name of the limited quantity.
         what: &'static str,
         /// Key in the robot file.
         key: &'static str,
@@ -31,9 +31,9 @@ pub enum ExcitationError {
     /// A value is invalid.
     #[error("{what} = {value} must be {expected}")]
     BadValue {
-        /// What it is.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it holds.
+        /// Its value.
         value: f64,
         /// Valid values.
         expected: &'static str,
@@ -41,7 +41,7 @@ pub enum ExcitationError {
     /// A list does not have one value per joint.
     #[error("{what}: {found} values for {expected} joints")]
     Length {
-        /// What it is.
+        /// Name of the quantity.
         what: &'static str,
         /// Number of joints of the arm.
         expected: usize,
@@ -56,7 +56,7 @@ pub enum ExcitationError {
     Middle {
         /// The joint.
         joint: JointIndex,
-        /// Which limit.
+        /// The limit.
         kind: LimitKind,
         /// Share of the limit.
         share: f64,

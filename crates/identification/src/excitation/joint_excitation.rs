@@ -16,7 +16,7 @@ pub struct JointExcitation {
     pub joint: JointIndex,
     /// Reversal position \[rad or m\].
     pub to: f64,
-    /// How many times.
+    /// Number of repetitions.
     pub times: usize,
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// What is limited.
+/// Limited quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LimitKind {
     /// Position.

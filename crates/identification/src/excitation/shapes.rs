@@ -65,7 +65,7 @@ pub struct Shapes {
     /// Capsules, each with the number of its link.
     capsules: Vec<(usize, Capsule)>,
     pairs: Vec<Pair>,
-    /// Of each joint.
+    /// Kind of each joint.
     kinds: Vec<JointKind>,
     /// Pairs that are not kept apart, because they are near in every posture.
     pub always_near: Vec<(usize, Other)>,

@@ -45,9 +45,9 @@ pub struct Task {
     /// Prior information: the inverse of these parameters' covariance (b × b), 0 where nothing is
     /// known.
     pub before: DMatrix<f64>,
-    /// What is measured.
+    /// Noise of the measurement.
     pub noise: Noise,
-    /// What is wanted.
+    /// Objective of the design.
     pub aim: Aim,
 }
 

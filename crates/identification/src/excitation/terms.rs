@@ -20,7 +20,7 @@ const USUAL: usize = 3;
 /// Accuracy with which a sweep identifies a friction term of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
-    /// Which.
+    /// Kind of the parameter.
     pub kind: ParameterKind,
     /// Standard deviation of the term's largest torque along the sweep, if the joint has it in
     /// addition to the usual terms \[N·m or N\]. None if it cannot be distinguished from those

@@ -1,4 +1,4 @@
-//! How well a method predicts what it has not seen.
+//! Prediction error of a method on held-out data.
 
 use core::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::regression::{Observations, relative_errors};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// What came of it.
+/// Result of a cross-validation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossValidation {
     /// Torques of the blocks, each predicted with parameters that were found without it.
@@ -22,7 +22,7 @@ pub struct CrossValidation {
     pub in_sample: PredictionError,
     /// The samples of each block.
     pub blocks: Vec<Range<usize>>,
-    /// What was found without each block.
+    /// Estimates without each block.
     pub estimates: Vec<Estimate>,
 }
 
@@ -59,7 +59,7 @@ pub fn cross_validate(
 
     let identify = |experiment: &_| identify(method, robot, base, experiment, options);
     let full_estimate = identify(experiment)?.estimate;
-    // Of all base parameters, whichever are identified.
+    // All base parameters count, even those that are not identified.
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let rows = Rows::new(&context)?;

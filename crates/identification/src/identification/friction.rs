@@ -149,7 +149,7 @@ impl<T: FnMut()> Search<'_, T> {
     }
 
     /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those
-    /// of them that are still worth it one after the other. Whether any was.
+    /// of them that are still worth it one after the other. Returns true if a change was made.
     fn round(
         &mut self,
         best: &mut Trial,
@@ -223,7 +223,7 @@ impl<T: FnMut()> Search<'_, T> {
         }
     }
 
-    /// Takes one step at the joints that it helps. Whether there is any.
+    /// Takes one step at the joints that it helps. Returns true if a change was made.
     fn refine_by(
         &mut self,
         step: &dyn Fn(usize, &JointFriction) -> JointFriction,

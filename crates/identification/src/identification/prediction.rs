@@ -15,7 +15,7 @@ use didim_dynamics::robot::Robot;
 pub struct PredictionError {
     /// Over all joints.
     pub relative_error: f64,
-    /// Of every joint.
+    /// One entry per joint.
     pub relative_error_per_joint: Vec<f64>,
     /// Root mean square of y − Xθ of every joint \[N·m or N\].
     pub rms_error_per_joint_nm: Vec<f64>,

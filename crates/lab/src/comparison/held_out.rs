@@ -27,7 +27,7 @@ pub struct HeldOut {
 pub struct TorqueErrors {
     /// Over all joints.
     pub relative_error: f64,
-    /// Of every joint.
+    /// One entry per joint.
     pub relative_error_per_joint: Vec<f64>,
 }
 

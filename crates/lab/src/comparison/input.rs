@@ -12,7 +12,7 @@ use didim::cell::Cell;
 pub struct ComparisonInput<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// What was measured.
+    /// The measurement.
     pub measurement: &'a Measurement,
     /// The samples that count; the others are margin for the edges of the filters.
     pub counted: &'a Range<usize>,

@@ -22,9 +22,9 @@ pub struct Limits {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
-    /// Which figure.
+    /// The figure.
     pub figure: Figure,
-    /// Of which method.
+    /// The method.
     pub method: Method,
     /// The framework; decimated by default.
     #[serde(default = "decimated")]

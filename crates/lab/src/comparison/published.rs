@@ -11,7 +11,7 @@ use super::trial::{Framework, Trial};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// What was published.
+    /// The publication.
     pub source: String,
     /// The figures of every method.
     pub methods: Vec<PublishedFigures>,

@@ -1,4 +1,4 @@
-//! Which methods agree.
+//! Agreement of the methods.
 
 use super::table::{Cell, Table};
 use super::view::View;

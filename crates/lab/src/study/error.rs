@@ -88,7 +88,7 @@ pub enum StudyError {
     OtherStudy {
         /// The file.
         file: PathBuf,
-        /// What differs.
+        /// The part that differs.
         what: &'static str,
         /// Value in the file.
         there: String,

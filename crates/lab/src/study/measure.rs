@@ -9,7 +9,7 @@ pub(super) struct Measure {
     pub(super) file: &'static str,
     /// Description with the unit.
     pub(super) title: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub(super) meaning: &'static str,
     /// The figure; `None` if there is no result.
     pub(super) value: fn(&CellSummary) -> Option<f64>,

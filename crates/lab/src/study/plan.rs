@@ -26,7 +26,7 @@ pub struct Plan {
     /// deviations\]. A result above it is wrong. A correct model has 1, with 28 parameters ± 0.13.
     #[serde(default = "Plan::default_largest_rms_deviation")]
     pub largest_rms_deviation: f64,
-    /// What is compared.
+    /// The compared methods.
     pub method: Vec<MethodPlan>,
     /// Varied quantities; every level of each is combined with every level of all others.
     #[serde(default)]

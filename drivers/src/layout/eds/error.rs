@@ -37,7 +37,7 @@ pub enum EdsError {
         file: PathBuf,
         /// The section.
         section: String,
-        /// What it lacks.
+        /// The missing key.
         key: &'static str,
         /// The remedy.
         remedy: &'static str,
@@ -59,7 +59,7 @@ pub enum EdsError {
         node: u8,
         /// The object, `6064:00`.
         object: String,
-        /// What is mapped.
+        /// The mapped objects.
         mapped: Vec<String>,
     },
     /// A PDO carries the object but cannot be used.

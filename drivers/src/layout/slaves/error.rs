@@ -25,7 +25,7 @@ pub enum NetworkError {
         line: u32,
         /// The element.
         element: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// No such slave.
@@ -54,7 +54,7 @@ pub enum NetworkError {
         whose: String,
         /// The object, `6077:00`.
         object: String,
-        /// What is mapped.
+        /// The mapped objects.
         mapped: Vec<String>,
     },
     /// The start-up does not contain data that a slave needs.
@@ -68,7 +68,7 @@ pub enum NetworkError {
         file: PathBuf,
         /// The slave.
         slave: String,
-        /// What is missing.
+        /// The missing part.
         what: String,
     },
     /// No cyclic datagram covers the process data of a slave.
@@ -84,7 +84,7 @@ pub enum NetworkError {
         direction: &'static str,
         /// The slave.
         slave: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// The expected working counter is missing.

@@ -26,7 +26,7 @@ pub enum EthercatError {
     /// There is no interface of this name: correct it.
     #[error("there is no interface {interface}: `ip link` lists those there are")]
     NoInterface {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
     /// The process may not open packet sockets.
@@ -36,7 +36,7 @@ pub enum EthercatError {
          /usr/share/didim/systemd/ethercat.conf has both"
     )]
     Permission {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
         /// Error of the system.
         source: io::Error,
@@ -44,9 +44,9 @@ pub enum EthercatError {
     /// The system refused a call that should always succeed.
     #[error("cannot {what} on interface {interface}: {source}")]
     System {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
-        /// What was tried.
+        /// The attempted operation.
         what: &'static str,
         /// Error of the system.
         source: io::Error,
@@ -54,13 +54,13 @@ pub enum EthercatError {
     /// The interface is down. It is used again when it comes back.
     #[error("interface {interface} is down: `ip link set {interface} up`, or look at the tap")]
     Down {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
     /// The interface vanished. It is opened again when it is back.
     #[error("interface {interface} has disappeared: is the adapter plugged in?")]
     Gone {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
     /// The capture is complete and contains no data of the layout.
@@ -68,7 +68,7 @@ pub enum EthercatError {
     NoProcessData {
         /// The capture.
         path: PathBuf,
-        /// What it has.
+        /// Its properties.
         seen: Seen,
     },
 }

@@ -42,7 +42,7 @@ pub enum McapError {
         path: PathBuf,
         /// Offset of the record in the file; for a message, that of its chunk.
         offset: u64,
-        /// What is wrong.
+        /// The corruption.
         what: Corruption,
     },
 }

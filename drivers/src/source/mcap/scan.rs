@@ -36,7 +36,7 @@ pub struct McapScan {
     pub info: Option<McapInfo>,
     /// Chunks, in the order of the file; their content is not checked.
     pub chunks: Vec<ChunkSpan>,
-    /// How it ends.
+    /// State of its end.
     pub end: FileEnd,
     /// Its length \[bytes\].
     pub bytes: u64,

@@ -10,13 +10,13 @@ pub enum SocketCanError {
     /// No interfaces or too many were requested.
     #[error("{count} interfaces asked for: name 1 to {MAX_INTERFACES}")]
     InterfaceCount {
-        /// How many.
+        /// Number of interfaces.
         count: usize,
     },
     /// The same interface was requested twice.
     #[error("interface {interface} is named twice: name it once")]
     Twice {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
     /// There is no interface of this name: correct it, plug the adapter in, or create a virtual
@@ -26,7 +26,7 @@ pub enum SocketCanError {
          one: `ip link add {interface} type vcan && ip link set {interface} mtu 72 up`"
     )]
     NoInterface {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
         /// Names of the existing CAN interfaces, or "none".
         existing: String,
@@ -34,7 +34,7 @@ pub enum SocketCanError {
     /// The interface is something else, such as Ethernet.
     #[error("interface {interface} is not a CAN interface; CAN interfaces here: {existing}")]
     NotCan {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
         /// Names of the existing CAN interfaces, or "none".
         existing: String,
@@ -54,7 +54,7 @@ pub enum SocketCanError {
          by `RestrictAddressFamilies=AF_CAN`, in a container by the host's network"
     )]
     Permission {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
         /// Error of the system.
         source: io::Error,
@@ -66,7 +66,7 @@ pub enum SocketCanError {
          on dbitrate …` for a controller that can"
     )]
     NotFdCapable {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
         /// Largest frame \[bytes\].
         mtu: i32,
@@ -74,9 +74,9 @@ pub enum SocketCanError {
     /// The system refused a call that should always succeed.
     #[error("cannot {what} on interface {interface}: {source}")]
     System {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
-        /// What was tried.
+        /// The attempted operation.
         what: &'static str,
         /// Error of the system.
         source: io::Error,
@@ -90,14 +90,14 @@ pub enum SocketCanError {
     /// The interface is down. It is used again when it comes back.
     #[error("interface {interface} is down: `ip link set {interface} up`, or look at its bus")]
     Down {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
     /// The interface vanished, for example because its adapter was unplugged. It is opened again
     /// when it is back.
     #[error("interface {interface} has disappeared: is the adapter plugged in?")]
     Gone {
-        /// Which.
+        /// The interface.
         interface: InterfaceName,
     },
 }

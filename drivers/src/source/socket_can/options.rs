@@ -2,7 +2,7 @@
 
 use crate::frame::FrameId;
 
-/// How to listen.
+/// Options of listening.
 #[derive(Clone, Debug)]
 pub struct SocketCanOptions {
     /// True to receive CAN FD frames; every interface must support them.

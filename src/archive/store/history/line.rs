@@ -90,8 +90,8 @@ pub struct HistoryLine {
     pub method: String,
     /// True if the result may be used for every use that its cell requests.
     pub applicable: bool,
-    /// Whether it is usable for monitoring; nothing in lines of versions that had one verdict for
-    /// every use.
+    /// True if the result is usable for monitoring; `None` in lines of versions that had one
+    /// verdict for every use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monitoring: Option<bool>,
     /// Suitability for each use, by the name of the use. A use without a verdict is not included.

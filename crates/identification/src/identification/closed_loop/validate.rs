@@ -8,8 +8,8 @@ use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::{SetupError, SimulationConfig};
 
 impl Options {
-    /// Whether the loop of this robot can be simulated for records of this sample rate \[Hz\] with
-    /// torques that act then. Nothing is wrong where nothing says what controls the arm.
+    /// Checks that the loop of this robot can be simulated for records of this sample rate \[Hz\]
+    /// and torque timing. Nothing is wrong where nothing says what controls the arm.
     ///
     /// # Errors
     /// What a method that simulates would meet with any record.

@@ -1,5 +1,5 @@
-//! What the equation error says before it is judged: the result of IDIM-LS, and where the methods
-//! that simulate begin.
+//! Fit of the equation error before it is judged: the result of IDIM-LS, and the start of the
+//! methods that simulate.
 
 use core::ops::Range;
 
@@ -19,7 +19,7 @@ pub(crate) struct EquationErrorFit {
     /// The filtered measured motion.
     pub(crate) motion: Motion,
     pub(crate) observations: Observations,
-    /// Of the observation matrix without weights.
+    /// Singular values of the observation matrix without weights.
     pub(crate) unweighted: SingularValues,
     /// σ_j from the ordinary residuals.
     pub(crate) noise_levels: Vec<f64>,

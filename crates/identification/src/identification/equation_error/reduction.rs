@@ -18,16 +18,16 @@ pub struct ReductionStep {
     pub relative_standard_deviation: f64,
     /// F of the model without it and without those before, against the full model.
     pub f_statistic: f64,
-    /// How often F is as large if all these are zero in truth.
+    /// Probability of an F this large if all these parameters are zero.
     pub probability: f64,
 }
 
-/// Which base parameters a motion needs.
+/// Base parameters that a motion identifies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reduction {
     /// Below this probability a parameter stays.
     pub level: f64,
-    /// What was left out, one after the other.
+    /// Steps of the reduction, in their order.
     pub left_out: Vec<ReductionStep>,
     /// The parameter that could not be left out; none when all could but the last.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,8 @@ pub struct Reduction {
 ///
 /// Every model is solved by weighted least squares with the weights of the full one; standard
 /// deviations and F are corrected for coloured residuals. The options' own list of parameters is
-/// not looked at. What is left out is what **this motion** does not need: another motion may.
+/// not looked at. **This motion** does not need the parameters that are left out; another motion
+/// may.
 ///
 /// # Errors
 /// [`IdentificationError::Level`], and those of IDIM-LS.

@@ -30,7 +30,7 @@ pub struct UncheckedEstimate {
     pub parameters: Vec<UncheckedParameter>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
-    /// What the parameters leave of the filtered, decimated torques \[N·m or N\].
+    /// Residuals of the filtered, decimated torques \[N·m or N\].
     pub residuals: ResidualStatistics,
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Weighting {
 struct Robust {
     /// The equation with pseudo-values, without the rows that are downweighted.
     fixed: Observations,
-    /// What the parameters leave of the measurements themselves.
+    /// Residuals of the measurements.
     residuals: DVector<f64>,
     downweighted: DownweightedRows,
 }

@@ -49,7 +49,7 @@ pub enum Scale {
 /// Gains and parameters of an arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gains {
-    /// Of every drive.
+    /// One entry per drive.
     pub gains: Vec<DriveGain>,
     /// Parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,

@@ -1,15 +1,15 @@
-//! What the positions' filter and noise do to a result.
+//! Effect of the position filter and of the position noise on a result.
 
 use serde::Serialize;
 
-/// What the position filter and the noise of the positions do to the parameter that they move
-/// furthest in its standard deviations. It is part of the combined uncertainty.
+/// Effect of the position filter and of the position noise on the parameter that they move
+/// furthest, in its standard deviations. It is part of the combined uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PositionBias {
     /// Its name.
     pub parameter: String,
     /// By how many standard deviations it is off.
     pub deviations: f64,
-    /// Whether by what the filter smooths, and not by the noise that it lets through.
+    /// True if the filter's smoothing causes it, false if the noise that passes the filter does.
     pub by_filter: bool,
 }

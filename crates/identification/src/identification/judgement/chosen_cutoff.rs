@@ -5,7 +5,7 @@ use serde::Serialize;
 /// One cut-off that was tried.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CutoffTrial {
-    /// Of one pass \[Hz\].
+    /// Cut-off frequency of one pass \[Hz\].
     pub cutoff_hz: f64,
     /// Relative error over all joints on held-out pieces.
     pub held_out: f64,
@@ -17,7 +17,7 @@ pub struct CutoffTrial {
 /// The cut-off that was chosen, and what was tried, in rising order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChosenCutoff {
-    /// Of one pass \[Hz\].
+    /// Cut-off frequency of one pass \[Hz\].
     pub cutoff_hz: f64,
     /// Every cut-off with which the record could be identified.
     pub trials: Vec<CutoffTrial>,

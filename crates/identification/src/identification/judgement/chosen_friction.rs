@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use didim_dynamics::robot::{FrictionLaw, JointFriction, JointIndex, SignModel};
 
-/// What of a joint's friction was changed.
+/// Change of a joint's friction law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionChange {
@@ -19,13 +19,13 @@ pub enum FrictionChange {
 pub struct FrictionGain {
     /// The joint.
     pub joint: JointIndex,
-    /// What was changed, with the shape that it has after all changes.
+    /// The change, with the shape after all changes.
     pub change: FrictionChange,
     /// Relative error of the joint on held-out pieces, before and after.
     pub held_out: [f64; 2],
 }
 
-/// How well a model with certain friction laws predicts.
+/// Prediction error of a model with certain friction laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FrictionScore {
     /// Relative error over all joints on held-out pieces.
@@ -38,7 +38,7 @@ pub struct FrictionScore {
 /// The friction laws that were chosen.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChosenFriction {
-    /// Of each joint.
+    /// Friction of each joint.
     pub friction: Vec<JointFriction>,
     /// The changes to what the robot's file states, in the order in which they were made.
     pub gains: Vec<FrictionGain>,

@@ -1,4 +1,4 @@
-//! What an identification says.
+//! Result of an identification.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -29,7 +29,7 @@ pub const SCHEMA: u32 = 1;
 pub struct ParameterEstimate {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
-    /// Whether others are regrouped into it.
+    /// True if other parameters are regrouped into it.
     #[serde(skip)]
     pub regrouped: bool,
     /// Its SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
@@ -119,7 +119,7 @@ pub struct SingularValues {
 }
 
 impl SingularValues {
-    /// Of the matrix that was solved.
+    /// Returns the singular values of the solved matrix.
     pub(crate) fn new(solution: &Solution) -> Self {
         let (max, min) = solution.extreme_singular_values();
         Self { max, min }
@@ -153,7 +153,7 @@ pub struct ConvergenceStep {
     /// Largest difference between a parameter of the step and the simulated one, in standard
     /// deviations of the step.
     pub parameter_change: f64,
-    /// How often the step before was halved until it could be simulated.
+    /// Number of halvings of the previous step until the simulation succeeded.
     pub halvings: u32,
 }
 
@@ -170,7 +170,7 @@ pub struct Estimate {
     pub samples: usize,
     /// Rows of the observation matrix, all joints together.
     pub rows: usize,
-    /// How far the motion went, per joint.
+    /// Travel, speed and acceleration of each joint.
     pub reached_per_joint: Vec<Reached>,
     /// The cut-off of the position filter, where the data chose it and not the cell.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -186,7 +186,7 @@ pub struct Estimate {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[serde(rename = "kept")]
     pub nominal: Vec<KeptParameter>,
-    /// How the errors of the parameters go together.
+    /// Covariance of the parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<ParameterCovariance>,
     /// Condition number of the weighted, decimated observation matrix.
@@ -206,7 +206,7 @@ pub struct Estimate {
     pub relative_error_per_recording: Vec<f64>,
     /// Root mean square of the residual per joint \[N·m or N\].
     pub rms_error_per_joint_nm: Vec<f64>,
-    /// How uncertain the parameters make the torque of each joint along this motion: root mean
+    /// Torque uncertainty of each joint along this motion, caused by the parameters: root mean
     /// square of the standard deviation of X θ, relative to that of the torque.
     pub relative_prediction_deviation_per_joint: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
@@ -222,18 +222,18 @@ pub struct Estimate {
     pub effective_rows_per_joint: Vec<f64>,
     /// Delay of each joint's torque beyond the stated one; null where it is not identifiable.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// What the data say of what the model takes for known, the largest torques first.
+    /// Estimates of the nuisance parameters, those with the largest torques first.
     #[serde(rename = "freedoms")]
     pub nuisance_parameters: Vec<NuisanceEstimate>,
-    /// How uncertain the torque is where the arm has not been.
+    /// Torque uncertainty outside the recorded motion.
     #[serde(rename = "elsewhere")]
     pub extrapolation: Extrapolation,
     /// Inputs of the predicted error on another motion; none without the decimation filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_uncertainty: Option<ModelUncertainty>,
-    /// How well pieces of the motion are predicted without them.
+    /// Prediction error on held-out folds of the motion.
     pub held_out: HeldOut,
-    /// What position filter and position noise do, where that could be found.
+    /// Effect of the position filter and of the position noise, if it is known.
     pub position_bias: Option<PositionBias>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
@@ -271,12 +271,11 @@ pub struct Estimate {
     /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_instrument_correlation: Option<f64>,
-    /// What it costs that the parameters be those of bodies, where the robot's file has nominal
-    /// ones.
+    /// Cost of physical consistency, if the robot file has nominal values.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(rename = "bodies")]
     pub link_bodies: Option<PhysicalConsistency>,
-    /// Whether the result may be used.
+    /// Verdict for each use.
     pub verdict: Verdict,
 }
 
@@ -290,11 +289,11 @@ pub struct Fit {
     pub measured: Vec<Vec<f64>>,
     /// Torque predicted by the identified model for the same rows, X θ.
     pub predicted: Vec<Vec<f64>>,
-    /// What is left of the equation that was solved: `measured − predicted`, but with CLOE that of
-    /// the positions \[rad or m\].
+    /// Residuals of the solved equation: `measured − predicted`; with CLOE those of the positions
+    /// \[rad or m\].
     pub equation_residuals: Vec<Vec<f64>>,
-    /// What the autocorrelation of `equation_residuals` would be if they were white noise behind
-    /// the decimation filter, if there is one, from lag 1.
+    /// Autocorrelation that white noise would have in `equation_residuals` after the decimation
+    /// filter, from lag 1.
     pub white_noise: Vec<NoiseAutocorrelation>,
     /// Rows of each joint of whose residual less than a half counts, in rising order; nothing
     /// without robust weights.
@@ -320,7 +319,7 @@ impl FitMotion {
     /// Rows that are kept at most: twice what a panel has pixels.
     const MOST: usize = 1000;
 
-    /// Of a motion, whose rows are these samples at these times.
+    /// Creates it from a motion whose rows are these samples at these times.
     pub(super) fn new(motion: &Motion, samples: &[usize], time_s: &[f64]) -> Self {
         let every = samples.len().div_ceil(Self::MOST).max(1);
         let rows = || samples.iter().copied().step_by(every);

@@ -1,4 +1,4 @@
-//! How far the model's torque may be off where the arm has not been.
+//! Torque uncertainty outside the recorded motion.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -18,15 +18,15 @@ const STATES: usize = 1500;
 /// The same states for every result of an arm.
 const SEED: u64 = 1;
 
-/// How uncertain the torque is where the arm has not been: at positions anywhere within the arm's
-/// limits, at speeds and accelerations up to those of the record. Root mean squares.
+/// Torque uncertainty outside the recorded motion: at positions anywhere within the arm's limits,
+/// at speeds and accelerations up to those of the record. Root mean squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Extrapolation {
     /// Relative to the torque there, over all joints.
     pub relative_error: f64,
     /// The same of each joint.
     pub relative_error_per_joint: Vec<f64>,
-    /// Of each joint \[N·m or N\].
+    /// Torque error of each joint \[N·m or N\].
     pub error_per_joint_nm: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Extrapolation {
 
 /// The same states, some at a time: what is formed at them stays in the nearest caches.
 fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
-    /// Of a block, a divisor of all.
+    /// Number of samples in a block; a divisor of all.
     const BLOCK: usize = 250;
     let all_states = states.matrices();
     (0..STATES).step_by(BLOCK).map(move |first| {

@@ -1,5 +1,5 @@
-//! How well the result predicts what it was not fitted to: pieces of the motion, each with
-//! parameters found without it.
+//! Prediction error on held-out data: folds of the motion, each predicted with parameters found
+//! without it.
 //!
 //! The regressor is that of the result; a piece's rows leave the equation, and no loop is simulated
 //! anew.
@@ -25,7 +25,7 @@ pub struct HeldOut {
     pub relative_error: Option<f64>,
     /// The same of each joint.
     pub relative_error_per_joint: Vec<f64>,
-    /// What the residuals of each joint at the sample rate stay below \[N·m or N\].
+    /// Quantiles of each joint's residuals at the sample rate \[N·m or N\].
     pub quantiles_per_joint: Vec<ResidualQuantiles>,
 }
 
@@ -86,7 +86,7 @@ fn disagreement(changes: &[DVector<f64>]) -> DVector<f64> {
     DVector::from_fn(changes.first().map_or(0, DVector::len), |k, _| deviation(k))
 }
 
-/// How the parameters change without each piece; none where one cannot be left out.
+/// Returns the change of the parameters without each fold; `None` if one cannot be left out.
 fn without_each(
     folds: &Folds,
     torque: &Observations,
@@ -96,7 +96,7 @@ fn without_each(
         return None;
     }
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
-    // Which pieces each row is in or near, one bit for each.
+    // Folds that each row is in or near, one bit for each.
     let mut near = vec![0_u64; rows];
     for (row, piece) in folds.of_row.iter().enumerate() {
         let end = rows.min(row + REACH_ROWS + 1);

@@ -1,4 +1,4 @@
-//! Which part of the motion informs which parameter.
+//! Information about each parameter by part of the motion.
 
 use core::ops::Range;
 
@@ -15,7 +15,7 @@ const FEWEST_ROWS: usize = 5;
 const MOST_MOVES: usize = 30;
 const SLICES: usize = 10;
 
-/// How much of what is known of each parameter comes from each move.
+/// Share of the information about each parameter that comes from each move.
 ///
 /// The standard deviation of a parameter is `1/‖z‖`, with z the part of its column of Ω^(−1/2) X
 /// that is orthogonal to all other columns: only that tells it from the others. So the squares of z
@@ -24,7 +24,7 @@ const SLICES: usize = 10;
 pub struct Information {
     /// Begin and end of each move since the first sample \[s\].
     pub moves_s: Vec<Range<f64>>,
-    /// Whether they lie between rests; otherwise they are slices of equal length.
+    /// True if the moves lie between rests; otherwise they are slices of equal length.
     pub between_rests: bool,
     /// Shares of each parameter, one per move; they add up to 1.
     pub shares: Vec<Vec<f64>>,

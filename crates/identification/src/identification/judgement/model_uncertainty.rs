@@ -38,7 +38,7 @@ pub struct ModelUncertainty {
 pub struct PredictedError {
     /// Over all joints, relative to the measured torque.
     pub relative_error: f64,
-    /// Of every joint.
+    /// One entry per joint.
     pub relative_error_per_joint: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What it costs that the parameters be those of bodies.
+//! Cost of physical consistency.
 
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -8,15 +8,15 @@ use crate::feasibility::{
 };
 use crate::identification::problem::Context;
 
-/// What it costs that the parameters be those of bodies, near the nominal ones of the robot's file.
+/// Cost of physically consistent parameters near the nominal ones of the robot file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysicalConsistency {
-    /// What the cost says.
+    /// Judgement of the cost.
     pub judgement: Judgement,
     /// Squared distance of the nearest bodies from the parameters in their standard deviations,
     /// where the nominal ones hardly count.
     pub cost: f64,
-    /// What the cost of true bodies stays below (χ², 99 %).
+    /// Limit that the cost of true bodies stays below (χ², 99 %).
     pub cost_limit: f64,
     /// By how much bodies move each parameter, in its standard deviations, where the nominal ones
     /// count.
@@ -48,7 +48,7 @@ impl PhysicalConsistency {
         .ok()
     }
 
-    /// What a result says of them.
+    /// Summarises an outcome.
     pub(super) fn new(outcome: &Outcome, parameters: usize) -> Self {
         let shifts = outcome.shifts.iter().take(parameters);
         Self {

@@ -17,7 +17,7 @@ pub struct Reached {
 }
 
 impl Reached {
-    /// Of each joint.
+    /// Returns the reached range of each joint.
     pub(super) fn from_context(context: &Context<'_>, motion: &Motion) -> Vec<Self> {
         let range = |value: &dyn Fn(usize) -> f64| {
             let values = context.experiment.counted_samples().map(value);

@@ -40,7 +40,7 @@ pub struct Uses {
 pub struct UseVerdict {
     /// True if the result is usable for it; `None` if that cannot be decided.
     pub applicable: Option<bool>,
-    /// What decides.
+    /// The deciding figure.
     pub figure: Option<f64>,
     /// Unit of the figure; `1` is a share.
     pub unit: &'static str,

@@ -190,8 +190,8 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// What a filter makes of each recording, which it takes for the whole record: its samples,
-    /// those that count, and where it begins in the experiment.
+    /// Decimates each recording by itself: its samples, the counted ones, and its start in the
+    /// experiment.
     fn decimate_each<const N: usize>(
         &self,
         mut filter: impl FnMut(

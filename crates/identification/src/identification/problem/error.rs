@@ -81,7 +81,7 @@ pub enum IdentificationError {
         /// The name.
         name: String,
     },
-    /// What is `"auto"` is chosen by what it predicts, and no piece of the motion can be held out.
+    /// `"auto"` chooses by the prediction error on held-out folds, and no fold can be held out.
     /// Remedy: a longer or a richer motion, or a statement.
     #[error(
         "\"auto\" needs held-out parts of the motion to choose by, and none can be left out of \
@@ -103,11 +103,11 @@ pub enum IdentificationError {
     /// longer record.
     #[error("{signal} of joint {joint}: {cause}")]
     Signal {
-        /// Which signal.
+        /// Name of the signal.
         signal: &'static str,
         /// Joint.
         joint: JointIndex,
-        /// What is wrong.
+        /// The problem.
         cause: SignalError,
     },
     /// The columns of the regressor cannot be filtered. Remedy: as the cause says; usually a longer

@@ -19,7 +19,7 @@ pub enum ExperimentError {
     /// of the record against the robot file.
     #[error("the {signal} has {axes} axes where {expected} are expected")]
     Axes {
-        /// Which signal.
+        /// Name of the signal.
         signal: &'static str,
         /// Axes it has.
         axes: usize,
@@ -29,7 +29,7 @@ pub enum ExperimentError {
     /// Signals of different length. Remedy: cut them to the same window.
     #[error("the {signal} of axis {axis} has {samples} samples where {expected} are expected")]
     Samples {
-        /// Which signal.
+        /// Name of the signal.
         signal: &'static str,
         /// Axis, from 1.
         axis: usize,
@@ -44,7 +44,7 @@ pub enum ExperimentError {
     /// A value is NaN or infinite. Remedy: cut the record there; a filter would spread the hole.
     #[error("the {signal} of axis {axis} is {value} at sample {sample}")]
     NotFinite {
-        /// Which signal.
+        /// Name of the signal.
         signal: &'static str,
         /// Axis, from 1.
         axis: usize,
@@ -60,7 +60,7 @@ pub enum ExperimentError {
          both are seconds, a hold is usually one sample period", timing.hold_s, timing.delay_s
     )]
     Timing {
-        /// Which signal.
+        /// Name of the signal.
         signal: &'static str,
         /// The timing given.
         timing: SignalTiming,
@@ -70,7 +70,7 @@ pub enum ExperimentError {
     Different {
         /// Number of the recording, from 1.
         recording: usize,
-        /// What is different.
+        /// The quantity that differs.
         what: &'static str,
     },
     /// The counted samples are none, or not all in the record. Remedy: a non-empty part of

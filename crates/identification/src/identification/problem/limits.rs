@@ -79,7 +79,7 @@ pub struct LimitError {
 }
 
 impl VerdictLimits {
-    /// Whether every limit is finite and greater than 0: against NaN everything passes.
+    /// Checks that every limit is finite and greater than 0: no comparison with NaN fails.
     ///
     /// # Errors
     /// [`LimitError`] names the first that is not.

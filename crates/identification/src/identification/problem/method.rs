@@ -32,7 +32,7 @@ impl Method {
         self.names().0
     }
 
-    /// What the name stands for.
+    /// Returns the long form of the name.
     pub fn long_name(self) -> &'static str {
         self.names().1
     }
@@ -49,23 +49,23 @@ impl Method {
         }
     }
 
-    /// Whether it simulates the closed loop, and so has to know what controls the arm.
+    /// Returns true if the method simulates the closed loop, and so needs a controller.
     pub fn simulates(self) -> bool {
         self != Self::IdimLs
     }
 
-    /// Whether it descends with the sensitivities of the simulated loop, so that steps of DIDIM may
-    /// bring it near.
+    /// Returns true if the method uses the sensitivities of the simulated loop. Steps of DIDIM may
+    /// then bring it near the minimum.
     pub fn uses_sensitivities(self) -> bool {
         matches!(self, Self::Clie | Self::Cloe)
     }
 
-    /// Whether rows with large residuals may count less.
+    /// Returns true if rows with large residuals may get less weight.
     pub fn has_robust_weights(self) -> bool {
         matches!(self, Self::IdimLs | Self::Didim)
     }
 
-    /// Whether the paper has it without the decimation filter too (its table 1).
+    /// Returns true if the paper also has the method without the decimation filter (its table 1).
     pub fn has_strict_framework(self) -> bool {
         self.uses_sensitivities() || self == Self::Didim
     }

@@ -1,4 +1,4 @@
-//! What is given: an experiment, and the options of its identification.
+//! The problem: an experiment, and the options of its identification.
 
 mod closed_loop_limits;
 mod context;

@@ -32,32 +32,32 @@ pub struct Options {
     /// Parameters that are not named are taken as 0, unless they keep their nominal values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Vec<String>>,
-    /// Which parameters that are not named keep the values of the robot's file.
+    /// Parameters that keep the values of the robot file although they are not named.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep_nominal: Option<KeptParameters>,
-    /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
+    /// Loss that gives rows with large residuals less weight, for IDIM-LS and DIDIM. Plain least
     /// squares when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robust: Option<RobustLoss>,
-    /// What a result must satisfy to be called applicable.
+    /// Requirements of an applicable result.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// What results are for: a result is applicable that is good for all of these. Monitoring and
-    /// prediction unless stated.
+    /// Intended uses: an applicable result is usable for all of these. Monitoring and prediction
+    /// unless stated.
     #[serde(default = "Use::usual")]
     pub required_uses: Vec<Use>,
     /// Names of the parameters whose values are asked for; those that carry torque unless stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub required_parameters: Option<Vec<String>>,
-    /// How well known is what cell and robot state.
+    /// Tolerances of the configured values of cell and robot.
     #[serde(default)]
     pub tolerances: Tolerances,
-    /// What controls the arm, and the simulated one: methods that simulate the closed loop need it.
-    /// CLIE and CLOE keep its gains through all simulations; those that follow an inertia take the
-    /// one of IDIM-LS.
+    /// Controller of the arm and of the simulated one; methods that simulate the closed loop need
+    /// it. CLIE and CLOE keep its gains through all simulations; those that follow an inertia take
+    /// the one of IDIM-LS.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<SimulatedController>,
-    /// How the closed loop is simulated, and when the iteration ends.
+    /// Simulation of the closed loop, and end of the iteration.
     #[serde(default)]
     pub simulation: SimulationOptions,
     /// Options of the search for friction laws.
@@ -116,7 +116,7 @@ impl Options {
         self
     }
 
-    /// Which base parameters are identified, and which keep their nominal values.
+    /// Returns the base parameters that are identified, and those that keep their nominal values.
     ///
     /// # Errors
     /// Those of [`Selection::new`]; [`IdentificationError::NoNominalValue`],
@@ -141,7 +141,7 @@ impl Options {
         self.controller.as_ref().ok_or(IdentificationError::NoController { method })
     }
 
-    /// Whether uses and parameters that are asked for are there.
+    /// Checks that the required uses and parameters exist.
     ///
     /// # Errors
     /// [`IdentificationError::NoUse`] and [`IdentificationError::NotIdentified`].
@@ -162,7 +162,7 @@ impl Options {
         Err(IdentificationError::NotIdentified { name, available: selection.names().to_vec() })
     }
 
-    /// Whether a method has the robust weights that are asked for, if any are.
+    /// Checks that a method supports the configured robust loss.
     ///
     /// # Errors
     /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.

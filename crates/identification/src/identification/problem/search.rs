@@ -1,4 +1,4 @@
-//! What the searches for friction laws and for a cut-off try, and when they keep it.
+//! Options of the searches for friction laws and for a cut-off frequency.
 
 /// Options of the search for friction laws.
 #[derive(Clone, Debug, PartialEq)]

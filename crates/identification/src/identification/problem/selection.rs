@@ -1,4 +1,4 @@
-//! Which base parameters are identified.
+//! Selection of the identified base parameters.
 
 use nalgebra::DVector;
 
@@ -93,12 +93,12 @@ impl Selection {
         &self.columns
     }
 
-    /// What each is named after.
+    /// Returns the kind of each parameter.
     pub fn kinds(&self) -> &[ParameterKind] {
         &self.kinds
     }
 
-    /// Whether other parameters are regrouped into each.
+    /// Returns for each parameter if others are regrouped into it.
     pub(crate) fn regrouped(&self) -> &[bool] {
         &self.regrouped
     }
@@ -149,7 +149,7 @@ impl Selection {
         standard
     }
 
-    /// Of a value for every base parameter, those of the selected ones.
+    /// Returns the values of the selected parameters from those of all base parameters.
     pub(crate) fn of_base(&self, base: &BaseParameters, values: &[f64]) -> DVector<f64> {
         // Both are known by their regressor column.
         let selected = self.columns.iter().map(|column| {

@@ -1,4 +1,4 @@
-//! How the closed loop is simulated, and when the iteration ends.
+//! Simulation of the closed loop, and end of the iteration.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::error::IdentificationError;
 use didim_dynamics::simulation::Integrator;
 use didim_dynamics::trajectory::ReferenceInterpolation;
 
-/// How the closed loop is simulated and its parameters found, by every method that simulates.
+/// Options of every method that simulates the closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulationOptions {
@@ -65,7 +65,7 @@ impl Default for SimulationOptions {
 }
 
 impl SimulationOptions {
-    /// Whether the iteration can begin and end.
+    /// Checks that the iteration can begin and end.
     ///
     /// # Errors
     /// [`IdentificationError::Convergence`] and [`IdentificationError::DidimSteps`].
@@ -157,7 +157,7 @@ pub enum SensitivityMethod {
     Differences,
 }
 
-/// How the next parameters are found from errors and sensitivities.
+/// Method of finding the next parameters from errors and sensitivities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Optimiser {

@@ -1,4 +1,4 @@
-//! How well known is what a cell and a robot state.
+//! Tolerances of the configured values of cell and robot.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ pub struct ToleranceError {
     pub value: f64,
 }
 
-/// How well known is what a cell and a robot state: one standard deviation of each.
+/// Tolerances of the configured values of cell and robot: one standard deviation of each.
 ///
 /// They are part of every combined uncertainty. The defaults are those of a cell that was set up
 /// with care and not calibrated.
@@ -49,10 +49,11 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
-    /// What is stated is wrong where the data have it further off than so many standard deviations.
+    /// A configured value is contradicted if the data put it further away than this number of
+    /// standard deviations.
     pub(crate) const CONTRADICTED: f64 = 3.0;
 
-    /// Whether each is finite and greater than 0: of nothing one is perfectly certain.
+    /// Checks that each is finite and greater than 0: no value is perfectly certain.
     ///
     /// # Errors
     /// [`ToleranceError`] names the first that is not.

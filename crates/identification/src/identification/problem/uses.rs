@@ -1,11 +1,11 @@
-//! What a result is for.
+//! Use of a result.
 
 use core::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a result is for. Each has a verdict of its own.
+/// Use of a result. Each has a verdict of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Use {
@@ -13,8 +13,8 @@ pub enum Use {
     Monitoring,
     /// The torque of any motion, in a controller or a simulation.
     Prediction,
-    /// Thresholds on what is left of the torque. What they must hold is no question of the result,
-    /// so that it never says yes or no.
+    /// Thresholds on what is left of the torque. The required thresholds are not part of the
+    /// result, so the answer is never yes or no.
     ContactDetection,
     /// The parameters themselves, for comparison with a data sheet.
     PhysicalValues,

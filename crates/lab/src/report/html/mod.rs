@@ -21,7 +21,7 @@ const OWN_STYLE: &str = include_str!("style.css");
 pub struct ComparisonReport<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// What is shown.
+    /// The displayed data.
     pub view: View<'a>,
     /// Origin of the samples.
     pub origin: &'a Origin,

@@ -22,7 +22,7 @@ const WIDE: u16 = 120;
 /// Maximum lines for health; further reasons are only counted.
 const HEALTH_LINES: usize = 6;
 
-/// What is shown.
+/// The displayed data.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct View {
     /// The last status.

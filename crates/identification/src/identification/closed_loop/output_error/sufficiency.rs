@@ -25,8 +25,9 @@ pub(super) fn above_noise(
 }
 
 /// A criterion that hardly depends on the parameters has not said what they are, although the
-/// record tells (section 4.3). Of the parameters that IDIM-LS has significantly, half are uncertain
-/// by too much of their size, and half by more than a record that IDIM-LS knows them from asks for.
+/// record tells (section 4.3). Only the parameters that IDIM-LS finds significantly count. Half of
+/// them have a large relative uncertainty, and half are much less certain than by IDIM-LS on the
+/// same record.
 pub(super) fn insensitive(
     context: &Context<'_>,
     output: Output,

@@ -45,8 +45,7 @@ impl FittedModel<'_> {
         Ok(difference)
     }
 
-    /// Of what outliers reach, the samples where a joint differs by more than it does anywhere
-    /// else.
+    /// Returns the samples around outliers where a joint differs most.
     fn glitches(&self, other: &FilteredPositions) -> Vec<usize> {
         if self.outliers.is_empty() {
             return Vec::new();

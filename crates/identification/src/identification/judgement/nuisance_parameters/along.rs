@@ -22,9 +22,9 @@ const LAWS: usize = 4;
 /// Numbers of columns of the states that are kept, 16 MB.
 const MOST_STORED: usize = 1 << 21;
 
-/// C (r × m), each column in its standard deviation beforehand. What bends with the speed goes
-/// through the filter itself; what is smooth is that of the filtered motion. Of long records
-/// columns are formed where they are asked for.
+/// C (r × m), each column in its standard deviation beforehand. Functions that jump with the speed
+/// pass the filter themselves; smooth ones are computed from the filtered motion. For long records,
+/// columns are formed when they are needed.
 pub(in super::super) struct Along<'a> {
     columns: &'a Columns<'a>,
     auxiliary: &'a AuxiliaryObservation,
@@ -106,7 +106,7 @@ impl<'a> Along<'a> {
         dense
     }
 
-    /// Whether a column acts on a joint.
+    /// Returns true if a column acts on a joint.
     fn acts_on(&self, column: &Column, joint: usize) -> bool {
         match &column.acts {
             Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
@@ -122,8 +122,8 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// What a column has of the record in the rows of a joint, and that times which factor; none
-    /// where it is that of the states.
+    /// Returns the recorded part of a column in the rows of a joint, with its factor; `None` if the
+    /// column follows from the states.
     fn of_record(&self, number: usize, joint: usize) -> Option<(f64, &[f64])> {
         let rows = self.states.position.nrows();
         let of_joint = joint * rows..(joint + 1) * rows;
@@ -235,7 +235,7 @@ impl FurtherColumns for Along<'_> {
     }
 }
 
-/// Whether a column follows from the state that the arm is in behind the filter.
+/// Returns true if a column follows from the filtered state of the arm.
 fn is_of_states(column: &Column) -> bool {
     match column.acts {
         Acts::Neighbour { by, .. } => !matches!(by, Motive::Sign),
@@ -249,8 +249,8 @@ fn is_of_states(column: &Column) -> bool {
     }
 }
 
-/// What is not smooth over the motion, behind the parallel filter: the laws of each direction, and
-/// each joint's sign function.
+/// Returns the columns that are not smooth over the motion, after the parallel filter: the laws of
+/// each direction, and each joint's sign function.
 fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
     let joints = motion.position.ncols();
     let (context, directions) = (columns.context, &columns.directions);

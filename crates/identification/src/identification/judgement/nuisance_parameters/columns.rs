@@ -31,7 +31,7 @@ pub(in super::super) struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    /// What was observed has to fit the context.
+    /// The observed columns have to fit the context.
     pub(in super::super) fn new(
         context: &'a Context<'a>,
         parameters: &'a DVector<f64>,
@@ -163,7 +163,7 @@ impl<'a> Columns<'a> {
             let quantity = columns().next().and_then(|(k, column)| {
                 let (scale, unit) = self.unit(&column.acts)?;
                 let size = column.deviation * scale;
-                // What the data alone say: the prior taken out of mean and variance after them.
+                // The data alone: the prior is taken out of mean and variance afterwards.
                 let variance = solution.covariance[(width + k, width + k)];
                 let identified = 1.0 - variance;
                 (identified > LEAST_IDENTIFIABLE).then(|| Quantity {
@@ -187,7 +187,7 @@ impl<'a> Columns<'a> {
         estimates
     }
 
-    /// Of which columns something is stated.
+    /// Returns for each column if it has a prior.
     pub(in super::super) fn has_prior(&self) -> Vec<bool> {
         self.columns.iter().map(|column| self.unit(&column.acts).is_some()).collect()
     }
@@ -268,7 +268,7 @@ impl AtStates<'_> {
         Some(torque)
     }
 
-    /// What a law of a direction's speed makes.
+    /// Returns the column of a law of a direction's speed.
     fn along(
         &self,
         direction: usize,

@@ -33,7 +33,7 @@ const UNMODELLED_FRICTION: f64 = 0.1;
 /// Each parameter that is left out may be worth this share of a joint's torque.
 const LEFT_OUT_SHARE: f64 = 0.02;
 
-/// Of the largest share of a unit of any, what one needs to be looked at.
+/// Columns with a smaller share of the largest one are ignored.
 const LEAST_SHARE: f64 = 1e-6;
 
 /// Highest speeds within this factor have friction of the same shapes.
@@ -50,7 +50,7 @@ pub(super) struct Column {
     pub(super) acts: Acts,
 }
 
-/// How the torque of a column follows from the motion. Joints are counted from 0.
+/// Origin of a column's torque. Joints are counted from 0.
 pub(super) enum Acts {
     /// tanh(u/w) less the model's own sign function, with u the speed along a direction.
     Bend { direction: usize, bend: usize },
@@ -65,9 +65,9 @@ pub(super) enum Acts {
     Gain(Option<usize>),
     /// The rate of a joint's predicted torque.
     Delay(usize),
-    /// Of the predicted torques, what a step of a joint's position makes.
+    /// Change of the predicted torques by a step of a joint's position.
     Zero(usize),
-    /// Of the predicted torques, the difference that another geometry makes, over the step to it.
+    /// Change of the predicted torques by another geometry, divided by its step.
     Geometry(Box<Model>),
     /// The known torque on a joint, or that times the position within the joint's limits, from −1
     /// to 1.
@@ -76,7 +76,7 @@ pub(super) enum Acts {
     LeftOut(usize),
 }
 
-/// What of a neighbour's motion acts.
+/// The acting quantity of a neighbour's motion.
 #[derive(Clone, Copy)]
 pub(super) enum Motive {
     Speed,
@@ -86,7 +86,7 @@ pub(super) enum Motive {
 
 /// A joint's or a coupled motor's own motion.
 pub(super) struct Direction {
-    /// How much each joint's speed adds to it, and how much of its friction acts on each.
+    /// Share of each joint's speed in it, and share of its friction that acts on each joint.
     pub(super) shares: Vec<f64>,
     /// The highest speed along the motion.
     pub(super) highest: f64,
@@ -164,7 +164,7 @@ impl Observed {
         LEAST_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Whether it is of such a robot, and of such parameters.
+    /// Returns true if it belongs to this robot and these parameters.
     pub(in super::super) fn fits(&self, context: &Context<'_>) -> bool {
         let (robot, base) = (context.robot, context.base.columns().len());
         self.torque_nm.len() == robot.joints()
@@ -173,7 +173,7 @@ impl Observed {
     }
 }
 
-/// What each joint has of its own, by the estimate or, where that has nothing, by its size.
+/// Size of each joint's own effects, from the estimate or, if there is none, from nominal sizes.
 pub(super) struct Sizes<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) parameters: &'a DVector<f64>,
@@ -187,7 +187,7 @@ impl Sizes<'_> {
         Some(self.parameters[index].abs())
     }
 
-    /// What a joint has of it as it begins to move \[N·m or N\].
+    /// Returns the Coulomb friction of a joint as it begins to move \[N·m or N\].
     fn coulomb(&self, joint: usize) -> f64 {
         let coulomb = self.value(ParameterKind::Fc, joint);
         let coulomb = coulomb.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
@@ -324,7 +324,7 @@ fn rotated(angle: Angle, by: f64) -> Angle {
     Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
 }
 
-/// What moves along a direction, counted from 0.
+/// The moving part along a direction, counted from 0.
 #[derive(Clone, Copy)]
 enum Moving {
     Joint(usize),

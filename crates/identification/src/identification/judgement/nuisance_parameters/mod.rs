@@ -1,5 +1,5 @@
-//! What the model takes for known and may be otherwise: each with its size beforehand, the torque
-//! that it causes, and what the data say of it.
+//! Nuisance parameters: assumptions of the model that may be wrong, each with its prior size, its
+//! torque and its estimate.
 
 mod along;
 mod columns;
@@ -14,7 +14,7 @@ pub(super) use along::Along;
 pub(super) use columns::Columns;
 pub(super) use list::Observed;
 
-/// What the model takes for known.
+/// Assumption of the model that may be wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NuisanceParameter {
     /// The shape of friction over speed at a joint.
@@ -78,7 +78,7 @@ impl Serialize for NuisanceParameter {
 /// Estimate of one nuisance parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NuisanceEstimate {
-    /// Which one.
+    /// The nuisance parameter.
     #[serde(rename = "freedom")]
     pub nuisance: NuisanceParameter,
     /// Root mean square of the torque that it causes along the motion, at the joint where that is
@@ -93,7 +93,7 @@ pub struct NuisanceEstimate {
     pub quantity: Option<Quantity>,
 }
 
-/// How far a stated quantity is from what is stated.
+/// Deviation of a quantity from its configured value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quantity {
     /// By so much, as the data have it, whatever was stated of this one.
