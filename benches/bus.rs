@@ -19,7 +19,7 @@ fn cell(name: &str) -> Cell {
     Cell::from_library(Library::Shipped, Path::new(&path)).unwrap()
 }
 
-/// What the simulated arm sends while it plays its motion once.
+/// Frames of the simulated arm during one motion.
 fn frames(cell: &Cell) -> Vec<Frame> {
     let scenario = didim_sim::tx40_paper().unwrap();
     let mut device = VirtualDevice::new(

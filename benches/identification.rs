@@ -66,7 +66,7 @@ fn identification(criterion: &mut Criterion) {
     group.bench_function("28_parameters", |bencher| {
         bencher.iter(|| identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap());
     });
-    // What benches/numpy_idim_ls.py computes, and the correction of the standard deviations.
+    // The computation of benches/numpy_idim_ls.py, and the correction of the standard deviations.
     let fit = idim_ls_unchecked(robot, &base, &experiment, &options).unwrap();
     let values = fit.parameters.iter().map(|parameter| parameter.value);
     assert!(values.eq(identified.parameters.iter().map(|parameter| parameter.value)));

@@ -15,7 +15,7 @@ use didim_sim::{PlaybackConfig, Scenario};
 /// At 5 kHz: one second to a minute.
 const SAMPLES: [usize; 4] = [5_000, 20_000, 80_000, 320_000];
 
-/// Of the paper's 28 parameters the first so many; beyond, every base parameter.
+/// The first parameters of the paper's 28; beyond 28, every base parameter.
 const PARAMETERS: [usize; 3] = [12, 20, 28];
 
 /// The record in which parameters grow.

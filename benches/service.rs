@@ -130,7 +130,7 @@ fn motion(cell: &Cell) -> Vec<Frame> {
     frames
 }
 
-/// What the sender did.
+/// Result of the sender.
 #[derive(Debug)]
 struct Sent {
     frames: u64,

@@ -2,8 +2,8 @@
 
 use crate::free_memory::free_memory;
 
-/// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that
-/// of six axes with position and torque takes 430 at most (`tests/memory.rs`).
+/// Largest memory of one value of a sample during its identification \[B\]. Six axes with position
+/// and torque take at most 430 bytes (`tests/memory.rs`).
 const BYTES_A_VALUE: usize = 36;
 /// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
 const UNKNOWN: usize = 3_600_000;
