@@ -1,6 +1,6 @@
 //! The service: from frames on a drive bus to identified parameters.
 //!
-//! The modules and their permitted dependencies; `tests/arrows` enforces them.
+//! The table lists the modules and the dependencies that `tests/arrows` permits.
 //!
 //! | module | content | uses |
 //! |---|---|---|

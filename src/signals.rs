@@ -11,7 +11,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use crate::files::discard_unfinished;
 
 /// Exit code of a command that was ended early: the one that shells give for SIGINT.
-pub const INTERRUPTED: u8 = 130;
+pub const EXIT_CODE_INTERRUPTED: u8 = 130;
 
 /// Action for a received signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ pub fn stop_flag() -> io::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Lets the first signal end the process with [`INTERRUPTED`] and without half-written files.
+/// Lets the first signal end the process with [`EXIT_CODE_INTERRUPTED`] and without half-written files.
 ///
 /// # Errors
 /// The system gives no handler or thread.
@@ -95,7 +95,7 @@ pub fn end_on_signal() -> io::Result<()> {
 
 fn end_now() {
     discard_unfinished();
-    std::process::exit(i32::from(INTERRUPTED));
+    std::process::exit(i32::from(EXIT_CODE_INTERRUPTED));
 }
 
 /// Calls `act` at each signal that ends a process, on a separate thread.

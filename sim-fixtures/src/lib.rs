@@ -26,6 +26,6 @@ pub use payload::Payload;
 pub use play::{Pace, PlayError, Played, play};
 pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
-pub use shipped::{SHIPPED, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
+pub use shipped::{SHIPPED_SCENARIOS, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};
 pub use thermal_model::CycleReadings;

@@ -5,7 +5,7 @@ use didim_dynamics::robot::Robot;
 use crate::{Scenario, ScenarioError};
 
 /// Names of the shipped scenarios.
-pub const SHIPPED: [&str; 3] = ["tx40-paper", "tx40-paper-errors", "tx40-physical"];
+pub const SHIPPED_SCENARIOS: [&str; 3] = ["tx40-paper", "tx40-paper-errors", "tx40-physical"];
 
 /// Returns a shipped scenario by its name; `None` if no scenario has this name.
 pub fn shipped(name: &str) -> Option<Result<Scenario, ScenarioError>> {

@@ -61,7 +61,7 @@ pub struct BagSection {
     /// If left out: those of the URDF.
     #[serde(default)]
     pub joints: Option<Vec<String>>,
-    /// The topic, where several have these joints.
+    /// The topic to read if several topics contain these joints.
     ///
     /// If left out: the only one with these joints.
     #[serde(default)]

@@ -280,7 +280,7 @@ pub struct IdentificationSection {
     pub required_uses: Vec<Use>,
     /// The parameters whose values are required, with `"physical-values"`.
     ///
-    /// If left out: those that carry torque.
+    /// If left out: parameters that contribute to the torque.
     #[serde(default)]
     pub required_parameters: Option<Vec<String>>,
     /// Tolerances of the values in the cell and robot file.

@@ -8,7 +8,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::plausible::{Survey, rounded, torque_valid};
-use super::value::{Guess, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, quoted};
+use super::value::{Guess, WHICH_SIDE, WHICH_SIGN, TORQUE_UNIT_QUESTION, quoted};
 
 const SECTION: &str = "data.bag";
 /// Range of plausible stamp rates of joint states \[Hz\].
@@ -158,6 +158,6 @@ fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Gue
             ),
             Guess::open("1 or -1"),
         ],
-        None => [Guess::open(WHICH_TORQUE), Guess::open(WHICH_SIGN)],
+        None => [Guess::open(TORQUE_UNIT_QUESTION), Guess::open(WHICH_SIGN)],
     }
 }

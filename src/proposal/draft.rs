@@ -55,7 +55,7 @@ const SECTIONS: [&str; 10] = [
 const EACH: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
 
 /// Splits a section of an axis into its list and the number.
-fn of_axis(section: &str) -> Option<(&str, &str)> {
+fn split_axis_section(section: &str) -> Option<(&str, &str)> {
     section.rsplit_once('.').filter(|(list, _)| EACH.contains(list))
 }
 
@@ -157,7 +157,7 @@ impl<'a> Draft<'a> {
         let mut entries = self.entries;
         // Order of the file: the cell itself, its data or bus, and their identification.
         let place = |section: &str| {
-            let (section, axis) = of_axis(section)
+            let (section, axis) = split_axis_section(section)
                 .map_or((section, 0), |(list, axis)| (list, axis.parse().unwrap_or(0)));
             (SECTIONS.iter().position(|own| *own == section), axis)
         };
@@ -190,7 +190,7 @@ impl Proposal {
             if entry.section != section {
                 section = &entry.section;
                 // Writing to a String cannot fail.
-                let _ = match of_axis(section) {
+                let _ = match split_axis_section(section) {
                     Some((list, axis)) => writeln!(text, "\n[[{list}]] # {axis}"),
                     None => writeln!(text, "\n[{section}]"),
                 };

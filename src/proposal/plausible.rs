@@ -5,7 +5,7 @@ use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::RATE_TOLERANCE;
 
 use super::value::{
-    Guess, Standing, WHICH_POSITION, WHICH_SIGN, WHICH_TORQUE, list, parsed, quoted, texts,
+    Guess, Standing, WHICH_POSITION, WHICH_SIGN, TORQUE_UNIT_QUESTION, list, parsed, quoted, texts,
 };
 use crate::cell::OPEN;
 use crate::text::significant;
@@ -182,7 +182,7 @@ impl Survey<'_> {
             {
                 Guess::assumed(quoted("mNm"), &why)
             }
-            None => Guess::open(WHICH_TORQUE),
+            None => Guess::open(TORQUE_UNIT_QUESTION),
         };
         // A torque far from every unit shows no sign: the nominal masses are not those of the arm.
         let gravity = if is_a_unit(&factors_found) { gravity } else { vec![None; gravity.len()] };

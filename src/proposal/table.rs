@@ -9,7 +9,7 @@ use super::evidence::{Evidence, ProposalError};
 use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
 use super::plausible::{Survey, torque_valid};
 use super::time::Time;
-use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, list, quoted};
+use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, TORQUE_UNIT_QUESTION, list, quoted};
 use crate::cell::{CURRENTS, OPEN};
 
 const SECTION: &str = "data";
@@ -247,7 +247,7 @@ fn torque_guesses(
         Some(survey_input) => survey_input.torque(newton_metres),
         None => [
             newton_metres.map_or_else(
-                || Guess::open(WHICH_TORQUE),
+                || Guess::open(TORQUE_UNIT_QUESTION),
                 |(unit, _)| Guess::from_file(quoted(unit), "the columns' names"),
             ),
             Guess::open(WHICH_SIGN),
@@ -255,7 +255,7 @@ fn torque_guesses(
     };
     match named {
         Some(Err(unknown)) => {
-            unit = Guess::open(&format!("{WHICH_TORQUE}; the columns' names say {unknown}"));
+            unit = Guess::open(&format!("{TORQUE_UNIT_QUESTION}; the columns' names say {unknown}"));
         }
         Some(Ok(own)) if of_current(own) => {
             unit = Guess::from_file(quoted(own), "the columns' names");

@@ -54,7 +54,7 @@ impl Guess {
 /// Questions for open values.
 pub(super) const WHICH_POSITION: &str =
     "unit: \"rad\" or \"deg\"; \"m\" or \"mm\" for a prismatic joint; a list if they differ";
-pub(super) const WHICH_TORQUE: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic joint; \
+pub(super) const TORQUE_UNIT_QUESTION: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic joint; \
     \"A\" or \"mA\" with per_ampere for currents; a list if they differ";
 pub(super) const WHICH_SIGN: &str = "1 if a positive torque accelerates the joint in its \
     positive direction, else -1; a list if they differ";

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use didim::signals::INTERRUPTED;
+use didim::signals::EXIT_CODE_INTERRUPTED;
 
 use super::notes::print_note;
 
@@ -44,7 +44,7 @@ impl CliError {
             Self::Usage(_) => 2,
             Self::Configuration(_) => 78,
             Self::Failed(_) => 1,
-            Self::Interrupted(_) => INTERRUPTED,
+            Self::Interrupted(_) => EXIT_CODE_INTERRUPTED,
         };
         print_note(&format!("didim: {self}\n"));
         let mut last = self.to_string();

@@ -112,7 +112,7 @@ impl Counted {
         if begins_s > 0.0 { format!(" from {begins_s:.3} s") } else { String::new() }
     }
 
-    /// For a report.
+    /// Returns the range of samples that a report states.
     pub(super) fn range(&self) -> SampleRange {
         let Piece { begins_s, measurement, .. } = &self.piece;
         SampleRange::Measurement {

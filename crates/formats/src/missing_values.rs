@@ -46,7 +46,7 @@ impl CompleteRows {
         Some(Self { rows, of: row_count, first })
     }
 
-    /// A column without the others.
+    /// Removes the incomplete rows from a column.
     pub(crate) fn keep(&self, column: &mut Vec<f64>) {
         if !column.is_empty() {
             *column = self.rows.iter().map(|row| column[*row]).collect();

@@ -72,7 +72,7 @@ pub struct LayoutSpec {
     pub torque: TorqueSpec,
     /// The position command of the drive. Required by the methods that simulate the closed loop.
     ///
-    /// If left out: not on the bus.
+    /// If left out: none, not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSpec>,
     /// Signal or object of the status word of CiA 402 (6041h): a cycle counts when every drive is
@@ -88,25 +88,25 @@ pub struct LayoutSpec {
     pub enabled: Option<EnabledSpec>,
     /// Temperature of each motor, however seldom it comes.
     ///
-    /// If left out: not on the bus.
+    /// If left out: none, not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ReadingSpec>,
     /// Supply or DC link voltage of each drive, however seldom it comes.
     ///
-    /// If left out: not on the bus.
+    /// If left out: none, not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supply_voltage: Option<ReadingSpec>,
     /// Mode of each drive (6061h of CiA 402): a window ends where one changes, and a log is cut
     /// there.
     ///
-    /// If left out: not on the bus.
+    /// If left out: none, not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ReadingSpec>,
     /// With a DBC file: the control law that each command holds in addition to the position, as in
     /// MIT mode. Where it stays along a record, the methods that simulate the loop take it in place
     /// of `[controller]`.
     ///
-    /// If left out: not on the bus.
+    /// If left out: none, not on the bus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawSpec>,
     /// With a DBC file: frames that have the identifier of a message and carry something else. They

@@ -16,7 +16,7 @@ pub enum Action {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "named as the signals")]
-pub enum SignalOf {
+pub enum AxisSignal {
     Position,
     Torque,
     All,
@@ -28,29 +28,29 @@ pub enum SignalOf {
 #[expect(missing_docs, reason = "each field is said with its kind")]
 pub enum Of {
     /// The value of the previous cycle is repeated.
-    Freeze { signal: SignalOf, axis: Option<usize> },
+    Freeze { signal: AxisSignal, axis: Option<usize> },
     /// A value is updated only every `length` cycles.
-    Hold { signal: SignalOf, axis: Option<usize>, length: usize },
+    Hold { signal: AxisSignal, axis: Option<usize>, length: usize },
     /// A value arrives `by` cycles late.
-    Delay { signal: SignalOf, axis: Option<usize>, by: usize },
+    Delay { signal: AxisSignal, axis: Option<usize>, by: usize },
     /// Two axes are swapped.
-    Swap { signal: SignalOf, axes: [usize; 2] },
+    Swap { signal: AxisSignal, axes: [usize; 2] },
     /// A constant is added \[rad, N·m\].
-    Add { signal: SignalOf, axis: Option<usize>, value: f64 },
+    Add { signal: AxisSignal, axis: Option<usize>, value: f64 },
     /// A wrong gain.
-    Scale { signal: SignalOf, axis: Option<usize>, factor: f64 },
+    Scale { signal: AxisSignal, axis: Option<usize>, factor: f64 },
     /// A wrong gain for torques of one sign, 1 or −1.
     ScalePositive { axis: usize, factor: f64, sign: f64 },
     /// A torque is clipped at this magnitude \[N·m\].
     Saturate { axis: usize, limit: f64 },
     /// A first-order filter.
-    LowPass { signal: SignalOf, axis: Option<usize>, cutoff_hz: f64 },
+    LowPass { signal: AxisSignal, axis: Option<usize>, cutoff_hz: f64 },
     /// A torque ripple with the sine of the motor's angle \[N·m\].
     Ripple { axis: usize, amplitude: f64 },
     /// White noise with a uniform distribution \[rad, N·m\].
-    Noise { signal: SignalOf, axis: Option<usize>, rms: f64, seed: u64 },
+    Noise { signal: AxisSignal, axis: Option<usize>, rms: f64, seed: u64 },
     /// Coarse quantisation steps \[rad, N·m\].
-    Quantise { signal: SignalOf, axis: Option<usize>, step: f64 },
+    Quantise { signal: AxisSignal, axis: Option<usize>, step: f64 },
     /// A position wraps at this range, centred on 0; `offset` is added first \[rad\].
     Wrap {
         axis: usize,

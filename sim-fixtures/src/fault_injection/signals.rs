@@ -3,7 +3,7 @@
 use didim_dynamics::Signals;
 
 use super::InjectedFault;
-use super::action::{Of, SignalOf};
+use super::action::{Of, AxisSignal};
 
 /// Returns a number from 0 to 1 that depends only on a seed and a place.
 pub(super) fn uniform(seed: u64, place: usize) -> f64 {
@@ -29,10 +29,10 @@ impl InjectedFault {
                 self.of_before(signals, signal, axis, |before, k| before[k.saturating_sub(by)]);
             }
             Of::Swap { signal, axes: [one, other] } => {
-                if signal != SignalOf::Torque {
+                if signal != AxisSignal::Torque {
                     self.swap_axes(&mut signals.position_rad, one, other);
                 }
-                if signal != SignalOf::Position {
+                if signal != AxisSignal::Position {
                     self.swap_axes(&mut signals.torque_nm, one, other);
                 }
             }
@@ -43,13 +43,13 @@ impl InjectedFault {
                 self.of_before(signals, signal, axis, |before, k| before[k] * factor);
             }
             Of::ScalePositive { axis, factor, sign } => {
-                self.of_before(signals, SignalOf::Torque, Some(axis), |before, k| {
+                self.of_before(signals, AxisSignal::Torque, Some(axis), |before, k| {
                     before[k] * if before[k] * sign > 0.0 { factor } else { 1.0 }
                 });
             }
             Of::Saturate { axis, limit } => {
                 let cut = |before: &[f64], k: usize| before[k].clamp(-limit, limit);
-                self.of_before(signals, SignalOf::Torque, Some(axis), cut);
+                self.of_before(signals, AxisSignal::Torque, Some(axis), cut);
             }
             Of::LowPass { signal, axis, cutoff_hz } => {
                 self.low_pass(signals, rate_hz, signal, axis, cutoff_hz);
@@ -57,7 +57,7 @@ impl InjectedFault {
             Of::Ripple { axis, amplitude } => {
                 let angle = signals.position_rad[axis - 1].clone();
                 let add = |before: &[f64], k: usize| before[k] + amplitude * angle[k].sin();
-                self.of_before(signals, SignalOf::Torque, Some(axis), add);
+                self.of_before(signals, AxisSignal::Torque, Some(axis), add);
             }
             Of::Noise { signal, axis, rms, seed } => {
                 self.add_noise(signals, signal, axis, rms, seed);
@@ -67,7 +67,7 @@ impl InjectedFault {
                 self.of_before(signals, signal, axis, rounded);
             }
             Of::Wrap { axis, range, offset } => {
-                self.of_before(signals, SignalOf::Position, Some(axis), |before, k| {
+                self.of_before(signals, AxisSignal::Position, Some(axis), |before, k| {
                     let value = before[k] + offset;
                     value - range * (value / range + 0.5).floor()
                 });
@@ -109,7 +109,7 @@ impl InjectedFault {
         &self,
         signals: &mut Signals,
         rate_hz: f64,
-        signal: SignalOf,
+        signal: AxisSignal,
         axis: Option<usize>,
         cutoff_hz: f64,
     ) {
@@ -125,7 +125,7 @@ impl InjectedFault {
     fn add_noise(
         &self,
         signals: &mut Signals,
-        signal: SignalOf,
+        signal: AxisSignal,
         axis: Option<usize>,
         rms: f64,
         seed: u64,
@@ -153,7 +153,7 @@ impl InjectedFault {
     fn of_before(
         &self,
         signals: &mut Signals,
-        signal: SignalOf,
+        signal: AxisSignal,
         axis: Option<usize>,
         new: impl Fn(&[f64], usize) -> f64,
     ) {
@@ -167,13 +167,13 @@ impl InjectedFault {
 /// Returns the series of a signal, for one axis or all.
 fn chosen(
     signals: &mut Signals,
-    signal: SignalOf,
+    signal: AxisSignal,
     axis: Option<usize>,
 ) -> impl Iterator<Item = &mut Vec<f64>> {
     let of_axis = move |(number, series)| axis.is_none_or(|axis| axis == number).then_some(series);
     let positions = (1..).zip(&mut signals.position_rad).filter_map(of_axis);
     let torques = (1..).zip(&mut signals.torque_nm).filter_map(of_axis);
-    let (position, torque) = (signal != SignalOf::Torque, signal != SignalOf::Position);
+    let (position, torque) = (signal != AxisSignal::Torque, signal != AxisSignal::Position);
     positions.filter(move |_| position).chain(torques.filter(move |_| torque))
 }
 

@@ -34,8 +34,8 @@ impl Change {
             .collect()
     }
 
-    /// Creates the change from the baseline value to a later one. `by_model` is m, in the unit of
-    /// both.
+    /// Creates the change from the baseline value to a later one. `by_model` is the model error m,
+    /// in the unit of the two values.
     pub(super) fn new(
         then: &ParameterValue,
         now: &ParameterValue,

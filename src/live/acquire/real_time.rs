@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_granted_is_so() {
+    fn granted_options_are_in_effect() {
         let asked = RealTimeOptions { priority: Some(7), cpu: Some(0), lock_memory: false };
         std::thread::spawn(move || {
             let grants = asked.apply();

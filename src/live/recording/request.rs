@@ -33,7 +33,7 @@ pub struct ArchiveStatus {
     pub capture: Option<String>,
 }
 
-/// Reason why a command did not start or stop a capture.
+/// Reason for which a capture was not started or stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CaptureError {
     /// A capture is running. Stop it first.

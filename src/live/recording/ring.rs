@@ -78,7 +78,7 @@ pub struct Ring {
     next: u64,
     repaired: u64,
     /// Number of the last file that was scanned for its first frame.
-    scanned: Option<u64>,
+    last_scanned_file: Option<u64>,
 }
 
 impl Ring {
@@ -108,7 +108,7 @@ impl Ring {
             complete: complete.into(),
             next,
             repaired: 0,
-            scanned: None,
+            last_scanned_file: None,
         };
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
@@ -233,8 +233,8 @@ impl Ring {
     /// Returns the `log_time` of the oldest frame \[ns\]. An unreadable file is not read again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
         let oldest = self.complete.front_mut()?;
-        if oldest.first_log_time.is_none() && self.scanned != Some(oldest.number) {
-            self.scanned = Some(oldest.number);
+        if oldest.first_log_time.is_none() && self.last_scanned_file != Some(oldest.number) {
+            self.last_scanned_file = Some(oldest.number);
             oldest.first_log_time = first_log_time(&oldest.path);
         }
         oldest.first_log_time

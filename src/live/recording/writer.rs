@@ -89,7 +89,7 @@ struct Current {
     /// Size at which it is closed \[bytes\].
     largest: u64,
     opened: Instant,
-    flushed: Instant,
+    flushed_at: Instant,
     first_log_time: u64,
 }
 
@@ -328,7 +328,7 @@ impl RingWriter {
             largest,
             path,
             opened: now,
-            flushed: now,
+            flushed_at: now,
             first_log_time: info.log_time(stamp_ns),
         });
         Ok(())
@@ -346,8 +346,8 @@ impl RingWriter {
         if ended || now.saturating_duration_since(current.opened) >= segment {
             return self.close(!ended);
         }
-        if now.saturating_duration_since(current.flushed) >= FLUSH_EVERY {
-            current.flushed = now;
+        if now.saturating_duration_since(current.flushed_at) >= FLUSH_EVERY {
+            current.flushed_at = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
             // It writes again.
             self.pause = FIRST_PAUSE;

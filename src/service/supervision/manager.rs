@@ -25,7 +25,7 @@ impl Manager {
 
     /// Returns the interval at which the watchdog is fed: half of its time, as
     /// sd_watchdog_enabled(3) recommends.
-    pub(super) fn feeding_period(&self) -> Option<Duration> {
+    pub(super) fn watchdog_period(&self) -> Option<Duration> {
         self.watchdog.map(|every| (every / 2).max(Duration::from_millis(1)))
     }
 

@@ -131,7 +131,7 @@ async fn attend(
 ) -> Result<ServiceEnd, ServiceError> {
     let mut period = every(STATUS_PERIOD);
     let mut ready_poll = every(READY_POLL);
-    let mut feeding = manager.feeding_period().map(every);
+    let mut feeding = manager.watchdog_period().map(every);
     loop {
         tokio::select! {
             reported = signals.next() => match reported {

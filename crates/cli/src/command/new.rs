@@ -42,11 +42,11 @@ pub(crate) struct Arguments {
     eds: Vec<PathBuf>,
     /// Answer a question with a key of the cell file and its value, as data.side=joint; repeat for
     /// more answers
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = answer)]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_answer)]
     answers: Vec<(String, String)>,
 }
 
-fn answer(text: &str) -> Result<(String, String), String> {
+fn parse_answer(text: &str) -> Result<(String, String), String> {
     let answer =
         text.split_once('=').map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned()));
     answer.ok_or_else(|| "has to be KEY=VALUE".to_owned())

@@ -140,7 +140,7 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
         Some(scenario) => scenario,
         None => {
             let text = read_text(Path::new(name)).map_err(|error| {
-                let shipped = didim_sim::SHIPPED.join(", ");
+                let shipped = didim_sim::SHIPPED_SCENARIOS.join(", ");
                 CliError::Usage(format!(
                     "--scenario {name}: {error}; name a file, or one of the shipped {shipped}"
                 ))

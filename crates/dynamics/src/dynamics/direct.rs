@@ -44,7 +44,7 @@ impl Model {
         tau: &[T],
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
-        self.check_parameters(parameters);
+        self.assert_parameter_count(parameters);
         self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);

@@ -314,7 +314,7 @@ impl Drives {
     }
 
     /// Returns the drives of the parameters that have a place, with places instead of columns.
-    pub(super) fn selecting(&self, places: &[Option<usize>]) -> Self {
+    pub(super) fn renumbered(&self, places: &[Option<usize>]) -> Self {
         let terms = |terms: &[Term]| {
             let selected = terms
                 .iter()

@@ -56,7 +56,7 @@ impl Model {
         dq: &[T],
         tau: &mut [T],
     ) {
-        self.check_parameters(parameters);
+        self.assert_parameter_count(parameters);
         self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);
@@ -93,7 +93,7 @@ impl Model {
         ddq: Option<&[T]>,
         tau: &mut [T],
     ) {
-        self.check_parameters(parameters);
+        self.assert_parameter_count(parameters);
         self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);

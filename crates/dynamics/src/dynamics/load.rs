@@ -27,7 +27,7 @@ impl Model {
     /// friction that grows with the load are 0.
     #[must_use]
     pub fn with_load(mut self, parameters: Vec<f64>) -> Self {
-        self.check_parameters(&parameters);
+        self.assert_parameter_count(&parameters);
         self.load = self.load.map(|_| Load::Of(parameters));
         self
     }

@@ -18,7 +18,7 @@ impl Model {
         q: &[T],
         out: &mut [T],
     ) {
-        self.check_parameters(parameters);
+        self.assert_parameter_count(parameters);
         self.check_joints(q);
         let n = self.joints();
         assert_eq!(out.len(), n * n, "one row and one column per joint");

@@ -165,7 +165,7 @@ impl Model {
         assert_eq!(slice.len(), self.joints(), "one entry per joint");
     }
 
-    pub(super) fn check_parameters<T>(&self, slice: &[T]) {
+    pub(super) fn assert_parameter_count<T>(&self, slice: &[T]) {
         assert_eq!(slice.len(), self.table.names().len(), "one entry per standard parameter");
     }
 }

@@ -201,7 +201,7 @@ impl Model {
         by_position: &mut [f64],
         by_velocity: &mut [f64],
     ) {
-        self.check_parameters(parameters);
+        self.assert_parameter_count(parameters);
         self.check_joints(dq);
         self.check_joints(ddq);
         let n = self.joints();

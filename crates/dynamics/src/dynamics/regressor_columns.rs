@@ -41,7 +41,7 @@ impl RegressorColumns {
             links.pop();
         }
         let places: Vec<_> = (0..parameters).map(place).collect();
-        let drives = drives.selecting(&places);
+        let drives = drives.renumbered(&places);
 
         // A joint feels only what hangs on it, and the drives that act on it.
         let mut differs = vec![false; joints * width];

@@ -96,11 +96,11 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
     let quarters = |l: usize| rounded[l].to_bits();
     let mut sines = each(
         #[inline(always)]
-        |l| after_quarter_turns(sin[l], cos[l], quarters(l), quarters(l)),
+        |l| in_quadrant(sin[l], cos[l], quarters(l), quarters(l)),
     );
     let mut cosines = each(
         #[inline(always)]
-        |l| after_quarter_turns(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
+        |l| in_quadrant(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
     );
     // NaN has given NaN already.
     if angles.iter().any(|x| x.abs() > LARGEST_ANGLE) {
@@ -116,7 +116,7 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
 /// Returns sine or cosine after a number of quarter turns: the other one where the number is odd,
 /// and negative where the second bit of `sign` is set.
 #[inline(always)]
-fn after_quarter_turns(own: f64, other: f64, quarters: u64, sign: u64) -> f64 {
+fn in_quadrant(own: f64, other: f64, quarters: u64, sign: u64) -> f64 {
     let odd = 0_u64.wrapping_sub(quarters & 1);
     let (own, other) = (own.to_bits(), other.to_bits());
     f64::from_bits((own ^ ((own ^ other) & odd)) ^ ((sign & 2) << 62))

@@ -190,8 +190,9 @@ impl FrictionLaw {
         }
     }
 
-    /// The torque per unit of its coefficient at a speed, and per unit of the load where it grows
-    /// with that; of what lags, where the joint has gone on for long.
+    /// Returns the torque per unit of the coefficient at a speed. For load-dependent terms it is
+    /// also per unit of load. For terms with hysteresis it is the value after a long motion in one
+    /// direction.
     #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T, sign: SignModel) -> T {
         match self {
@@ -318,8 +319,8 @@ pub(super) struct RawJointFriction {
     /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) asymmetric: Option<bool>,
-    /// A term `fcl` × |load| × sign: Coulomb friction that grows with the torque that the drive
-    /// holds where the arm rests.
+    /// A term `fcl` × |load| × sign: Coulomb friction proportional to the static load torque of the
+    /// drive.
     ///
     /// If left out: that of `[friction]`.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -133,7 +133,7 @@ impl<R: Reference> Lockstep<R> {
             at_sample,
             state,
             |t: f64, y: &[f64], rate: &mut [f64]| {
-                let references = references(loops, |one| one.plant.reference_between(t));
+                let references = references(loops, |one| one.plant.continuous_reference(t));
                 dynamics.rates(loops, &references, t, y, rate)
             },
         )

@@ -69,12 +69,12 @@ impl<R: Reference> Plant<R> {
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
-        let reference = self.reference_between(time_s);
+        let reference = self.continuous_reference(time_s);
         self.rate_along(&reference, time_s, y, rate)
     }
 
     /// Returns the reference that the controller sees between two samples; zeros if it is sampled.
-    pub(super) fn reference_between(&self, time_s: f64) -> ReferencePoint {
+    pub(super) fn continuous_reference(&self, time_s: f64) -> ReferencePoint {
         match self.continuous {
             Some(_) => ReferencePoint::sample(&self.reference, time_s),
             None => ReferencePoint::default(),

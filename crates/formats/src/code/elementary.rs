@@ -4,7 +4,7 @@
 
 use super::statements::Language;
 
-/// Prefix of the line with a function's name, before each function of a library.
+/// Prefix of the marker line before each function of the library; the function's name follows it.
 const NAMED: &str = "//// ";
 
 /// Returns the functions that code calls, and those that they call. In C every name begins with a

@@ -56,7 +56,7 @@ pub(super) struct Check {
     pub(super) variance: Vec<f64>,
 }
 
-/// Part of the torque.
+/// Term of the joint torque.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     RigidBody,

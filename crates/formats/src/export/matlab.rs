@@ -137,7 +137,7 @@ pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, Expo
     Ok(text)
 }
 
-/// True if MATLAB finds a function of this name in the file of that name.
+/// Returns true for a valid MATLAB function name, so that a file of this name can hold it.
 fn is_function_name(name: &str) -> bool {
     let mut letters = name.chars();
     letters.next().is_some_and(|first| first.is_ascii_alphabetic())

@@ -8,7 +8,7 @@ const MOST_ROWS: usize = 1_000_000;
 /// Wanted columns of a table, and their places.
 pub(super) struct Wanted<'a, const N: usize> {
     names: [&'a str; N],
-    /// Where they stand.
+    /// Index of each requested column in the table.
     places: [usize; N],
     pub(super) rows: Vec<[String; N]>,
 }

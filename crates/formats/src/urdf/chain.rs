@@ -122,7 +122,7 @@ impl File {
             // In the joint's own frame, which is that of its child at q = 0.
             let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
             let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
-            self.carry((joint.child, false), &moving, &poses, &mut axis, &mut chain);
+            self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
         }
         Ok(chain)
@@ -161,7 +161,7 @@ impl File {
     }
 
     /// The links that move with a link, up to the next joints of the chain.
-    fn carry(
+    fn attach_fixed_links(
         &self,
         (link, is_held): (usize, bool),
         moving: &[usize],
@@ -188,7 +188,7 @@ impl File {
                     chain.notes.push(UrdfNote::HeldStill { joint: joint.name.clone() });
                 }
                 let child = (joint.child, is_held || joint.moves());
-                self.carry(child, moving, poses, axis, chain);
+                self.attach_fixed_links(child, moving, poses, axis, chain);
             }
         }
         // A frame without a body is no note; a driven link without any is.

@@ -40,7 +40,7 @@ pub(super) struct Basis {
     sine: DMatrix<f64>,
     cosine: DMatrix<f64>,
     /// Functions and their derivatives at the samples, m × N each.
-    at_samples: [DMatrix<f64>; 4],
+    derivatives_at_samples: [DMatrix<f64>; 4],
     units: Vec<Unit>,
 }
 
@@ -54,7 +54,7 @@ impl Basis {
         let cosine = orthogonal_to(harmonics, |k| k);
         let samples = SAMPLES_PER_PERIOD * harmonics;
         let omega = TAU / duration_s;
-        let at_samples = core::array::from_fn(|order| {
+        let derivatives_at_samples = core::array::from_fn(|order| {
             let function = |shift: f64, coordinates: &DMatrix<f64>| {
                 let of_harmonic = DMatrix::from_fn(harmonics, samples, |k, i| {
                     let number = 1.0 + k as f64;
@@ -71,12 +71,12 @@ impl Basis {
             coefficients.rows_mut(harmonics, harmonics - 1).copy_from(&cosines);
             coefficients
         });
-        Self { duration_s, sine, cosine, at_samples, units }
+        Self { duration_s, sine, cosine, derivatives_at_samples, units }
     }
 
     /// Returns the number of coordinates of each joint, m: its mean, its sines, its cosines.
     fn width(&self) -> usize {
-        self.at_samples[0].nrows()
+        self.derivatives_at_samples[0].nrows()
     }
 
     /// Returns n. The first coordinates are the means of the joints.
@@ -91,7 +91,7 @@ impl Basis {
 
     /// N.
     pub(super) fn samples(&self) -> usize {
-        self.at_samples[0].ncols()
+        self.derivatives_at_samples[0].ncols()
     }
 
     /// Converts coordinates to SI units, without adding the middles (n × m each).
@@ -115,13 +115,13 @@ impl Basis {
     /// Returns the motion with these coordinates (n × m, column-major).
     pub(super) fn motion(&self, x: &[f64]) -> Motion {
         let x = self.matrix(x);
-        core::array::from_fn(|order| &x * &self.at_samples[order])
+        core::array::from_fn(|order| &x * &self.derivatives_at_samples[order])
     }
 
     /// Converts the gradient by the motion to that by the coordinates.
     pub(super) fn gradient(&self, by_motion: &Motion, out: &mut [f64]) {
         let mut sum = DMatrix::zeros(self.units.len(), self.width());
-        for (by, functions) in by_motion.iter().zip(&self.at_samples) {
+        for (by, functions) in by_motion.iter().zip(&self.derivatives_at_samples) {
             sum += by * functions.transpose();
         }
         out.copy_from_slice(self.in_units(sum).as_slice());

@@ -43,8 +43,7 @@ pub(super) struct Candidate {
 
 /// Returns all candidates within the limits.
 ///
-/// # Errors
-/// [`ExcitationError::NoExcitation`] where there are none.
+/// # Errors [`ExcitationError::NoExcitation`] if no candidate is within the limits.
 pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, ExcitationError> {
     let joints = robot.joints();
     let grid: Vec<f64> = robot.chain().iter().map(|joint| step(joint.kind)).collect();

@@ -6,7 +6,7 @@ use super::body::Body;
 use super::judgement::{Judgement, Shift};
 use super::prior::PriorSource;
 
-/// Source of a standard parameter, by the regrouping alone.
+/// Source of the value of a standard parameter, judged from the regrouping only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {

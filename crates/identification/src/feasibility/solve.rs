@@ -110,8 +110,8 @@ fn shifts(rows: &Rows, values: &DVector<f64>) -> Vec<Shift> {
 
 /// Finds the bodies nearest to the estimate as the weight falls. Returns them and the number of
 /// steps. J ≤ F, so bodies that explain the estimate at a distance D from the prior bring J at λ
-/// below χ² + λ D. If J is above this for any D in reach, smaller weights cannot find such bodies.
-/// There the minima of estimates far from any body are hard to reach.
+/// below χ² + λ D. If J exceeds this bound for every D within reach, no smaller weight yields such
+/// bodies. There the minima of estimates far from any body are hard to reach.
 fn nearest(
     problem: &Problem,
     minimum: &Minimum,
@@ -141,8 +141,8 @@ fn body(robot: &Robot, link: usize, values: &DVector<f64>) -> Body {
     Body::from_parameters(columns(robot, link).map(|column| values[column]))
 }
 
-/// Returns the class of a column. Rows are the identity in the columns that they are named after.
-/// So the data decide only the parameters that are base parameters by themselves.
+/// Returns the class of a column. In the columns of the base parameters, the regrouping matrix is
+/// the identity. So the data decide only the parameters that are base parameters by themselves.
 pub(super) fn class(rows: &Rows, column: usize) -> Class {
     if rows.absent.contains(&column) {
         Class::Absent

@@ -47,7 +47,7 @@ pub fn choose_friction(
             break;
         }
     }
-    let unrefined = best.held_out_per_joint.clone();
+    let unrefined = best.held_out_error_per_joint.clone();
     search.refine(&mut best, &gains);
     // Each with the shape that it has in the end.
     for gain in &mut gains {
@@ -58,7 +58,7 @@ pub fn choose_friction(
             .presliding_distance()
             .filter(|presliding| configured.presliding_distance() != Some(*presliding))
         {
-            let held_out = [unrefined[joint], best.held_out_per_joint[joint]];
+            let held_out = [unrefined[joint], best.held_out_error_per_joint[joint]];
             let change = FrictionChange::Law(FrictionLaw::Hysteresis { way_rad });
             gains.push(FrictionGain { joint: JointIndex::new(joint), change, held_out });
         }
@@ -78,7 +78,7 @@ struct Trial {
     score: FrictionScore,
     /// True if the result is usable for the required uses.
     applicable: bool,
-    held_out_per_joint: Vec<f64>,
+    held_out_error_per_joint: Vec<f64>,
     /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose
     /// share of the load no gear has: another law in disguise.
     disguised: Vec<bool>,
@@ -188,7 +188,7 @@ impl<T: FnMut()> Search<'_, T> {
             {
                 continue;
             }
-            let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
+            let held_out = [&*best, &trial].map(|of| of.held_out_error_per_joint[joint]);
             gains.push(FrictionGain { joint: JointIndex::new(joint), change, held_out });
             *best = trial;
             accepted = true;
@@ -296,7 +296,7 @@ impl<T: FnMut()> Search<'_, T> {
 fn scored(friction: Vec<JointFriction>, estimate: &Estimate, most_of_load: f64) -> Option<Trial> {
     let held_out = estimate.held_out.relative_error?;
     let score = FrictionScore { held_out, extrapolation: estimate.extrapolation.relative_error };
-    let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
+    let held_out_error_per_joint = estimate.held_out.relative_error_per_joint.clone();
     let possible = [
         (ParameterKind::Fs, f64::INFINITY),
         (ParameterKind::Fh, f64::INFINITY),
@@ -314,7 +314,7 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate, most_of_load: f64) 
         })
         .collect();
     let applicable = estimate.verdict.applicable;
-    Some(Trial { friction, score, applicable, held_out_per_joint, disguised })
+    Some(Trial { friction, score, applicable, held_out_error_per_joint, disguised })
 }
 
 impl Trial {
@@ -323,7 +323,7 @@ impl Trial {
         if other.disguised[joint] {
             return 0.0;
         }
-        1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]
+        1.0 - other.held_out_error_per_joint[joint] / self.held_out_error_per_joint[joint]
     }
 }
 

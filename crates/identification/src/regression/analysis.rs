@@ -33,7 +33,7 @@ impl<'a> ResidualAnalysis<'a> {
         let (matrix, levels) = (system.matrix(), &solution.noise_levels);
         let basis = Basis { matrix, levels, r_inverse: &solution.r_inverse };
         let basis_spectra = Spectra::of_product(filter, matrix, &solution.r_inverse, levels);
-        let mut leverage = filter.no_leverage(system.joints());
+        let mut leverage = filter.zero_leverage(system.joints());
         basis_spectra.add_leverage(system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter);
         Self { system, solution, filter, basis, basis_spectra, leverage, spectrum }

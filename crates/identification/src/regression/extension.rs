@@ -104,8 +104,8 @@ fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
     Parts { columns: chosen, outside }
 }
 
-/// Makes those columns orthonormal that lie far enough outside those before, by index and length.
-/// Returns their indices.
+/// Orthonormalises the columns whose component outside the previous ones is large enough. `enough`
+/// receives the index and the length of that component. Returns their indices.
 fn orthonormalise(columns: &mut DMatrix<f64>, enough: impl Fn(usize, f64) -> bool) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for index in 0..columns.ncols() {

@@ -51,7 +51,7 @@ mod tests {
             let column = DMatrix::from_element(residuals.len(), 1, 1.0);
             let system = Observations::new(column, residuals.clone(), 1).unwrap();
             let filter = RowFilter::new(residuals.len(), 1.0, |_| 1.0);
-            let none = filter.no_leverage(1);
+            let none = filter.zero_leverage(1);
             let spectrum = ResidualSpectrum::fit(&system, &none, &residuals, &filter);
             let test = spectrum.ljung_box_per_joint()[0];
             assert_eq!(i64::try_from(test.lag_count).unwrap(), lag_count);

@@ -55,7 +55,7 @@ impl RowFilter {
     }
 
     /// Returns zero leverage at the informative frequencies.
-    pub(super) fn no_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
+    pub(super) fn zero_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
         vec![vec![0.0; self.inside]; joints]
     }
 

@@ -91,8 +91,8 @@ impl Modes {
         terms.sum()
     }
 
-    /// Returns `g_0 − Σ c/p`. The next sample contributes this to the difference of the filtered
-    /// samples before and after one, in addition to the contribution of the modes.
+    /// Returns `g_0 − Σ c/p`. Direct contribution of sample k + 1 to y[k+1] − y[k−1], in addition
+    /// to that of the modes.
     pub(super) fn flank(&self) -> f64 {
         self.centre - self.modes.iter().map(|mode| (mode.share() / mode.pole).re).sum::<f64>()
     }

@@ -176,7 +176,7 @@ fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, Str
                     "scenario {}: {error}; name a file relative to the plan, or one of the shipped \
                     {}",
                     file.display(),
-                    didim_sim::SHIPPED.join(", ")
+                    didim_sim::SHIPPED_SCENARIOS.join(", ")
                 )
             })?;
             Scenario::from_toml(&text, cell.robot_as_described.clone())

@@ -126,15 +126,15 @@ impl Plan {
         if !(limit.is_finite() && limit > 0.0) {
             return wrong("largest_rms_deviation", "has to be finite and positive");
         }
-        unique("method.name", self.method.iter().map(MethodPlan::name))?;
-        unique("axis.name", self.axis.iter().map(|axis| axis.name.as_str()))?;
+        check_unique("method.name", self.method.iter().map(MethodPlan::name))?;
+        check_unique("axis.name", self.axis.iter().map(|axis| axis.name.as_str()))?;
         self.method.iter().try_for_each(MethodPlan::check)?;
         for axis in &self.axis {
             let key = format!("axis {:?}", axis.name);
             if axis.level.is_empty() {
                 return wrong(&key, "has no level; list at least one [[axis.level]]");
             }
-            unique(&key, axis.level.iter().map(|level| level.name.as_str()))?;
+            check_unique(&key, axis.level.iter().map(|level| level.name.as_str()))?;
         }
         let (runs, most) = (self.runs(), self.max_runs);
         if runs > most {
@@ -188,7 +188,7 @@ impl MethodPlan {
 
 /// Checks that names are unique and not empty, because they distinguish entries and appear in
 /// tables.
-fn unique<'a>(key: &str, names: impl Iterator<Item = &'a str>) -> Result<(), (String, String)> {
+fn check_unique<'a>(key: &str, names: impl Iterator<Item = &'a str>) -> Result<(), (String, String)> {
     let mut seen: Vec<&str> = Vec::new();
     for name in names {
         if name.trim().is_empty() {

@@ -33,7 +33,7 @@ pub struct Run {
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The method gave a result.
-    Result(Box<Judged>),
+    Result(Box<TruthComparison>),
     /// It gave none.
     Failed {
         /// The kind of failure.
@@ -57,7 +57,7 @@ impl Outcome {
 /// corrected σ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Judged {
+pub struct TruthComparison {
     /// Verdict on the result.
     pub applicable: bool,
     /// Failure of a method that still has a result: a local minimum.
@@ -89,7 +89,7 @@ pub struct Judged {
     pub torque_deviation: f64,
 }
 
-impl Judged {
+impl TruthComparison {
     /// Compares a result with the truth; returns `None` if a figure is not finite.
     fn new(estimate: &Estimate, torque: &ReferenceTorque) -> Option<Self> {
         let (mut square, mut within, mut largest) = (0.0, [0.0, 0.0], (String::new(), 0.0_f64));
@@ -173,7 +173,7 @@ pub(super) fn run(
                 }
                 Ok(identification) => {
                     let torque = &grid.motions[cell.motion];
-                    match Judged::new(&identification.estimate, torque) {
+                    match TruthComparison::new(&identification.estimate, torque) {
                         Some(judged) => Outcome::Result(Box::new(judged)),
                         None => failed("not-finite", "the result is not finite".to_owned()),
                     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use serde::Serialize;
 
 use super::grid::Grid;
-use super::run::{Judged, Outcome, Run};
+use super::run::{TruthComparison, Outcome, Run};
 use super::store::Header;
 
 /// Figures of a complete study. They do not depend on the order of the runs.
@@ -118,7 +118,7 @@ impl Summary {
 impl CellSummary {
     fn new(levels: Vec<String>, method: &str, limit: f64, runs: &[&Run]) -> Self {
         let mut failures = BTreeMap::new();
-        let mut results: Vec<&Judged> = Vec::new();
+        let mut results: Vec<&TruthComparison> = Vec::new();
         for run in runs {
             match &run.outcome {
                 Outcome::Result(judged) => results.push(judged),
@@ -156,21 +156,21 @@ impl CellSummary {
 }
 
 impl Figures {
-    fn new(results: &[&Judged]) -> Option<Self> {
-        let by_size = |a: &&&Judged, b: &&&Judged| {
+    fn new(results: &[&TruthComparison]) -> Option<Self> {
+        let by_size = |a: &&&TruthComparison, b: &&&TruthComparison| {
             a.largest_deviation.abs().total_cmp(&b.largest_deviation.abs())
         };
         let farthest = results.iter().max_by(by_size)?;
         #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
         let count = results.len() as f64;
-        let mean = |of: &dyn Fn(&Judged) -> f64| results.iter().map(|r| of(r)).sum::<f64>() / count;
-        let sorted = |of: &dyn Fn(&Judged) -> f64| {
+        let mean = |of: &dyn Fn(&TruthComparison) -> f64| results.iter().map(|r| of(r)).sum::<f64>() / count;
+        let sorted = |of: &dyn Fn(&TruthComparison) -> f64| {
             let mut values: Vec<f64> = results.iter().map(|r| of(r)).collect();
             values.sort_by(f64::total_cmp);
             values
         };
         let torque = sorted(&|result| result.torque_deviation);
-        let largest = |largest: f64, result: &&Judged| largest.max(result.largest_relative_error);
+        let largest = |largest: f64, result: &&TruthComparison| largest.max(result.largest_relative_error);
         Some(Self {
             torque_deviation_median: median(&torque),
             torque_deviation_95: percentile_95(&torque),
@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     fn run(seed: u64, rms_deviation: f64, applicable: bool) -> Run {
-        let judged = Judged {
+        let judged = TruthComparison {
             applicable,
             failure: None,
             first_reason: (!applicable).then(|| format!("reason {seed}")),

@@ -1,7 +1,7 @@
 //! Damages at random: which, how large and when.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a record")]
 
-use didim_sim::fault_injection::{Action, FrameOf, FrameRole, InjectedFault, Of, SignalOf};
+use didim_sim::fault_injection::{Action, FrameOf, FrameRole, InjectedFault, Of, AxisSignal};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
@@ -74,8 +74,8 @@ impl Draw {
         (self.below(4) > 0).then(|| self.axis())
     }
 
-    fn signal(&mut self) -> SignalOf {
-        [SignalOf::Position, SignalOf::Torque, SignalOf::All][self.below(3) as usize]
+    fn signal(&mut self) -> AxisSignal {
+        [AxisSignal::Position, AxisSignal::Torque, AxisSignal::All][self.below(3) as usize]
     }
 
     pub(super) fn faults(&mut self, bus: BusOf) -> Vec<InjectedFault> {
@@ -126,20 +126,20 @@ impl Draw {
                 by: 1 + self.below(12) as usize,
             },
             3 => Of::Swap { signal: self.signal(), axes: [self.axis(), self.axis()] },
-            4 => Of::Add { signal: SignalOf::Position, axis, value: self.signed(0.02, 20.0) },
-            5 => Of::Add { signal: SignalOf::Torque, axis, value: self.signed(0.005, 0.5) },
+            4 => Of::Add { signal: AxisSignal::Position, axis, value: self.signed(0.02, 20.0) },
+            5 => Of::Add { signal: AxisSignal::Torque, axis, value: self.signed(0.005, 0.5) },
             6 | 7 => Of::Scale {
-                signal: SignalOf::Torque,
+                signal: AxisSignal::Torque,
                 axis,
                 factor: self.factor(own_axis, &OWN_TORQUE, 0.7),
             },
             8 => Of::Scale {
-                signal: SignalOf::Torque,
+                signal: AxisSignal::Torque,
                 axis: None,
                 factor: 1.0 + self.signed(0.001, 0.02),
             },
             9 => Of::Scale {
-                signal: SignalOf::Position,
+                signal: AxisSignal::Position,
                 axis,
                 factor: self.factor(own_axis, &OWN_POSITION, 0.5),
             },
@@ -156,13 +156,13 @@ impl Draw {
             },
             13 => Of::Ripple { axis: self.axis(), amplitude: self.size(0.003, 0.3) },
             14 => Of::Noise {
-                signal: SignalOf::Torque,
+                signal: AxisSignal::Torque,
                 axis: self.some_axis(),
                 rms: self.size(0.003, 0.5),
                 seed: self.below(1000),
             },
             15 => Of::Noise {
-                signal: SignalOf::Position,
+                signal: AxisSignal::Position,
                 axis: self.some_axis(),
                 rms: self.size(1e-4, 0.1),
                 seed: self.below(1000),

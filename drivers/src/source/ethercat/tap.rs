@@ -117,7 +117,7 @@ impl TapSource {
         }
     }
 
-    fn vanished(&mut self) {
+    fn mark_interface_gone(&mut self) {
         self.counters.link_down += u64::from(self.up);
         self.up = false;
         self.opened = None;
@@ -183,8 +183,8 @@ impl Listening for TapSource {
         match device_state(&opened.socket, self.name()) {
             Ok(now) if now.index == opened.device && now.up => self.up = true,
             Ok(now) if now.index == opened.device => self.went_down(),
-            Ok(_) => self.vanished(),
-            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+            Ok(_) => self.mark_interface_gone(),
+            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.mark_interface_gone(),
             Err(_) => {}
         }
     }

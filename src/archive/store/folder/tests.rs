@@ -381,7 +381,7 @@ fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
     assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
 }
 
-/// Ten years of a result a week. The clock is not set for one month, and an hour late for another.
+/// Ten years of a result a week. The clock is unset in one month, and one hour slow in another.
 #[test]
 fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
     let folder = tempfile::tempdir_in("/dev/shm").unwrap();

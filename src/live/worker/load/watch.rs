@@ -26,7 +26,7 @@ const POLL: Duration = Duration::from_millis(2);
 /// Message while there is no baseline.
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
 
-/// Some seconds of motion, and the identifier that searches for a load in them.
+/// A few seconds of motion, and the identifier that searches them for a payload.
 struct Piece {
     window: Window,
     identifier: Identifier,

@@ -12,7 +12,8 @@ pub struct FrictionSearch {
     /// Factors by which a chosen width or speed is refined, one after the other, each as often as
     /// it helps \[1\]. Derived: both ways, by half and by a quarter of the step between candidates.
     pub refinements: Vec<f64>,
-    /// Largest number of refinements by one factor. Derived: more would pass the next candidate.
+    /// Largest number of refinements by one factor. Derived: further refinement would go past the
+    /// neighbouring candidate.
     pub most_refinements: usize,
     /// Share of a joint's held-out error that a change has to remove \[1\]. Convention: a law that
     /// nobody needs is one more that the next motion may contradict.

@@ -60,11 +60,11 @@ impl<'a> Along<'a> {
             fixed: Vec::new(),
             silent: Vec::new(),
         };
-        Ok(along.with_kept())
+        Ok(along.with_state_columns())
     }
 
     /// With its columns of the states, where they are few.
-    fn with_kept(mut self) -> Self {
+    fn with_state_columns(mut self) -> Self {
         let (rows, joints) = self.states.position.shape();
         let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
         let several = of_states.iter().filter(|own| **own).count();
