@@ -8,7 +8,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::plausible::{Survey, rounded, torque_valid};
-use super::value::{Guess, WHICH_SIDE, WHICH_SIGN, TORQUE_UNIT_QUESTION, quoted};
+use super::value::{Guess, TORQUE_UNIT_QUESTION, WHICH_SIDE, WHICH_SIGN, quoted};
 
 const SECTION: &str = "data.bag";
 /// Range of plausible stamp rates of joint states \[Hz\].

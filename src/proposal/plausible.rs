@@ -5,7 +5,7 @@ use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::RATE_TOLERANCE;
 
 use super::value::{
-    Guess, Standing, WHICH_POSITION, WHICH_SIGN, TORQUE_UNIT_QUESTION, list, parsed, quoted, texts,
+    Guess, Standing, TORQUE_UNIT_QUESTION, WHICH_POSITION, WHICH_SIGN, list, parsed, quoted, texts,
 };
 use crate::cell::OPEN;
 use crate::text::significant;

@@ -9,7 +9,9 @@ use super::evidence::{Evidence, ProposalError};
 use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
 use super::plausible::{Survey, torque_valid};
 use super::time::Time;
-use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, TORQUE_UNIT_QUESTION, list, quoted};
+use super::value::{
+    Guess, TORQUE_UNIT_QUESTION, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, list, quoted,
+};
 use crate::cell::{CURRENTS, OPEN};
 
 const SECTION: &str = "data";
@@ -255,7 +257,8 @@ fn torque_guesses(
     };
     match named {
         Some(Err(unknown)) => {
-            unit = Guess::open(&format!("{TORQUE_UNIT_QUESTION}; the columns' names say {unknown}"));
+            unit =
+                Guess::open(&format!("{TORQUE_UNIT_QUESTION}; the columns' names say {unknown}"));
         }
         Some(Ok(own)) if of_current(own) => {
             unit = Guess::from_file(quoted(own), "the columns' names");

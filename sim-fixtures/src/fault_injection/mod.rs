@@ -12,7 +12,7 @@ use didim_drivers::frame::{Frame, FrameError};
 use didim_dynamics::Signals;
 use serde::Deserialize;
 
-pub use action::{Action, FrameOf, FrameRole, Of, AxisSignal};
+pub use action::{Action, AxisSignal, FrameOf, FrameRole, Of};
 
 use crate::{CycleEncoder, CycleError};
 

@@ -3,7 +3,7 @@
 use didim_dynamics::Signals;
 
 use super::InjectedFault;
-use super::action::{Of, AxisSignal};
+use super::action::{AxisSignal, Of};
 
 /// Returns a number from 0 to 1 that depends only on a seed and a place.
 pub(super) fn uniform(seed: u64, place: usize) -> f64 {

@@ -41,7 +41,7 @@ pub use markdown::{markdown, table};
 pub use merge::merge;
 pub use plan::{AxisPlan, MethodPlan, Plan};
 pub use progress::Progress;
-pub use run::{TruthComparison, Outcome, Run};
+pub use run::{Outcome, Run, TruthComparison};
 pub use shard::{NotAShard, Shard};
 pub use simulated::{SimulatedError, check_robot, simulate};
 pub use store::{Header, Store};

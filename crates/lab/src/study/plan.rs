@@ -188,7 +188,10 @@ impl MethodPlan {
 
 /// Checks that names are unique and not empty, because they distinguish entries and appear in
 /// tables.
-fn check_unique<'a>(key: &str, names: impl Iterator<Item = &'a str>) -> Result<(), (String, String)> {
+fn check_unique<'a>(
+    key: &str,
+    names: impl Iterator<Item = &'a str>,
+) -> Result<(), (String, String)> {
     let mut seen: Vec<&str> = Vec::new();
     for name in names {
         if name.trim().is_empty() {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use serde::Serialize;
 
 use super::grid::Grid;
-use super::run::{TruthComparison, Outcome, Run};
+use super::run::{Outcome, Run, TruthComparison};
 use super::store::Header;
 
 /// Figures of a complete study. They do not depend on the order of the runs.
@@ -163,14 +163,17 @@ impl Figures {
         let farthest = results.iter().max_by(by_size)?;
         #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
         let count = results.len() as f64;
-        let mean = |of: &dyn Fn(&TruthComparison) -> f64| results.iter().map(|r| of(r)).sum::<f64>() / count;
+        let mean = |of: &dyn Fn(&TruthComparison) -> f64| {
+            results.iter().map(|r| of(r)).sum::<f64>() / count
+        };
         let sorted = |of: &dyn Fn(&TruthComparison) -> f64| {
             let mut values: Vec<f64> = results.iter().map(|r| of(r)).collect();
             values.sort_by(f64::total_cmp);
             values
         };
         let torque = sorted(&|result| result.torque_deviation);
-        let largest = |largest: f64, result: &&TruthComparison| largest.max(result.largest_relative_error);
+        let largest =
+            |largest: f64, result: &&TruthComparison| largest.max(result.largest_relative_error);
         Some(Self {
             torque_deviation_median: median(&torque),
             torque_deviation_95: percentile_95(&torque),

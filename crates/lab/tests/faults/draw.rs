@@ -1,7 +1,7 @@
 //! Damages at random: which, how large and when.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a record")]
 
-use didim_sim::fault_injection::{Action, FrameOf, FrameRole, InjectedFault, Of, AxisSignal};
+use didim_sim::fault_injection::{Action, AxisSignal, FrameOf, FrameRole, InjectedFault, Of};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 

@@ -110,8 +110,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "identify",
-        "Takes the whole of a measurement, or the part between `--from` and `--to`, and prints the \
-         parameters with their standard deviations, units and a verdict for each use.",
+        "Takes the whole of a measurement, or the part between `--from` and `--to`, and prints \
+         the parameters with their standard deviations, units and a verdict for each use.",
         &[
             [
                 "didim identify --cell cell.toml --input motion.csv --report report.html",
@@ -136,7 +136,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "predict",
-        "Compares a stored result with another recording, and the error with the expected one.",
+        "Compares the torques of a stored result with another recording, and the error with the \
+         expected error.",
         &[[
             "didim predict --cell cell.toml --result result.json --input other.csv",
             "how well it predicts another motion",
@@ -146,8 +147,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "payload",
-        "Finds mass, centre of mass and inertia of a load, from a recording with it and a result \
-        of the arm without it.",
+        "Finds mass, centre of mass and inertia of a load, from a recording with it and a \
+         result of the arm without it.",
         &[[
             "didim payload --cell cell.toml --result empty.json --input loaded.csv \
             --declared-mass-kg 2.5",
@@ -187,13 +188,13 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "advise",
-        "Says in words what a stored result lacks: which parameters noise leaves more uncertain \
-         than `parameter_uncertainty` of the cell allows, how far the joints concerned moved, \
-         which joint should swing from where to where, how fast and for how many seconds, and \
-         which standard deviation would come of it. All that is said was tried: swings of one \
-         joint and of two, from a few postures, within the limits of `didim design`, weighed by \
-         the same information. It says as well what no motion changes. It moves nothing; `--out` \
-         writes the motions as files for people to run.",
+        "Says what a stored result lacks. It lists the parameters that noise leaves more \
+         uncertain than `parameter_uncertainty` of the cell allows, and the travel of the \
+         joints concerned. It then proposes motions: the joint, its range, its speed, the \
+         duration, and the standard deviation that follows. The program has tried each \
+         proposal: motions of one joint and of two, from a few postures, within the limits of \
+         `didim design`. It also lists what no motion changes. It moves nothing; `--out` writes \
+         the motions as files for people to run.",
         &[
             ["didim advise result.json --cell cell.toml", "what is missing"],
             [
@@ -206,23 +207,24 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "design",
-        "Designs a motion within the limits of the arm that makes the standard deviations of its \
-         parameters small, added to what a result knows already: a finite Fourier series that \
-         begins and ends at rest. It writes files for people to run, and moves nothing. Speeds, \
-         accelerations and jerks stay below half of the robot file's limits unless `--speed` says \
-         otherwise, positions 5 % of the range away from their ends, torques below 80 %, by the \
-         parameters of the result or the nominal ones. Where the robot file states `capsules` of \
-         the links, or the URDF has boxes, cylinders and balls for collision shapes, links that no \
-         joint connects stay 20 mm apart, and with `--box` inside a box; nothing else is checked, \
-         and without shapes nothing at all: the head of every file says what was. Look at \
-         `--preview`, at the motion in a simulation, and first run it at 10 % speed. Programs for \
-         KUKA and ABB visit the same positions, but their controllers make the time law: the \
-         figures do not hold for them. With `--joints` the other joints stand. `--objective \
-         payload` makes the standard deviations of a load's parameters small,          and prints \
-         those of its mass, centre and inertia; torques are then those with the declared load. \
-         `--friction-sweep` searches nothing: each joint goes there and back at six          \
-         speeds, a few hundredths of its limit to half of it, slow ones as far as there is time, \
-         and the head of the file says which friction terms that tells apart.",
+        "Designs a motion within the limits of the arm that makes the standard deviations of \
+         its parameters small, in addition to the information of a result. The motion is a \
+         finite Fourier series that begins and ends at rest. didim writes files for people to \
+         run, and moves nothing.\n\nSpeeds, accelerations and jerks stay below half of the \
+         robot file's limits unless you set `--speed`. Positions keep 5 % of the range from its \
+         ends. Torques stay below 80 %, computed with the parameters of the result or the \
+         nominal ones. If the robot file has `capsules` of the links, or the URDF has boxes, \
+         cylinders and spheres as collision shapes, unconnected links stay 20 mm apart, and \
+         inside the box of `--box`. Nothing else is checked, and nothing at all without shapes; \
+         the head of every file lists the checks. Look at `--preview` and at the motion in a \
+         simulation, and first run it at 10 % speed.\n\nPrograms for KUKA and ABB visit the \
+         same positions, but their controllers choose the timing, so the figures do not hold \
+         for them. With `--joints` the other joints stay at rest. `--objective payload` makes \
+         the standard deviations of a load's parameters small, and prints those of its mass, \
+         centre and inertia; torques then include the declared load. `--friction-sweep` moves \
+         each joint there and back at six constant speeds, from a few hundredths of its limit \
+         to half of it; slow ones are shortened to the available time. The head of the file \
+         lists the friction terms that the motion can distinguish.",
         &[
             [
                 "didim design --cell cell.toml --result result.json --duration 20 --out next.csv \
@@ -242,7 +244,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "didim design --cell cell.toml --result empty.json --objective payload --joints \
                 3,4,5,6 --declared-mass-kg 1 --declared-centre-m 0,0,0.05 --duration 10 --out \
                 load.csv",
-                "a motion of elbow and wrist that tells a load of about 1 kg",
+                "a motion of elbow and wrist that identifies a load of about 1 kg",
             ],
             [
                 "didim design --cell cell.toml --result result.json --friction-sweep 2,4 \
@@ -260,8 +262,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "compare",
-        "Identifies one experiment with every method: which agree, which predict held-out data \
-        best, and which failed and why.",
+        "Identifies one experiment with every method, and lists which agree, which predict \
+         held-out data best, and which failed and why.",
         &[[
             "didim compare --cell cell.toml --input drive.log --report comparison.html",
             "with a report",
@@ -292,14 +294,15 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "new",
-        "Reads what is there of an arm and writes a commented cell file. Above each value stands \
-         whether it was found, is assumed or is missing; what is missing is asked on a terminal.",
+        "Reads the available files of an arm and writes a commented cell file. A comment above \
+         each value says if it was found, is assumed or is missing. On a terminal, didim asks \
+         for missing values.",
         &[
             ["didim new cell.toml --robot arm.urdf --log motion.csv", "from a URDF and a table"],
             ["didim new cell.toml --robot arm.urdf --dbc drives.dbc --log drive.log", "of a bus"],
             [
                 "didim new cell.toml --bag motion.mcap --set data.bag.effort.unit=Nm",
-                "of a bag, with an answer beforehand",
+                "from a bag, with one question answered",
             ],
         ],
         FILES_OF_CELLS,
@@ -307,8 +310,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "robot",
-        "Prints the axes, the reach and the base parameters of an arm, and draws it: look at both \
-        before anything moves.",
+        "Prints the axes, the reach and the base parameters of an arm, and draws it. Check both \
+         before anything moves.",
         &[
             ["didim robot arm.urdf --picture arm.svg", "look at an arm"],
             ["didim robot arm.urdf --toml", "a URDF as a robot file"],
@@ -318,9 +321,9 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "convert",
-        "The endings of the names say what is written: a table (.csv), an MCAP recording (.mcap), \
-         else a candump log. A recording has the frames, and the curves of the joints as joint \
-         states of ROS 2 for PlotJuggler and Foxglove.",
+        "The suffix of the output name selects the format: a table (.csv), an MCAP recording \
+         (.mcap), else a candump log. A recording has the frames, and the curves of the joints \
+         as joint states of ROS 2 for PlotJuggler and Foxglove.",
         &[
             [
                 "didim convert --cell cell.toml drive.log curves.csv",
@@ -333,7 +336,7 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "status",
-        "Asks the running service on its status socket, both halves where it runs in two.",
+        "Asks the running service on its status socket; with two processes, both halves.",
         &[["didim status --json", "everything, as one object"]],
         &[RUNTIME],
         &["didim-top(1)", "didim-metrics(1)"],
@@ -354,15 +357,15 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "window",
-        "Tells the running service where a window begins or ends.",
-        &[["didim window identify", "what has been recorded until now"]],
+        "Sets the beginning or the end of a window of the running service.",
+        &[["didim window identify", "identify the samples recorded so far"]],
         &[RUNTIME],
         &["didim-cell(5)", "didim-note(1)"],
     ),
     page(
         "reload",
-        "The running service reads its cell file again. What concerns the bus cannot change while \
-        it runs and is refused by name.",
+        "Makes the running service read its cell file again. Changes of the bus are refused, \
+         with the key, because they need a restart.",
         &[["didim reload", "after the cell file was changed"]],
         &[RUNTIME, CELL],
         &["didim-cell(5)", "didim-check(1)"],
@@ -393,12 +396,9 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "note",
-        "Notes what the bus does not tell, with the open window or with the next one that is \
-        identified.",
-        &[[
-            "didim note --payload-kg 2.5 --temperature-c 31",
-            "what the arm carries, and how warm it is",
-        ]],
+        "Stores facts that the bus does not carry, with the open window or with the next \
+         identified one.",
+        &[["didim note --payload-kg 2.5 --temperature-c 31", "payload and temperature"]],
         &[RUNTIME],
         &["didim-history(1)", "didim-payload(1)"],
     ),
@@ -416,9 +416,9 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "fleet",
-        "Reads what `history --out` wrote for each arm, takes of each its newest result that is \
-         usable for monitoring and has no payload noted, and holds every parameter against the \
-         median and the scatter of all arms.",
+        "Reads the files that `history --out` wrote for each arm. It takes the newest result of \
+         each arm that is usable for monitoring and has no payload noted, and compares every \
+         parameter with the median and the scatter of all arms.",
         &[
             [
                 "didim fleet cabinet-1.csv cabinet-2.csv cabinet-3.csv",
@@ -435,7 +435,7 @@ pub(super) const PAGES: &[CommandPage] = &[
         an alarm.",
         &[
             ["didim baseline set", "the arm is as it should be"],
-            ["didim baseline show", "what later results are compared with"],
+            ["didim baseline show", "reference of later results"],
         ],
         &[STATE],
         &["didim-history(1)", "didim-cell(5)"],
@@ -449,7 +449,7 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "baseline clear",
-        "From then on nothing is compared.",
+        "Removes the baseline: later results are not compared.",
         &[["didim baseline clear", "compare with none"]],
         &[STATE, RUNTIME],
         &["didim-baseline(1)"],
@@ -463,8 +463,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "check",
-        "Reads a cell file and every file that it names, and looks at the machine: interface, \
-        folders, memory, rights. It exits with 78 where there is an error.",
+        "Reads a cell file and every file that it names, and inspects the machine: interface, \
+         folders, memory, rights. The exit code is 78 if there is an error.",
         &[
             ["didim check --cell /etc/didim/cell.toml", "this cell on this machine"],
             ["didim check --cell cell.toml --other-machine", "the cell alone"],
