@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use didim_formats::Measurement;
 use didim_identification::feasibility::{
-    Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, NoBodies, Outcome, Prior,
-    consistent,
+    Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Outcome, PhysicallyImpossible,
+    Prior, consistent,
 };
 use didim_identification::identification::Prediction;
 use nalgebra::DMatrix;
@@ -28,7 +28,7 @@ pub enum ConsistentError {
     Feasibility(#[from] FeasibilityError),
     /// No bodies explain the result. Check the signs of torques and positions.
     #[error("{0}")]
-    NoBodies(NoBodies),
+    PhysicallyImpossible(PhysicallyImpossible),
 }
 
 /// A stored result, and the physically consistent parameters nearest to it.
@@ -76,7 +76,7 @@ impl<'a> Consistent<'a> {
             &FeasibilityLimits::default(),
         )?;
         if let Some(no_bodies) = outcome.no_bodies() {
-            return Err(ConsistentError::NoBodies(no_bodies));
+            return Err(ConsistentError::PhysicallyImpossible(no_bodies));
         }
         Ok(Self { cell, model, covariance, outcome })
     }

@@ -8,7 +8,7 @@ use super::prior::PriorSource;
 
 /// Finding that no bodies explain the estimate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NoBodies {
+pub struct PhysicallyImpossible {
     /// Least cost of any bodies.
     pub cost: f64,
     /// Limit that the cost of the true bodies stays below, 99 %.
@@ -33,11 +33,11 @@ pub struct FarBody {
 
 impl Outcome {
     /// Returns the finding if no bodies explain the estimate.
-    pub fn no_bodies(&self) -> Option<NoBodies> {
+    pub fn no_bodies(&self) -> Option<PhysicallyImpossible> {
         (self.judgement == Judgement::Infeasible).then(|| {
             let negative = !self.negative.is_empty();
             let farthest = || self.largest_shift().into_iter().cloned().collect();
-            NoBodies {
+            PhysicallyImpossible {
                 cost: self.least_cost,
                 threshold: self.threshold,
                 most: if negative { self.negative.clone() } else { farthest() },
@@ -56,7 +56,7 @@ impl Outcome {
     }
 }
 
-impl Display for NoBodies {
+impl Display for PhysicallyImpossible {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cost, threshold, most, negative } = self;
         let each = most.iter().map(|of| format!("{} by {:.1} σ", of.name, of.deviations.abs()));

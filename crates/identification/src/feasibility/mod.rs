@@ -30,7 +30,7 @@ pub use body::Body;
 pub use constraint::{Constraint, Possible};
 pub use error::FeasibilityError;
 pub use estimate::{Estimate, FixedParameter};
-pub use finding::{FarBody, NoBodies};
+pub use finding::{FarBody, PhysicallyImpossible};
 pub use judgement::{FeasibilityLimits, Judgement, Shift};
 pub use nearest::{NearestBody, nearest_body};
 pub use outcome::{Class, Outcome, StandardParameter};

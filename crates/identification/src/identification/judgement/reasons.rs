@@ -10,7 +10,7 @@ use super::bias::PositionBias;
 use super::clipped_signal::ClippedSignal;
 use super::frozen_signal::FrozenSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
-use crate::feasibility::{FarBody, NoBodies};
+use crate::feasibility::{FarBody, PhysicallyImpossible};
 use crate::identification::problem::Failure;
 
 /// Reason against the use of a result. Errors and deviations are shares of
@@ -41,7 +41,7 @@ pub enum Reason {
     /// standard deviations.
     Indefinite { posture: Vec<f64>, deviations: f64 },
     /// No physically consistent bodies have these parameters.
-    NoBodies(NoBodies),
+    PhysicallyImpossible(PhysicallyImpossible),
     /// The described controller commands the opposite of the recorded command, or three times as
     /// much.
     OppositeCommand { joint: JointIndex },
@@ -263,7 +263,7 @@ impl Display for Reason {
                  fewer parameters",
                 listed(posture.iter().map(|q| format!("{q:.2}")))
             ),
-            Self::NoBodies(no_bodies) => no_bodies.fmt(f),
+            Self::PhysicallyImpossible(no_bodies) => no_bodies.fmt(f),
             Self::WrongSigns { negative, of } => write!(
                 f,
                 "{negative} of {of} drive inertias and friction coefficients are negative: \

@@ -294,7 +294,7 @@ impl VerdictLimits {
             reasons.push(Reason::Indefinite { posture, deviations: figure });
         }
         let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
-        reasons.extend(no_bodies.filter(|_| !follows).map(Reason::NoBodies));
+        reasons.extend(no_bodies.filter(|_| !follows).map(Reason::PhysicallyImpossible));
         UseVerdict::new(Some(figure), "standard deviations below zero", Some(limit), reasons)
     }
 
