@@ -85,7 +85,8 @@ pub fn stop_flag() -> io::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Lets the first signal end the process with [`EXIT_CODE_INTERRUPTED`] and without half-written files.
+/// Lets the first signal end the process with [`EXIT_CODE_INTERRUPTED`] and without half-written
+/// files.
 ///
 /// # Errors
 /// The system gives no handler or thread.

@@ -8,7 +8,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::plausible::{Survey, rounded, torque_valid};
-use super::value::{Guess, TORQUE_UNIT_QUESTION, WHICH_SIDE, WHICH_SIGN, quoted};
+use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quoted};
 
 const SECTION: &str = "data.bag";
 /// Range of plausible stamp rates of joint states \[Hz\].
@@ -74,9 +74,9 @@ pub(super) fn propose(
             Guess::from_file(quoted("joint"), "joint states, within the joints' limits")
         }
         Some(_) => {
-            Guess::open(&format!("{WHICH_SIDE}; some positions are beyond the joints' limits"))
+            Guess::open(&format!("{SIDE_QUESTION}; some positions are beyond the joints' limits"))
         }
-        None => Guess::open(WHICH_SIDE),
+        None => Guess::open(SIDE_QUESTION),
     };
     draft.put("data", "side", side);
     let survey_input = survey.filter(|_| draft.is("data.side", "joint"));
@@ -158,6 +158,6 @@ fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Gue
             ),
             Guess::open("1 or -1"),
         ],
-        None => [Guess::open(TORQUE_UNIT_QUESTION), Guess::open(WHICH_SIGN)],
+        None => [Guess::open(TORQUE_UNIT_QUESTION), Guess::open(TORQUE_SIGN_QUESTION)],
     }
 }

@@ -5,7 +5,8 @@ use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::RATE_TOLERANCE;
 
 use super::value::{
-    Guess, Standing, TORQUE_UNIT_QUESTION, WHICH_POSITION, WHICH_SIGN, list, parsed, quoted, texts,
+    Guess, POSITION_UNIT_QUESTION, Standing, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
+    parsed, quoted, texts,
 };
 use crate::cell::OPEN;
 use crate::text::significant;
@@ -87,7 +88,7 @@ impl Survey<'_> {
     /// Proposes rad or deg, m or mm, from the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
-            return Guess::open(WHICH_POSITION);
+            return Guess::open(POSITION_UNIT_QUESTION);
         }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);
@@ -102,7 +103,7 @@ impl Survey<'_> {
             let why = "most joints would be beyond their limits in radians, and none is in degrees";
             return Guess::assumed(self.units(["deg", "mm"]), why);
         }
-        Guess::open(WHICH_POSITION)
+        Guess::open(POSITION_UNIT_QUESTION)
     }
 
     /// Returns one unit for all axes, or one for each.
@@ -205,7 +206,7 @@ impl Survey<'_> {
                         100.0 * share.abs()
                     ),
                 ),
-                None => Guess::open(WHICH_SIGN),
+                None => Guess::open(TORQUE_SIGN_QUESTION),
             };
         };
         let alike = signs.iter().all(|sign| sign == first);
@@ -227,7 +228,7 @@ impl Survey<'_> {
             true => Standing::Assumed,
             false => Standing::Missing,
         };
-        Guess { value: list(&value), standing, why: format!("{why}. {WHICH_SIGN}") }
+        Guess { value: list(&value), standing, why: format!("{why}. {TORQUE_SIGN_QUESTION}") }
     }
 
     /// Returns the last row of the second half in which the arm is nearly back at its start.

@@ -10,7 +10,8 @@ use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, wor
 use super::plausible::{Survey, torque_valid};
 use super::time::Time;
 use super::value::{
-    Guess, TORQUE_UNIT_QUESTION, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, list, quoted,
+    Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
+    quoted,
 };
 use crate::cell::{CURRENTS, OPEN};
 
@@ -134,7 +135,7 @@ impl Table<'_> {
         let in_si = in_si.filter(|_| of_joints);
         put_columns(draft, "position", &position);
         let certain = of_joints || matches!(named, Some(Ok(_)));
-        let guess = if certain { position_unit } else { Guess::open(WHICH_POSITION) };
+        let guess = if certain { position_unit } else { Guess::open(POSITION_UNIT_QUESTION) };
         draft.put(SECTION, "position.unit", guess);
         put_columns(draft, "torque", &torque);
         let is_current =
@@ -204,12 +205,12 @@ impl Table<'_> {
             ),
             () => match survey.map(Survey::may_be_of_joints) {
                 Some(false) => Guess::open(&format!(
-                    "{WHICH_SIDE}; some positions are beyond the joints' limits"
+                    "{SIDE_QUESTION}; some positions are beyond the joints' limits"
                 )),
                 Some(true) => Guess::open(&format!(
-                    "{WHICH_SIDE}; all positions are within the joints' limits"
+                    "{SIDE_QUESTION}; all positions are within the joints' limits"
                 )),
-                None => Guess::open(WHICH_SIDE),
+                None => Guess::open(SIDE_QUESTION),
             },
         }
     }
@@ -225,10 +226,10 @@ fn position_guess(
         (Some(answered), ..) => Guess::from_file(answered.to_string(), ""),
         (None, Some(Ok(named)), _) => Guess::from_file(quoted(named), "the columns' names"),
         (None, Some(Err(unknown)), _) => {
-            Guess::open(&format!("{WHICH_POSITION}; the columns' names say {unknown}"))
+            Guess::open(&format!("{POSITION_UNIT_QUESTION}; the columns' names say {unknown}"))
         }
         (None, None, Some(survey_input)) => survey_input.position_unit(),
-        (None, None, None) => Guess::open(WHICH_POSITION),
+        (None, None, None) => Guess::open(POSITION_UNIT_QUESTION),
     }
 }
 
@@ -252,7 +253,7 @@ fn torque_guesses(
                 || Guess::open(TORQUE_UNIT_QUESTION),
                 |(unit, _)| Guess::from_file(quoted(unit), "the columns' names"),
             ),
-            Guess::open(WHICH_SIGN),
+            Guess::open(TORQUE_SIGN_QUESTION),
         ],
     };
     match named {

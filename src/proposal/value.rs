@@ -52,13 +52,13 @@ impl Guess {
 }
 
 /// Questions for open values.
-pub(super) const WHICH_POSITION: &str =
+pub(super) const POSITION_UNIT_QUESTION: &str =
     "unit: \"rad\" or \"deg\"; \"m\" or \"mm\" for a prismatic joint; a list if they differ";
-pub(super) const TORQUE_UNIT_QUESTION: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic joint; \
-    \"A\" or \"mA\" with per_ampere for currents; a list if they differ";
-pub(super) const WHICH_SIGN: &str = "1 if a positive torque accelerates the joint in its \
+pub(super) const TORQUE_UNIT_QUESTION: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic \
+    joint; \"A\" or \"mA\" with per_ampere for currents; a list if they differ";
+pub(super) const TORQUE_SIGN_QUESTION: &str = "1 if a positive torque accelerates the joint in its \
     positive direction, else -1; a list if they differ";
-pub(super) const WHICH_SIDE: &str = "\"motor\" if angles and torques are on the motor \
+pub(super) const SIDE_QUESTION: &str = "\"motor\" if angles and torques are on the motor \
     side, \"joint\" if they are on the joint side";
 
 /// Returns the texts of a list.
