@@ -47,8 +47,8 @@ pub struct FoundGain {
     /// Gain configured in the cell, without its sign; 1 if it has no key.
     #[serde(rename = "stated")]
     pub configured: f64,
-    /// Gain found, negative if opposite to the configured sign. `None` if it is unidentifiable and
-    /// stays.
+    /// Gain found, negative if opposite to the configured sign. `None` if it is not identifiable;
+    /// the configured gain then stays.
     pub found: Option<Uncertain>,
     /// Gain by total least squares alone.
     pub total_least_squares: f64,

@@ -33,7 +33,7 @@ const RATE_HZ: f64 = 5000.0;
 const STEPS: usize = 500;
 /// Steps of a loop with sensitivities, which cost many times as much.
 const VARIED_STEPS: usize = 50;
-/// Decimation: one sample in so many is kept,
+/// Decimation factor: one of this many samples is kept,
 const FACTOR: usize = 125;
 /// so often,
 const ROWS: usize = 16;

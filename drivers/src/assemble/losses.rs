@@ -132,9 +132,9 @@ causes! {
         /// that time is counted, estimated from the stamps. One cycle is counted if the frames
         /// count the cycles.
         Silence => silence,
-        /// The sequence of the bus started again: the counter contradicts the time. Or the
-        /// positions started again: three in a row agree with each other and not with the first.
-        /// One cycle is counted.
+        /// The sequence of the bus started again: the counter contradicts the time. Alternatively,
+        /// the positions have started again: three in a row agree with each other and not with the
+        /// first. One cycle is counted.
         Restart => restart,
         /// The stamps went back in time, or a SYNC arrived at an impossible time. One cycle is
         /// counted.

@@ -42,7 +42,7 @@ pub struct Store {
     history: HistoryFile,
     /// Lines of stored results that are not in the history yet.
     pending: Pending,
-    /// Reason why they are not.
+    /// Reason for which they are not in the history.
     refused: Option<String>,
     configurations: Configurations,
 }

@@ -53,7 +53,7 @@ pub enum CommandError {
         /// Required number of counted samples.
         minimum: usize,
     },
-    /// `identify` while earlier windows wait. The window stays open.
+    /// The command `identify` came while earlier windows wait. The window stays open.
     #[error("the identification is busy with earlier windows")]
     Busy,
 }

@@ -7,7 +7,7 @@ use crate::numeric::Scalar;
 use crate::robot::JointKind;
 
 /// Inertia about the frame's origin, first moments and mass. No function here divides by the mass
-/// or needs a centre of mass. So parameter sets that are no physical bodies work.
+/// or needs a centre of mass. Parameter sets without a physical body therefore work.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia<T> {
     xx: T,

@@ -32,7 +32,7 @@ impl Twist {
         Self { angular: self.angular.scale(factor), linear: self.linear.scale(factor) }
     }
 
-    /// v × m: how a motion m changes that is carried along with v.
+    /// v × m: the rate of change of a motion m that moves along with v.
     fn cross(self, m: Self) -> Self {
         Self {
             angular: self.angular.cross(m.angular),

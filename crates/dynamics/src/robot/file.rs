@@ -25,8 +25,8 @@ struct RawRobot {
     /// Gravity in the frame of the base, x, y and z \[m/s²\].
     #[schemars(with = "[f64; 3]")]
     gravity_m_s2: Spanned<[f64; 3]>,
-    /// Shapes of the base, in its frame: as `capsules` of a joint. Without ends one reaches from
-    /// the origin of the base to that of the first link.
+    /// Shapes of the base, in its frame: as `capsules` of a joint. A capsule without ends reaches
+    /// from the origin of the base to that of the first link.
     ///
     /// If left out: none.
     #[serde(default)]

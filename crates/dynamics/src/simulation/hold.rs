@@ -9,7 +9,8 @@ use crate::control::split_delay;
 /// first command arrives, it acts already: the loop has been at rest before time 0.
 #[derive(Clone, Debug)]
 pub(super) struct CommandHold<C> {
-    /// The newest command first; one more than the whole periods of delay, and one for the rest.
+    /// Commands, newest first: one more than the whole periods of the delay, and one for the
+    /// fraction.
     commands: Vec<C>,
     rest_s: f64,
     started: bool,

@@ -1,4 +1,4 @@
-//! Why a motion cannot be written or read.
+//! Errors of writing or reading a motion.
 
 use std::path::PathBuf;
 

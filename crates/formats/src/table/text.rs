@@ -11,7 +11,7 @@ use super::source::{Source, Values};
 use super::time::{Exact, First, names_its_clock, resolution};
 use crate::capacity::Capacity;
 
-/// A header beyond that is none \[bytes\].
+/// Largest length of a header line \[bytes\].
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// The part read to find the separator, and the rest.

@@ -51,8 +51,8 @@ impl Exact {
         i128::from(self.complete) * unit_ns as i128 + (self.part * unit_ns).round() as i128
     }
 
-    /// A date with its time of day (ISO 8601): seconds after 1970. Without an offset it is of any
-    /// one clock.
+    /// A date with its time of day (ISO 8601): seconds after 1970. Without an offset, the clock is
+    /// unknown.
     pub(super) fn of_date(text: &str) -> Option<Self> {
         let (date, offset_s) = without_offset(text)?;
         let time = humantime::parse_rfc3339_weak(date).ok()?;

@@ -174,7 +174,7 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
-    /// A joint of the chain without limits, or with limits that leave nothing.
+    /// A joint of the chain without limits, or with an empty range.
     #[error(
         "line {line}: joint `{joint}` has {problem}; state in its <limit> what the drive can do"
     )]

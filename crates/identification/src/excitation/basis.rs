@@ -94,7 +94,7 @@ impl Basis {
         self.derivatives_at_samples[0].ncols()
     }
 
-    /// Converts coordinates to SI units, without adding the middles (n × m each).
+    /// Converts coordinates to SI units, without adding the middle of the range (n × m each).
     fn in_units(&self, mut coordinates: DMatrix<f64>) -> DMatrix<f64> {
         for (mut row, unit) in coordinates.row_iter_mut().zip(&self.units) {
             row.iter_mut().skip(1).for_each(|x| *x *= unit.speed);

@@ -11,8 +11,8 @@ pub(super) enum Objective {
     ConditionNumber,
 }
 
-/// Power of the eigenvalues. Sums of these powers represent the largest and the smallest
-/// eigenvalue, which have no gradient where two are equal.
+/// Power of the eigenvalues. Sums of these powers replace the largest and the smallest eigenvalue,
+/// which have no gradient if two are equal.
 const POWER: i32 = 4;
 
 impl Objective {

@@ -23,7 +23,8 @@ pub struct Plan {
     #[serde(default = "Plan::default_max_runs")]
     pub max_runs: u64,
     /// Limit of the root mean square of the parameter deviations from the truth \[standard
-    /// deviations\]. A result above it is wrong. A correct model has 1, with 28 parameters ± 0.13.
+    /// deviations\]. A result above it is wrong. A correct model has 1, or 1 ± 0.13 with 28
+    /// parameters.
     #[serde(default = "Plan::default_largest_rms_deviation")]
     pub largest_rms_deviation: f64,
     /// The compared methods.

@@ -24,7 +24,8 @@ const WHOLE_MULTIPLE: f64 = 1e-6;
 /// A controller computes no more often per sample of the record.
 const MOST_PERIODS: f64 = 200.0;
 
-/// A stand-in loop that does not hold the arm gets this bandwidth in place of 1, at most so often.
+/// Factor on the bandwidth of a substitute controller that does not hold the arm, and the largest
+/// number of such reductions.
 const SLOWER: f64 = 0.7;
 const MOST_SLOWED: u32 = 6;
 

@@ -44,11 +44,11 @@ impl Equation {
 
     /// Returns the solution of `[T −U −l] (g, u, 1) = 0` with the smallest change of T, by singular
     /// values (M. Gautier and S. Briot, *Global identification of joint drive gains and dynamic
-    /// parameters of robots*, 2014). U and l are taken for exact, as S. Van Huffel and J.
-    /// Vandewalle have it (*The Total Least Squares Problem*, 1991, section 3.5): a QR
-    /// decomposition takes them out of T first. The rows of each drive are divided by its noise,
-    /// which is what its own rows leave of its torque, whatever the others'. Without a load there
-    /// is no l, and the gain of the reference is 1.
+    /// parameters of robots*, 2014). U and l are exact, as in S. Van Huffel and J. Vandewalle (*The
+    /// Total Least Squares Problem*, 1991, section 3.5): a QR decomposition takes them out of T
+    /// first. The rows of each drive are divided by its noise, which is what its own rows leave of
+    /// its torque, whatever the others'. Without a load there is no l, and the gain of the
+    /// reference is 1.
     ///
     /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
     pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {

@@ -66,7 +66,7 @@ impl Extrapolation {
     }
 }
 
-/// The same states, some at a time: what is formed at them stays in the nearest caches.
+/// The states are processed in blocks, so that their matrices stay in the nearest caches.
 fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
     /// Number of samples in a block; a divisor of all.
     const BLOCK: usize = 250;

@@ -192,8 +192,7 @@ pub fn filtered_motion(
     motion_along(robot, experiment, positions.joint_after_joint(experiment.joints()))
 }
 
-/// Returns the motion of a robot along these positions of an experiment's samples, samples ×
-/// joints.
+/// Returns the motion of a robot from the positions of an experiment's samples (samples × joints).
 ///
 /// # Errors
 /// [`IdentificationError::Signal`].

@@ -98,7 +98,7 @@ impl<'a> Context<'a> {
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
     }
 
-    /// The same with the loads of a final estimate, which is judged with its own.
+    /// The same context with the loads of a final estimate, which is judged with its own loads.
     #[must_use]
     pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {
         let mut judged = self.clone();

@@ -17,7 +17,7 @@ use didim_dynamics::robot::Transmission;
 pub(crate) struct Recording {
     /// Its samples.
     pub(crate) samples: Range<usize>,
-    /// Samples of them that count.
+    /// The counted ones of these samples.
     pub(crate) counted: Range<usize>,
 }
 

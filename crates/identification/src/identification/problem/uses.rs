@@ -13,8 +13,8 @@ pub enum Use {
     Monitoring,
     /// The torque of any motion, in a controller or a simulation.
     Prediction,
-    /// Thresholds on what is left of the torque. The required thresholds are not part of the
-    /// result, so the answer is never yes or no.
+    /// Thresholds on the residual torque. The required thresholds are not part of the result, so
+    /// the answer is never yes or no.
     ContactDetection,
     /// The parameters themselves, for comparison with a data sheet.
     PhysicalValues,

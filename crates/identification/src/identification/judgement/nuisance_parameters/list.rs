@@ -98,7 +98,7 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// w of a bend, inverted.
+    /// Inverse of the width w of a bend.
     pub(super) fn scale(&self, bend: usize) -> f64 {
         1.0 / (BENDS[bend] * self.highest)
     }
