@@ -20,7 +20,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use clap::Parser;
 use didim::analysis::identify::LastIdentification;
 use didim::cell::{BusAddress, Cell};
-use didim::live::stream::{FOLDER, Pace, PrivateNetwork, RUN_PREFIX};
+use didim::live::stream::{FOLDER_NAME, Pace, PrivateNetwork, RUN_PREFIX};
 use didim::service::paths::Paths;
 use didim::service::pipeline::{OpenedSource, acquisition, estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
@@ -203,7 +203,7 @@ fn main() {
         prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
     };
     paths.make().unwrap();
-    let _network = PrivateNetwork::new(&paths.runtime.join(FOLDER), &paths.prefix).unwrap();
+    let _network = PrivateNetwork::new(&paths.runtime.join(FOLDER_NAME), &paths.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(

@@ -23,7 +23,8 @@ use didim::live::worker::{Loss, Rejection, SharedEstimation};
 use didim::service::metrics::exposition;
 use didim::service::paths::Paths;
 use didim::service::status::{
-    Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
+    Collector, Colour, Health, IDLE_TEXT, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch,
+    render,
 };
 use didim::window::DriveReadings;
 use didim_drivers::assemble::{Losses, label};
@@ -333,7 +334,7 @@ fn health_without_a_reason() {
             said.insert(health.label().to_owned());
         }
     }
-    assert!(said.contains(IDLE), "{said:?}");
+    assert!(said.contains(IDLE_TEXT), "{said:?}");
     are_in_the_manual(&said, 2);
 }
 

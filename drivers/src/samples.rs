@@ -11,7 +11,7 @@ use crate::socket::clock_pair;
 use crate::source::{Received, Source, SourceCounters, SourceError, StampClock};
 
 /// Time of one wait of the iterator; a log has no silence.
-const WAIT: Duration = Duration::from_millis(20);
+const POLL_WAIT: Duration = Duration::from_millis(20);
 
 /// Receives all frames that were read together, with the stamps that the assembler sees. The second
 /// argument is the number of frames dropped unread so far.
@@ -164,7 +164,7 @@ impl Iterator for Samples<'_> {
             if let Some(Assembled { sample, .. }) = self.poll() {
                 return Some(Ok(sample));
             }
-            match self.read(WAIT) {
+            match self.read(POLL_WAIT) {
                 Ok(Received::End) => return self.poll().map(|Assembled { sample, .. }| Ok(sample)),
                 Ok(Received::Frames | Received::Silence) => {}
                 Err(error) => return Some(Err(error)),

@@ -19,16 +19,16 @@ use didim_dynamics::robot::Robot;
 use didim_dynamics::trajectory::{JointLimits, MoveSequence, RandomMoves, Reference, Trajectory};
 use nalgebra::DMatrix;
 
-const ESSENTIAL: &str = include_str!("../../config/robots/tx40.toml");
-const PHYSICAL: &str = include_str!("../../config/robots/tx40-physical.toml");
+const ESSENTIAL_ROBOT: &str = include_str!("../../config/robots/tx40.toml");
+const PHYSICAL_ROBOT: &str = include_str!("../../config/robots/tx40-physical.toml");
 const ACCELERATION_MAX: [f64; 6] = [20.0, 20.0, 30.0, 50.0, 50.0, 80.0];
 /// Condition number of the same columns on the published recording.
-const CONDITION: f64 = 114.0;
+const PUBLISHED_CONDITION_NUMBER: f64 = 114.0;
 const LONGEST_S: f64 = 6.85;
 const SHORTEST_S: f64 = 6.6;
 /// Longest way of each joint in one move \[rad\], and what the seeds make of it in turn.
 const REACH_RAD: [f64; 6] = [2.0, 1.5, 2.0, 2.5, 2.0, 4.0];
-const REACH_PART: [f64; 3] = [0.5, 0.6, 0.7];
+const REACH_SHARE: [f64; 3] = [0.5, 0.6, 0.7];
 
 struct Scorer {
     robots: [(Robot, Model); 2],
@@ -38,7 +38,7 @@ struct Scorer {
 
 impl Scorer {
     fn new() -> Self {
-        let robots = [ESSENTIAL, PHYSICAL].map(|text| {
+        let robots = [ESSENTIAL_ROBOT, PHYSICAL_ROBOT].map(|text| {
             let robot = Robot::from_toml(text).unwrap();
             let model = Model::new(&robot);
             (robot, model)
@@ -93,14 +93,14 @@ fn main() {
     let seeds: u64 = std::env::args().nth(1).map_or(200, |text| text.parse().unwrap());
     let scorer = Scorer::new();
     let mut best: Option<(f64, f64, u64, MoveSequence, f64)> = None;
-    let distance = |condition: f64| (condition / CONDITION).ln().abs();
+    let distance = |condition: f64| (condition / PUBLISHED_CONDITION_NUMBER).ln().abs();
     let (mut fit, mut strong) = (0, 0);
     for seed in 0..seeds {
         let generator = RandomMoves {
             seed,
             moves: 14,
             range_fraction: 0.8,
-            reach_rad: REACH_RAD.map(|reach| reach * REACH_PART[seed as usize % 3]).to_vec(),
+            reach_rad: REACH_RAD.map(|reach| reach * REACH_SHARE[seed as usize % 3]).to_vec(),
             velocity_fraction: 1.0,
             acceleration_fraction: 1.0,
             dwell_s: 0.035,

@@ -12,7 +12,7 @@ const RISE_S: f64 = 600.0;
 /// \[V\]
 const SUPPLY_V: f64 = 48.0;
 /// Cyclic synchronous position (CiA 402).
-const MODE: f64 = 8.0;
+const POSITION_MODE: f64 = 8.0;
 
 /// Readings, in the units and the order of [`Reading`].
 pub type CycleReadings = [[f64; Reading::ALL.len()]; MAX_JOINTS];
@@ -24,6 +24,6 @@ pub(crate) fn readings(time_s: f64) -> CycleReadings {
     let mut warmer_c = START_C + rise_c - STEP_C;
     core::array::from_fn(|_| {
         warmer_c += STEP_C;
-        [warmer_c, SUPPLY_V, MODE, 0.0, 0.0, 0.0, 0.0]
+        [warmer_c, SUPPLY_V, POSITION_MODE, 0.0, 0.0, 0.0, 0.0]
     })
 }

@@ -15,9 +15,9 @@ use crate::live::recording::open_log;
 use didim_formats::{Capacity, Measurement, Piece, Record, RecordingStart, Resampled};
 
 /// Number of frames taken from the log at a time.
-const BATCH: usize = 4096;
+const BATCH_FRAMES: usize = 4096;
 /// Maximum number of identifiers that an error lists.
-const LISTED: usize = 16;
+const MAX_LISTED_IDS: usize = 16;
 
 /// Error when a log yields no measurement. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
@@ -143,10 +143,10 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
     let mut identifiers: Vec<FrameId> = Vec::new();
     let source = open_log(path, Some(&bus.layout))?;
     let since_1970_ns = source.since_1970_ns();
-    let mut of_log = Samples::new(source, bus.assembler(), BATCH).with_tap(Some(Box::new(
+    let mut of_log = Samples::new(source, bus.assembler(), BATCH_FRAMES).with_tap(Some(Box::new(
         |frames: &[Frame], _| {
             for frame in frames.iter().filter(|frame| !frame.is_error()) {
-                if identifiers.len() < LISTED && !identifiers.contains(&frame.id) {
+                if identifiers.len() < MAX_LISTED_IDS && !identifiers.contains(&frame.id) {
                     identifiers.push(frame.id);
                 }
             }
@@ -179,7 +179,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
 
 /// Lists the first identifiers, as candump writes them.
 fn list(ids: &[FrameId]) -> String {
-    let names: Vec<String> = ids.iter().take(LISTED).map(ToString::to_string).collect();
+    let names: Vec<String> = ids.iter().take(MAX_LISTED_IDS).map(ToString::to_string).collect();
     match names.len() {
         0 => "none".to_owned(),
         listed if listed < ids.len() => format!("{} …", names.join(" ")),

@@ -16,7 +16,7 @@ use crate::cell::Cell;
 use crate::text::{significant, to_uncertainty};
 
 /// Maximum number of digits of a gain in the line of a cell file.
-const DIGITS: usize = 6;
+const MAX_DIGITS: usize = 6;
 
 /// Error when no gains are found. The inner errors state the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -160,7 +160,7 @@ fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static
 /// Formats the drive's torque with the found gain for a cell file.
 fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, basis: &str) -> Option<String> {
     let (value, deviation) = (found.value.abs(), found.standard_deviation);
-    let text = to_uncertainty(value, deviation, DIGITS);
+    let text = to_uncertainty(value, deviation, MAX_DIGITS);
     let number: f64 = text.parse().ok()?;
     let mut scale = drive.torque.scale;
     *proportional_value(&mut scale)?.2 = number;

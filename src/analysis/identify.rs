@@ -236,11 +236,11 @@ pub fn reduce_measurements(
 ) -> Result<Reduction, IdentifyError> {
     let experiment = joined(cell, measurements)?;
     let (robot, base) = (&cell.robot, &cell.base);
-    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
+    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE_LEVEL)?)
 }
 
 /// The usual level of an F-test: one in twenty zero parameters stays.
-const SIGNIFICANCE: f64 = 0.05;
+const SIGNIFICANCE_LEVEL: f64 = 0.05;
 
 /// An identification and its window.
 #[derive(Clone, Debug)]

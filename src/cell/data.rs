@@ -5,7 +5,9 @@ use core::ops::RangeInclusive;
 use didim_drivers::layout::TorqueValidity;
 use didim_dynamics::SignalTiming;
 use didim_dynamics::robot::{JointKind, Robot};
-use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side, TimeColumns};
+use didim_formats::{
+    AXIS_PLACEHOLDER, AxisColumns, BagSpec, BagTime, Columns, INDEX_PLACEHOLDER, Side, TimeColumns,
+};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -195,8 +197,8 @@ struct Units {
 }
 
 /// Units of currents, with their size in amperes.
-pub(crate) const CURRENTS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
-const POSITIONS: Units = Units {
+pub(crate) const CURRENT_UNITS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
+const POSITION_UNITS: Units = Units {
     units: &[
         ("rad", JointKind::Revolute, 1.0),
         ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
@@ -205,7 +207,7 @@ const POSITIONS: Units = Units {
     ],
     amperes: false,
 };
-const TORQUES: Units = Units {
+const TORQUE_UNITS: Units = Units {
     units: &[
         ("Nm", JointKind::Revolute, 1.0),
         ("mNm", JointKind::Revolute, 1e-3),
@@ -214,8 +216,8 @@ const TORQUES: Units = Units {
     amperes: true,
 };
 /// Placeholder unit for dates in text.
-pub(crate) const DATES: &str = "iso8601";
-const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+pub(crate) const DATE_UNIT: &str = "iso8601";
+const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
     /// Returns the sampling, the columns of tables and the joints of bags. `named` lists the joints
@@ -264,10 +266,10 @@ impl DataSection {
             side,
             axes: kinds.len(),
             time: self.time.as_ref().map(time).transpose()?,
-            position: column_of("data.position", position, &POSITIONS)?,
-            torque: column_of("data.torque", torque, &TORQUES)?,
+            position: column_of("data.position", position, &POSITION_UNITS)?,
+            torque: column_of("data.torque", torque, &TORQUE_UNITS)?,
             reference: (self.reference.as_ref())
-                .map(|reference| column_of("data.reference", reference, &POSITIONS))
+                .map(|reference| column_of("data.reference", reference, &POSITION_UNITS))
                 .transpose()?,
         }))
     }
@@ -301,7 +303,7 @@ impl DataSection {
         let EffortSection { unit, sign, per_ampere } = effort;
         let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
         let torque_scales = torque_unit
-            .scales(&TORQUES, side, &kinds(robot))
+            .scales(&TORQUE_UNITS, side, &kinds(robot))
             .map_err(|problem| ("data.bag.effort", problem))?;
         Ok(Some(BagSpec {
             joints: joints.to_vec(),
@@ -330,13 +332,13 @@ fn time(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
             return Err(("data.time", problem.to_owned()));
         }
     };
-    if unit == DATES {
+    if unit == DATE_UNIT {
         return Ok(TimeColumns::Dates { column });
     }
-    let time_unit = TIMES.iter().find(|(name, _)| name == unit);
+    let time_unit = TIME_UNITS.iter().find(|(name, _)| name == unit);
     let (_, second) = time_unit.ok_or_else(|| {
         let problem = format!(
-            "has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\", of dates \"{DATES}\""
+            "has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\", of dates \"{DATE_UNIT}\""
         );
         ("data.time", problem)
     })?;
@@ -351,12 +353,16 @@ fn axis_columns(
 ) -> Result<AxisColumns, String> {
     let axes = kinds.len();
     let names = match (&columns.column, &columns.columns) {
-        (Some(pattern), None) if axes == 1 || pattern.contains(AXIS) || pattern.contains(INDEX) => {
+        (Some(pattern), None)
+            if axes == 1
+                || pattern.contains(AXIS_PLACEHOLDER)
+                || pattern.contains(INDEX_PLACEHOLDER) =>
+        {
             vec![pattern.clone()]
         }
         (Some(pattern), None) => {
             return Err(format!(
-                "`{pattern}` is one column for {axes} axes; put {AXIS} (from 1) or {INDEX} (from \
+                "`{pattern}` is one column for {axes} axes; put {AXIS_PLACEHOLDER} (from 1) or {INDEX_PLACEHOLDER} (from \
                 0) in place of the number"
             ));
         }
@@ -394,7 +400,8 @@ impl TorqueUnit<'_> {
         if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
             return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
         }
-        let amperes = |unit: &str| CURRENTS.iter().find(|(name, _)| *name == unit).map(|of| of.1);
+        let amperes =
+            |unit: &str| CURRENT_UNITS.iter().find(|(name, _)| *name == unit).map(|of| of.1);
         if self.per_ampere.is_some() && !unit.iter().any(|unit| amperes(unit).is_some()) {
             return Err("has `per_ampere`, which belongs to the units \"A\" and \"mA\"".to_owned());
         }
@@ -417,7 +424,7 @@ impl TorqueUnit<'_> {
             let fitting = units.units.iter().filter(|(_, of, _)| *of == kind);
             let scale_found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
             scale_found.map(|(.., scale)| *scale).ok_or_else(|| {
-                let currents = CURRENTS.iter().filter(|_| units.amperes);
+                let currents = CURRENT_UNITS.iter().filter(|_| units.amperes);
                 let names = fitting.map(|(name, ..)| *name).chain(currents.map(|(name, _)| *name));
                 let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
                 format!(

@@ -7,7 +7,7 @@ use super::CellError;
 use crate::files::{read_bytes, read_text};
 
 /// The shipped files by their path below `config/`.
-pub const SHIPPED: &[(&str, &str)] = &[
+pub const SHIPPED_FILES: &[(&str, &str)] = &[
     ("config/robots/tx40.toml", include_str!("../../config/robots/tx40.toml")),
     ("config/robots/tx40-physical.toml", include_str!("../../config/robots/tx40-physical.toml")),
     ("config/dbc/cia402_six_axes.dbc", include_str!("../../config/dbc/cia402_six_axes.dbc")),
@@ -40,7 +40,7 @@ impl Library {
             Self::Files => read_text(path),
             Self::Shipped => {
                 let path = normal(path);
-                let shipped = SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
+                let shipped = SHIPPED_FILES.iter().find(|(name, _)| Path::new(name) == path);
                 shipped
                     .map(|(_, text)| (*text).to_owned())
                     .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound).into())

@@ -4,13 +4,13 @@ use core::fmt;
 use core::ops::Range;
 
 use super::file::CellFile;
-use super::open::{OPEN, key_at};
+use super::open::{MISSING_VALUE, key_at};
 use super::suggestion::Instead;
 
 /// Maximum number of keys to check.
-const MOST: usize = 100;
+const MAX_CHECKED_KEYS: usize = 100;
 /// A value of each type that a key may need.
-const OF_EACH_TYPE: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"]"];
+const EXAMPLE_VALUES: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"]"];
 
 /// A key with an invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,10 +34,10 @@ impl fmt::Display for WrongKey {
 pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     let mut wrong = Vec::new();
     let mut text = text.to_owned();
-    for _ in 0..MOST {
+    for _ in 0..MAX_CHECKED_KEYS {
         let Some((span, problem)) = first_error(&text) else { break };
         let Some(value) = text.get(span.clone()) else { break };
-        let is_open = value.contains(OPEN);
+        let is_open = value.contains(MISSING_VALUE);
         if !is_open {
             let line = line_at(&text, span.start);
             let key = key_at(&text, line).unwrap_or_default();
@@ -72,7 +72,7 @@ fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
     format!("x = {value}").parse::<toml::Table>().ok()?;
     // The message has the expected words in backticks.
     let named = problem.split('`').skip(1).step_by(2).map(|word| format!("\"{word}\""));
-    let candidates = OF_EACH_TYPE.into_iter().map(str::to_owned).chain(named);
+    let candidates = EXAMPLE_VALUES.into_iter().map(str::to_owned).chain(named);
     let mut taken = candidates.map(|candidate| {
         let changed = [&text[..span.start], &candidate, &text[span.end..]].concat();
         // No further error at the inserted value or within it.

@@ -29,15 +29,15 @@ use didim_identification::identification::{KeptParameters, Method, Options};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
-pub(crate) use data::{CURRENTS, DATES};
+pub(crate) use data::{CURRENT_UNITS, DATE_UNIT};
 pub use data::{DataColumns, DataSection};
 pub use error::{CellError, Faults};
 pub use file::{
     BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
 };
-pub use library::{Library, SHIPPED};
+pub use library::{Library, SHIPPED_FILES};
 pub use mistyped::WrongKey;
-pub use open::{OPEN, OpenKey};
+pub use open::{MISSING_VALUE, OpenKey};
 pub use robot::{RobotSource, joint_names};
 pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
 

@@ -4,7 +4,7 @@ use core::fmt;
 use std::collections::BTreeMap;
 
 /// Placeholder for a missing value.
-pub const OPEN: &str = "?";
+pub const MISSING_VALUE: &str = "?";
 
 /// A key with an open value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,7 +69,7 @@ fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
 
 fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     match value {
-        toml::Value::String(text) if text == OPEN => open.push(key.to_owned()),
+        toml::Value::String(text) if text == MISSING_VALUE => open.push(key.to_owned()),
         toml::Value::Table(table) => {
             for (name, value) in table {
                 let inner = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };

@@ -283,21 +283,21 @@ fn check_options(
 }
 
 fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>) {
-    const KEY: &str = "identification.parameters";
+    const PARAMETERS_KEY: &str = "identification.parameters";
     let Some(listed) = listed else { return };
     if listed.is_empty() {
         let problem = "is empty; leave it out to identify every base parameter";
-        found.wrong(KEY, problem.to_owned());
+        found.wrong(PARAMETERS_KEY, problem.to_owned());
     }
     let base = arm.base.names();
     for (k, name) in listed.iter().enumerate() {
         if listed[..k].contains(name) {
-            found.wrong(KEY, format!("`{name}` is listed more than once; list it once"));
+            found.wrong(PARAMETERS_KEY, format!("`{name}` is listed more than once; list it once"));
         } else if !base.contains(name) {
             let (robot, available) = (arm.robot.name(), base.join(" "));
             let problem =
                 format!("`{name}` is not a base parameter of {robot}; known: {available}");
-            found.wrong(KEY, problem);
+            found.wrong(PARAMETERS_KEY, problem);
         }
     }
 }

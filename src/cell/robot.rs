@@ -135,7 +135,7 @@ fn is_urdf(file: &Path, text: &str) -> bool {
 }
 
 /// Keys of a joint in a robot file that a URDF does not have.
-const OF_ITS_OWN: [&str; 7] = [
+const ROBOT_FILE_REMEDY: [&str; 7] = [
     "drive_inertia",
     "friction",
     "known_torque",
@@ -174,11 +174,11 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
             let problem = format!("is no driven joint of the arm; these are: {names}");
             return wrong(&format!("joints.{joint}"), problem);
         }
-        if let Some(key) = own.keys().find(|key| !OF_ITS_OWN.contains(&key.as_str())) {
+        if let Some(key) = own.keys().find(|key| !ROBOT_FILE_REMEDY.contains(&key.as_str())) {
             let problem = format!(
                 "is not for a joint of a URDF, which has its geometry and its <limit>; here it may \
                 have {}",
-                OF_ITS_OWN.join(" ")
+                ROBOT_FILE_REMEDY.join(" ")
             );
             return wrong(&format!("joints.{joint}.{key}"), problem);
         }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 /// Similarity above which a name is suggested for another one (1 is equal).
-const SIMILAR: f64 = 0.5;
+const MIN_SIMILARITY: f64 = 0.5;
 
 /// The known name that is most similar to the unknown one, as a remark after the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ impl Instead {
             .map(|known_names| {
                 (strsim::normalized_damerau_levenshtein(unknown, known_names), known_names)
             })
-            .filter(|(likeness, _)| *likeness >= SIMILAR)
+            .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)));
         Self {
             known_names: similar.map(|(_, known_value)| known_value.to_owned()),

@@ -2,7 +2,7 @@
 
 use super::{BusAddress, CellFile, ServiceSection};
 use crate::live::recording::RecordingOptions;
-use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
+use crate::live::stream::{FOLDER_NAME, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// Key of an invalid value, and the problem.
 type Wrong = (&'static str, String);
@@ -101,7 +101,7 @@ fn check_bitrates(bitrate: Option<u32>, data: Option<u32>) -> Result<(), Wrong> 
 /// Checks name, buffer and runtime folder against the stream that the service would open.
 fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
     let service = &file.service;
-    let root = service.runtime_directory.join(FOLDER);
+    let root = service.runtime_directory.join(FOLDER_NAME);
     let place = (root.as_path(), SERVICE_PREFIX);
     let options = StreamOptions::new(&file.name, place, joints, sample_rate_hz, service.buffer_s);
     match options {

@@ -12,8 +12,8 @@ const SHORT_S: f64 = 0.1;
 /// The MTU of a CAN FD interface (CANFD_MTU) \[bytes\].
 const FD_MTU: u32 = 72;
 
-const SOURCE: &str = "bus.source";
-const BUFFER: &str = "bus.receive_buffer_bytes";
+const SOURCE_KEY: &str = "bus.source";
+const BUFFER_KEY: &str = "bus.receive_buffer_bytes";
 
 pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut Vec<Finding>) {
     let mut listens = false;
@@ -25,7 +25,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
             }
             BusAddress::Log(file) | BusAddress::Pcap(file) if !file.is_file() => {
                 findings.push(Finding::error(
-                    SOURCE,
+                    SOURCE_KEY,
                     format!("{source}: there is no such file"),
                     "correct the path, which is relative to the cell file",
                 ))
@@ -33,7 +33,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
             BusAddress::Log(_) | BusAddress::Pcap(_) => {}
             BusAddress::Ethercat(name) => tap(machine, name.as_str(), findings),
             BusAddress::InProcess => findings.push(Finding::error(
-                SOURCE,
+                SOURCE_KEY,
                 format!("{source}: not a bus of `didim run`"),
                 "write can:INTERFACE, ethercat:INTERFACE, log:FILE or pcap:FILE",
             )),
@@ -49,17 +49,17 @@ fn tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
     let place = format!("ethercat:{name}");
     findings.extend(match machine.interface(name) {
         None => Some(Finding::error(
-            SOURCE,
+            SOURCE_KEY,
             format!("{place}: there is no such interface on this machine"),
             "`ip link` lists those there are; for a cell of another machine: --other-machine",
         )),
         Some(interface) if interface.is_can => Some(Finding::error(
-            SOURCE,
+            SOURCE_KEY,
             format!("{place}: a CAN interface"),
             "name the Ethernet interface at the tap",
         )),
         Some(interface) if !interface.is_up => Some(Finding::warning(
-            SOURCE,
+            SOURCE_KEY,
             format!("{place}: the interface is down; no frame comes until it is up"),
             format!("ip link set {name} up"),
         )),
@@ -73,7 +73,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
         let interfaces =
             if interfaces.is_empty() { "none".to_owned() } else { interfaces.join(" ") };
         findings.push(Finding::error(
-            SOURCE,
+            SOURCE_KEY,
             format!("can:{name}: there is no such interface on this machine"),
             format!(
                 "CAN interfaces here: {interfaces}; for a cell of another machine: --other-machine"
@@ -83,7 +83,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
     };
     if !interface.is_can {
         findings.push(Finding::error(
-            SOURCE,
+            SOURCE_KEY,
             format!("can:{name}: not a CAN interface"),
             format!("CAN interfaces here: {}", machine.can_interfaces().join(" ")),
         ));
@@ -91,7 +91,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
     }
     if !interface.is_up {
         findings.push(Finding::warning(
-            SOURCE,
+            SOURCE_KEY,
             format!("can:{name}: the interface is down; no frame comes until it is up"),
             format!("set its bit rate, then ip link set {name} up"),
         ));
@@ -99,7 +99,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
     let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
     if has_fd && interface.mtu < FD_MTU {
         findings.push(Finding::error(
-            SOURCE,
+            SOURCE_KEY,
             format!(
                 "can:{name}: the layout has CAN FD frames, the interface carries frames of {} \
                  bytes only",
@@ -128,14 +128,14 @@ fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut 
             "{asked} bytes are requested, net.core.rmem_max allows {granted}: {holds} s of frames"
         );
         findings.push(Finding::warning(
-            BUFFER,
+            BUFFER_KEY,
             problem,
             format!("sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN", asked / 2),
         ));
     } else if seconds(granted) < SHORT_S {
         let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;
         findings.push(Finding::warning(
-            BUFFER,
+            BUFFER_KEY,
             format!("{granted} bytes hold {holds} s of frames: a busy machine loses some"),
             format!("request at least {needed:.0} bytes"),
         ));

@@ -10,9 +10,9 @@ use crate::text::significant;
 
 /// Largest share of the bit rate for the layout. Above it, there is no capacity for repetitions and
 /// SDOs.
-const CROWDED: f64 = 0.7;
+const MAX_BUS_LOAD: f64 = 0.7;
 
-const BITRATE: &str = "bus.bitrate_bps";
+const BITRATE_KEY: &str = "bus.bitrate_bps";
 
 pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let buses = bus.sources.iter().filter(|source| matches!(source, BusAddress::Can(_))).count();
@@ -22,7 +22,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
     let Some(bitrate) = bus.bitrate_bps else {
         findings.push(Finding::note(
-            BITRATE,
+            BITRATE_KEY,
             "is not given, so the bus load is not checked".to_owned(),
             "give the bit rate of the bus, such as 1000000",
         ));
@@ -54,9 +54,9 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
          buses"
     };
     if load > 1.0 {
-        findings.push(Finding::error(BITRATE, problem, remedy));
-    } else if load > CROWDED {
-        findings.push(Finding::warning(BITRATE, problem, remedy));
+        findings.push(Finding::error(BITRATE_KEY, problem, remedy));
+    } else if load > MAX_BUS_LOAD {
+        findings.push(Finding::warning(BITRATE_KEY, problem, remedy));
     }
 }
 

@@ -7,12 +7,12 @@ use super::finding::Finding;
 use crate::cell::Cell;
 
 /// Smallest position range of a joint that moves \[rad or m\].
-const STILL: f64 = 1e-3;
+const MIN_MOTION: f64 = 1e-3;
 /// Number of random motions. They give several times as many equations as eight joints have
 /// parameters.
-const MOTIONS: usize = 60;
+const RANDOM_MOTIONS: usize = 60;
 /// Smallest independent share of a column. Below it, the column is a combination of others.
-const OWN: f64 = 1e-8;
+const MIN_INDEPENDENT_SHARE: f64 = 1e-8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let names = cell.options.parameters.as_deref().unwrap_or(cell.base.names());
@@ -28,7 +28,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
     let still: Vec<String> = (1..)
         .zip(cell.model.chain())
-        .filter(|(_, joint)| joint.limits.position_max - joint.limits.position_min < STILL)
+        .filter(|(_, joint)| joint.limits.position_max - joint.limits.position_min < MIN_MOTION)
         .map(|(number, _)| number.to_string())
         .collect();
     let because = if still.is_empty() {
@@ -57,8 +57,8 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
     let mut random = Random(0x5eed_c4ec_c000_0000);
     let mut workspace = Workspace::new();
     let mut rows = vec![0.0; n * p];
-    let mut stacked = vec![Vec::with_capacity(n * MOTIONS); p];
-    for _ in 0..MOTIONS {
+    let mut stacked = vec![Vec::with_capacity(n * RANDOM_MOTIONS); p];
+    for _ in 0..RANDOM_MOTIONS {
         let (mut q, mut dq, mut ddq) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         for (k, joint) in model.chain().iter().enumerate() {
             let limits = joint.limits;
@@ -68,7 +68,7 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
                 JointKind::Prismatic => 10.0,
             };
             let (low, high) = (limits.position_min.max(-reach), limits.position_max.min(reach));
-            let moves = limits.position_max - limits.position_min >= STILL;
+            let moves = limits.position_max - limits.position_min >= MIN_MOTION;
             let (low, high) =
                 if low <= high { (low, high) } else { (limits.position_min, limits.position_max) };
             q[k] = low + (high - low) * random.unit();
@@ -106,7 +106,7 @@ fn dependent(columns: Vec<Vec<f64>>) -> Vec<usize> {
             }
         }
         let remainder = dot(&column, &column).sqrt();
-        if remainder <= OWN * length || length == 0.0 {
+        if remainder <= MIN_INDEPENDENT_SHARE * length || length == 0.0 {
             dependents.push(k);
         } else {
             column.iter_mut().for_each(|value| *value /= remainder);

@@ -6,17 +6,17 @@ use didim_dynamics::JointSample;
 use super::finding::Finding;
 use crate::cell::Cell;
 use crate::live::worker::Trigger;
-use crate::service::pipeline::MOST_WINDOWS;
+use crate::service::pipeline::MAX_WINDOWS;
 use crate::text::significant;
 
 /// Largest share of the sample rate for the position filter's cut-off. Above it, the filter passes
 /// the noise that central differences amplify most. Twice-differentiated white noise is strongest
 /// at half the sample rate.
-const NOISY: f64 = 0.35;
+const MAX_CUTOFF_SHARE: f64 = 0.35;
 /// Smallest ratio of the position filter's cut-off to the identified band. The filter should be
 /// flat in this band. Four poles, forward and backward, are down by 1 % at 0.56 of their cut-off
 /// frequency.
-const FLAT: f64 = 1.8;
+const MIN_CUTOFF_RATIO: f64 = 1.8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     reference(cell, findings);
@@ -51,7 +51,7 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
     let cutoff = cell.options.position_filter.cutoff_hz;
     let key = "identification.position_filter";
     let hertz = |value: f64| significant(value, 3);
-    if cutoff > NOISY * rate {
+    if cutoff > MAX_CUTOFF_SHARE * rate {
         findings.push(Finding::warning(
             key,
             format!(
@@ -59,12 +59,12 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
                 hertz(cutoff),
                 hertz(rate)
             ),
-            format!("lower the cut-off frequency to {} Hz or less", hertz(NOISY * rate)),
+            format!("lower the cut-off frequency to {} Hz or less", hertz(MAX_CUTOFF_SHARE * rate)),
         ));
     }
     let decimation = &cell.options.decimation_filter;
     let band = decimation.cutoff_hz(rate);
-    if cutoff < FLAT * band {
+    if cutoff < MIN_CUTOFF_RATIO * band {
         findings.push(Finding::warning(
             key,
             format!(
@@ -75,7 +75,7 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
             format!(
                 "raise the cut-off frequency to {} Hz or more, or use a larger \
                  `decimation_filter.factor`",
-                hertz(FLAT * band)
+                hertz(MIN_CUTOFF_RATIO * band)
             ),
         ));
     }
@@ -135,5 +135,5 @@ pub(super) fn window_bytes(cell: &Cell) -> u64 {
         reason = "at most 600 s at 20 kHz"
     )]
     let samples = (cell.window.max_s * cell.sample_rate_hz()).ceil() as u64;
-    samples * (MOST_WINDOWS * size_of::<JointSample>()) as u64
+    samples * (MAX_WINDOWS * size_of::<JointSample>()) as u64
 }

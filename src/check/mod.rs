@@ -20,7 +20,7 @@ mod wire;
 pub use finding::{Finding, Severity};
 pub use machine::Machine;
 
-use crate::analysis::screening::{LIST_LAWS, STATE_LIMITS, open_limits, unlisted_laws};
+use crate::analysis::screening::{FRICTION_LAWS_REMEDY, LIMITS_REMEDY, open_limits, unlisted_laws};
 use crate::cell::Cell;
 
 /// Returns the problems of a cell on any machine, the worst first.
@@ -31,10 +31,14 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
         findings.push(Finding::note("robot", note.clone(), remedy));
     }
     if let Some(open) = open_limits(&cell.robot) {
-        findings.push(Finding::note("robot", open, STATE_LIMITS));
+        findings.push(Finding::note("robot", open, LIMITS_REMEDY));
     }
     if let Some(unlisted) = unlisted_laws(cell) {
-        findings.push(Finding::warning("identification.parameters", unlisted, LIST_LAWS));
+        findings.push(Finding::warning(
+            "identification.parameters",
+            unlisted,
+            FRICTION_LAWS_REMEDY,
+        ));
     }
     if let Ok(bus) = cell.bus() {
         bus_load::check(cell, bus, &mut findings);

@@ -16,16 +16,16 @@ use crate::service::paths::Paths;
 /// Size of one result with its report \[bytes\]: 172 kB with six joints and 28 parameters.
 const RESULT_BYTES: u64 = 200 << 10;
 /// Longest path of a socket \[bytes\]: sun_path without its terminator.
-const SOCKET_PATH: usize = 107;
+const MAX_SOCKET_PATH: usize = 107;
 
-const STATE: &str = "service.state_directory";
-const RUNTIME: &str = "service.runtime_directory";
+const STATE_KEY: &str = "service.state_directory";
+const RUNTIME_KEY: &str = "service.runtime_directory";
 
 pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
-    writable(STATE, &cell.service.state_directory, findings);
-    writable(RUNTIME, &cell.service.runtime_directory, findings);
-    owned(STATE, &cell.service.state_directory, cell, findings);
-    owned(RUNTIME, &cell.service.runtime_directory, cell, findings);
+    writable(STATE_KEY, &cell.service.state_directory, findings);
+    writable(RUNTIME_KEY, &cell.service.runtime_directory, findings);
+    owned(STATE_KEY, &cell.service.state_directory, cell, findings);
+    owned(RUNTIME_KEY, &cell.service.runtime_directory, cell, findings);
     sockets(cell, findings);
     disk(cell, findings);
     memory(cell, machine, findings);
@@ -93,10 +93,10 @@ fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
     let longest = [paths.status_socket(), paths.acquisition_socket(), paths.command_socket()]
         .into_iter()
         .max_by_key(|path| path.as_os_str().len());
-    if let Some(path) = longest.filter(|path| path.as_os_str().len() > SOCKET_PATH) {
+    if let Some(path) = longest.filter(|path| path.as_os_str().len() > MAX_SOCKET_PATH) {
         findings.push(Finding::error(
-            RUNTIME,
-            format!("a socket's path has at most {SOCKET_PATH} bytes: {}", path.display()),
+            RUNTIME_KEY,
+            format!("a socket's path has at most {MAX_SOCKET_PATH} bytes: {}", path.display()),
             "name a folder with a shorter path, such as /run/didim",
         ));
     }

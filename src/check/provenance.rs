@@ -4,7 +4,7 @@ use super::finding::Finding;
 use crate::cell::CellBus;
 
 /// Words that indicate a guess.
-const GUESSES: &[&str] = &[
+const GUESS_WORDS: &[&str] = &[
     "unknown",
     "todo",
     "tbd",
@@ -60,7 +60,7 @@ fn is_guess(provenance: &str) -> bool {
     }
     let is_separator =
         |c: char| c.is_whitespace() || matches!(c, ',' | ';' | ':' | '.' | '(' | ')' | '!');
-    let guesses = text.split(is_separator).any(|word| GUESSES.contains(&word));
+    let guesses = text.split(is_separator).any(|word| GUESS_WORDS.contains(&word));
     guesses || text.contains("not known") || text.contains("don't know")
 }
 

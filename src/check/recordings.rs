@@ -12,20 +12,20 @@ use crate::text::significant;
 const FRAME_BYTES: f64 = 67.0;
 /// Longest delay between a window and the writing of its recording \[s\]. It covers the time of an
 /// identification.
-const LATER_S: f64 = 30.0;
+const EXTRACTION_DELAY_S: f64 = 30.0;
 
-const RING: &str = "service.recordings.ring_mb";
-const DIRECTORY: &str = "service.recordings.directory";
+const RING_KEY: &str = "service.recordings.ring_mb";
+const DIRECTORY_KEY: &str = "service.recordings.directory";
 
 /// Finds problems that are independent of the machine.
 pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
     let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell, bus);
-    let needed_s = cell.window.max_s + options.before_s + options.after_s + LATER_S;
+    let needed_s = cell.window.max_s + options.before_s + options.after_s + EXTRACTION_DELAY_S;
     if ring_s < needed_s {
         findings.push(Finding::warning(
-            RING,
+            RING_KEY,
             format!(
                 "{} MB hold about {} s of this bus; the recording of a window of `window.max_s` is \
                  kept only if they hold {} s: the window, its margins and the identification",
@@ -43,7 +43,7 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     let folder = options.folder(&cell.service.state_directory);
     for part in [folder.clone()].iter().chain(&recording_folders(&folder)) {
-        owned(DIRECTORY, part, cell, findings);
+        owned(DIRECTORY_KEY, part, cell, findings);
     }
     let nearest_folder = existing(&folder);
     let Some(free) = space_left(&nearest_folder) else { return };
@@ -51,7 +51,7 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     // The recordings of an earlier run are replaced.
     if free.saturating_add(used(&folder)) < needed {
         findings.push(Finding::warning(
-            RING,
+            RING_KEY,
             format!(
                 "the ring and the kept recordings take up to {} MB, and {} has {} MB left",
                 megabytes(needed),

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Suffix of a file that is being written: `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
-const END: &str = ".tmp";
+const TEMPORARY_SUFFIX: &str = ".tmp";
 
 /// Files that this process is writing.
-static UNFINISHED: Unfinished = Unfinished(Mutex::new(BTreeSet::new()));
+static UNFINISHED_FILES: Unfinished = Unfinished(Mutex::new(BTreeSet::new()));
 
 /// Writes a file next to its place, syncs it, renames it and syncs the folder. After a power cut,
 /// the name has the old content or the new one (rename(2), fsync(2)). The file is as readable as
@@ -25,12 +25,12 @@ pub fn replace<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
 ) -> io::Result<T> {
-    UNFINISHED.replace(path, write)
+    UNFINISHED_FILES.replace(path, write)
 }
 
 /// Removes the unfinished files of this process, before it ends during a write.
 pub fn discard_unfinished() {
-    UNFINISHED.discard();
+    UNFINISHED_FILES.discard();
 }
 
 /// Removes the unfinished files of killed processes from a folder, for names that `is_ours`
@@ -43,7 +43,10 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Re
         let entry = entry?;
         let name = entry.file_name();
         let replaced = name.to_str().and_then(|name| {
-            name.strip_prefix('.')?.strip_suffix(END)?.rsplit_once('.').map(|(of, _)| of)
+            name.strip_prefix('.')?
+                .strip_suffix(TEMPORARY_SUFFIX)?
+                .rsplit_once('.')
+                .map(|(of, _)| of)
         });
         if replaced.is_some_and(&is_ours) {
             fs::remove_file(entry.path())?;
@@ -69,7 +72,7 @@ impl Unfinished {
         prefix.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
         prefix.push(".");
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(END).permissions(Permissions::from_mode(0o666));
+        builder.prefix(&prefix).suffix(TEMPORARY_SUFFIX).permissions(Permissions::from_mode(0o666));
         // The error's own text contains the name of the temporary file, which helps nobody.
         let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
         let listed = self.list(file.path());

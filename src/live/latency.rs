@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 
 /// Number of buckets of each power of two, as a power of two.
 const PARTS_BITS: u32 = 5;
-const PARTS: usize = 1 << PARTS_BITS;
+const PARTS_PER_OCTAVE: usize = 1 << PARTS_BITS;
 const LONGEST_BITS: u32 = 36;
 /// End of the last bucket, 69 s. Longer times are counted there too \[ns\].
 pub const LONGEST_NS: u64 = (1 << LONGEST_BITS) - 1;
-const BUCKETS: usize = PARTS * (LONGEST_BITS - PARTS_BITS + 1) as usize;
+const BUCKET_COUNT: usize = PARTS_PER_OCTAVE * (LONGEST_BITS - PARTS_BITS + 1) as usize;
 
 /// Counters of times, in 8 KiB.
 pub struct Latencies {
-    counts: [AtomicU64; BUCKETS],
+    counts: [AtomicU64; BUCKET_COUNT],
     max_ns: AtomicU64,
 }
 
@@ -45,7 +45,7 @@ pub struct LatencySummary {
 
 impl Default for Latencies {
     fn default() -> Self {
-        Self { counts: [const { AtomicU64::new(0) }; BUCKETS], max_ns: AtomicU64::new(0) }
+        Self { counts: [const { AtomicU64::new(0) }; BUCKET_COUNT], max_ns: AtomicU64::new(0) }
     }
 }
 
@@ -98,13 +98,13 @@ fn bucket(ns: u64) -> usize {
     // Number of ignored bits: only the highest set bit and the five below it count.
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(PARTS_BITS + 1);
     let part = (ns >> shift) as usize;
-    PARTS * shift as usize + part
+    PARTS_PER_OCTAVE * shift as usize + part
 }
 
 /// Returns the longest time that is counted in a bucket \[ns\].
 fn longest(bucket: usize) -> u64 {
-    let shift = (bucket / PARTS).saturating_sub(1);
-    let part = bucket - PARTS * shift;
+    let shift = (bucket / PARTS_PER_OCTAVE).saturating_sub(1);
+    let part = bucket - PARTS_PER_OCTAVE * shift;
     ((part as u64 + 1) << shift) - 1
 }
 
@@ -120,12 +120,12 @@ mod tests {
 
     #[test]
     fn buckets_follow_each_other_without_a_gap() {
-        for index in 0..BUCKETS - 1 {
+        for index in 0..BUCKET_COUNT - 1 {
             assert_eq!(bucket(longest(index)), index);
             assert_eq!(bucket(longest(index) + 1), index + 1);
         }
-        assert_eq!(longest(BUCKETS - 1), LONGEST_NS);
-        assert_eq!(bucket(u64::MAX), BUCKETS - 1);
+        assert_eq!(longest(BUCKET_COUNT - 1), LONGEST_NS);
+        assert_eq!(bucket(u64::MAX), BUCKET_COUNT - 1);
     }
 
     #[test]

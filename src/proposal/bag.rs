@@ -10,7 +10,7 @@ use super::evidence::{Evidence, ProposalError};
 use super::plausible::{Survey, rounded, torque_valid};
 use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quoted};
 
-const SECTION: &str = "data.bag";
+const SECTION_NAME: &str = "data.bag";
 /// Range of plausible stamp rates of joint states \[Hz\].
 const STAMPED_HZ: core::ops::Range<f64> = 1.0..20_000.0;
 
@@ -35,7 +35,7 @@ pub(super) fn propose(
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
         let question =
             format!("names in the messages, in the arm's order, of {}", joint_names.join(" "));
-        draft.put(SECTION, "joints", Guess::open(&question));
+        draft.put(SECTION_NAME, "joints", Guess::open(&question));
     }
     let fits = |topic: &&BagTopic| joints.len() == robot.joints() && has_all(topic, &joints);
     let mut fitting: Vec<&BagTopic> = contents.topics.iter().filter(fits).collect();
@@ -53,7 +53,7 @@ pub(super) fn propose(
         ([], None) => None,
         (several, answered) => {
             let names: Vec<&str> = several.iter().map(|topic| topic.name.as_str()).collect();
-            draft.put(SECTION, "topic", Guess::open(&format!("one of {}", names.join(" "))));
+            draft.put(SECTION_NAME, "topic", Guess::open(&format!("one of {}", names.join(" "))));
             several.iter().find(|topic| Some(&topic.name) == answered.as_ref()).copied()
         }
     };
@@ -65,7 +65,7 @@ pub(super) fn propose(
         None => Guess::open("messages a second"),
     };
     draft.put("data", "rate_hz", rate);
-    draft.put(SECTION, "time", time);
+    draft.put(SECTION_NAME, "time", time);
     draft.put("data", "torque_valid", torque_valid(false));
 
     let survey = survey_of_topic(file, robot, joints, topic)?;
@@ -81,15 +81,15 @@ pub(super) fn propose(
     draft.put("data", "side", side);
     let survey_input = survey.filter(|_| draft.is("data.side", "joint"));
     let [unit, sign] = effort_guesses(survey_input.as_ref(), topic);
-    draft.put(SECTION, "effort.unit", unit);
+    draft.put(SECTION_NAME, "effort.unit", unit);
     if draft.has_current("data.bag.effort.unit") {
         draft.put(
-            SECTION,
+            SECTION_NAME,
             "effort.per_ampere",
             Guess::open("torque of one ampere on the joint side, one for all or a list [N·m/A]"),
         );
     }
-    draft.put(SECTION, "effort.sign", sign);
+    draft.put(SECTION_NAME, "effort.sign", sign);
     Ok(())
 }
 

@@ -15,10 +15,10 @@ use super::value::{Guess, quoted};
 use crate::live::recording::open_log;
 
 /// Number of stamps of a log that determine its rate.
-const STAMPS: usize = 20_000;
-const BATCH: usize = 4096;
+const RATE_STAMPS: usize = 20_000;
+const BATCH_FRAMES: usize = 4096;
 /// Question for a torque that may or may not be measured.
-pub(super) const WHICH_VALIDITY: &str = "\"instant\" if it is measured; { held = { hold_us = …, \
+pub(super) const VALIDITY_QUESTION: &str = "\"instant\" if it is measured; { held = { hold_us = …, \
     delay_us = … } } if it is a command, usually for one cycle of the controller";
 
 /// Proposes the interface and the windows.
@@ -97,9 +97,9 @@ pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
 pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
     let wrong = |source| ProposalError::Log { source: Box::new(source) };
     let mut source = open_log(log, None).map_err(wrong)?;
-    let mut batch = Vec::with_capacity(BATCH);
+    let mut batch = Vec::with_capacity(BATCH_FRAMES);
     let mut stamps: Vec<u64> = Vec::new();
-    while stamps.len() < STAMPS {
+    while stamps.len() < RATE_STAMPS {
         batch.clear();
         let received = source.receive(&mut batch, Duration::ZERO).map_err(wrong)?;
         stamps.extend(batch.iter().filter(|frame| frame.id == marks).map(|frame| frame.stamp_ns));

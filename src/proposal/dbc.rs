@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{Database, NamedSignal};
 use didim_dynamics::MAX_JOINTS;
-use didim_formats::AXIS;
+use didim_formats::AXIS_PLACEHOLDER;
 
-use super::bus::{WHICH_VALIDITY, drives, rate, rate_hz, surroundings};
+use super::bus::{VALIDITY_QUESTION, drives, rate, rate_hz, surroundings};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative};
 use super::names::{Group, Meaning, groups, meaning, words};
@@ -15,7 +15,7 @@ use super::table::{chosen, is_measured, torques};
 use super::value::{Guess, list, quoted};
 
 /// Identifier of the CANopen SYNC.
-const SYNC: FrameId = FrameId::Standard(0x80);
+const SYNC_ID: FrameId = FrameId::Standard(0x80);
 
 pub(super) fn propose(
     draft: &mut Draft<'_>,
@@ -71,14 +71,15 @@ impl Bus<'_> {
         log: Option<&Path>,
     ) -> Result<(bool, bool), ProposalError> {
         let is_sync =
-            |(name, id): &&(&str, FrameId)| *id == SYNC || name.eq_ignore_ascii_case("sync");
+            |(name, id): &&(&str, FrameId)| *id == SYNC_ID || name.eq_ignore_ascii_case("sync");
         let of_signals: Vec<FrameId> = self
             .signals_of(&[Meaning::Position, Meaning::Torque, Meaning::Command])
             .iter()
             .filter_map(|name| self.find(name).map(|signal| signal.id))
             .collect();
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
-        let reference = self.reference().map(|group| vec![group.name().replace(AXIS, "1")]);
+        let reference =
+            self.reference().map(|group| vec![group.name().replace(AXIS_PLACEHOLDER, "1")]);
         // The command begins the cycle of drives that answer it.
         let once = reference.or(self.position().ok());
         let once = once.and_then(|names| self.find(names.first()?));
@@ -117,12 +118,14 @@ impl Bus<'_> {
     /// Returns the position signal of each axis.
     fn position(&self) -> Result<Vec<String>, String> {
         let each = |pattern: &str| -> Vec<String> {
-            (1..=self.axes).map(|axis| pattern.replace(AXIS, &axis.to_string())).collect()
+            (1..=self.axes)
+                .map(|axis| pattern.replace(AXIS_PLACEHOLDER, &axis.to_string()))
+                .collect()
         };
         let group = chosen(&self.groups, Meaning::Position);
         let unit = |name: &String| self.find(name).is_some_and(|signal| !signal.unit.is_empty());
         let without = match &group {
-            Ok(Group::Numbered(pattern)) if pattern.contains(AXIS) => {
+            Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
                 let names = each(pattern);
                 if names.iter().all(unit) {
                     return Ok(names);
@@ -157,7 +160,7 @@ impl Bus<'_> {
         let group = chosen(&self.groups, Meaning::Reference).ok()?;
         let unit = |name: &str| self.find(name).map(|signal| signal.unit);
         let position = self.position().ok().and_then(|names| unit(names.first()?));
-        let axis_unit = unit(&group.name().replace(AXIS, "1"));
+        let axis_unit = unit(&group.name().replace(AXIS_PLACEHOLDER, "1"));
         (position.is_none() || axis_unit == position).then_some(group)
     }
 
@@ -175,8 +178,8 @@ impl Bus<'_> {
                 last_word.iter().any(|own| any.contains(&own.as_str()))
             };
             let fits = |name: &str| {
-                let first = self.find(&name.replace(AXIS, "1"));
-                name.contains(AXIS)
+                let first = self.find(&name.replace(AXIS_PLACEHOLDER, "1"));
+                name.contains(AXIS_PLACEHOLDER)
                     && is(name, &[word])
                     && first.is_some_and(|of| units.contains(&of.unit))
             };
@@ -200,7 +203,7 @@ impl Bus<'_> {
         let group_of = |wanted| chosen(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
-                Ok(Group::Numbered(pattern)) if pattern.contains(AXIS) => {
+                Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
                     Guess::assumed(quoted(&pattern), "by its name")
                 }
                 Ok(group) => Guess::open(&format!(
@@ -222,7 +225,7 @@ impl Bus<'_> {
             )
         };
         match (self.position(), group_of(Meaning::Position)) {
-            (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS, "1") => {
+            (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS_PLACEHOLDER, "1") => {
                 signal(draft, "position", Ok(group));
             }
             (Ok(names), _) => {
@@ -243,7 +246,7 @@ impl Bus<'_> {
         let valid = match is_measured && !is_command {
             _ if by_arrival => arrival(),
             true => Guess::assumed(quoted("instant"), "measured, at the instant of the sample"),
-            false => Guess::open(WHICH_VALIDITY),
+            false => Guess::open(VALIDITY_QUESTION),
         };
         draft.put(layout, "torque.valid", valid);
         if let Some(reference) = self.reference() {
@@ -277,7 +280,7 @@ impl Bus<'_> {
     fn unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
         let name = match draft.value(&format!("bus.layout.{what}.signal"))? {
             toml::Value::Array(names) => names.get(axis - 1)?.as_str()?.to_owned(),
-            value => value.as_str()?.replace(AXIS, &axis.to_string()),
+            value => value.as_str()?.replace(AXIS_PLACEHOLDER, &axis.to_string()),
         };
         self.find(&name).map(|signal| signal.unit.to_lowercase())
     }
@@ -292,7 +295,7 @@ impl Bus<'_> {
         let has = |group: &&Group| meaning(group.name()).is_some_and(|of| meanings.contains(&of));
         let wanted = self.groups.iter().filter(has);
         let each = wanted.flat_map(|group| {
-            (1..=self.axes).map(|axis| group.name().replace(AXIS, &axis.to_string()))
+            (1..=self.axes).map(|axis| group.name().replace(AXIS_PLACEHOLDER, &axis.to_string()))
         });
         each.collect()
     }

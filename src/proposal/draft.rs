@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::evidence::ProposalError;
 use super::value::{Guess, Standing, parsed, quoted, texts};
-use crate::cell::{CURRENTS, OPEN};
+use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
 /// Values by key, as TOML; a bare word is text.
 pub type Answers = BTreeMap<String, String>;
@@ -39,7 +39,7 @@ pub struct Proposal {
 }
 
 /// Sections in the order of the file; those of the drives are sorted by axis.
-const SECTIONS: [&str; 10] = [
+const SECTION_ORDER: [&str; 10] = [
     "",
     "urdf",
     "data",
@@ -52,11 +52,11 @@ const SECTIONS: [&str; 10] = [
     "identification",
 ];
 /// Sections that occur once for each axis.
-const EACH: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
+const AXIS_SECTIONS: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
 
 /// Splits a section of an axis into its list and the number.
 fn split_axis_section(section: &str) -> Option<(&str, &str)> {
-    section.rsplit_once('.').filter(|(list, _)| EACH.contains(list))
+    section.rsplit_once('.').filter(|(list, _)| AXIS_SECTIONS.contains(list))
 }
 
 pub(super) struct Draft<'a> {
@@ -79,7 +79,7 @@ impl<'a> Draft<'a> {
         let mut entry = Entry { section, name, value, standing, why };
         self.asked.insert(entry.key());
         let answer = self.answers.get(&entry.key());
-        if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != OPEN) {
+        if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != MISSING_VALUE) {
             let (value, standing) = (as_toml(answer), Standing::Configured);
             entry = Entry { value, standing, why: String::new(), ..entry };
         }
@@ -106,13 +106,13 @@ impl<'a> Draft<'a> {
 
     /// Returns true if a key has the unit of a current, for all axes or one of them.
     pub(super) fn has_current(&self, key: &str) -> bool {
-        CURRENTS.iter().any(|(unit, _)| self.has(key, unit))
+        CURRENT_UNITS.iter().any(|(unit, _)| self.has(key, unit))
     }
 
     /// Returns the text of a key that is not open.
     pub(super) fn text(&self, key: &str) -> Option<String> {
         match self.value(key)? {
-            toml::Value::String(text) if text != OPEN => Some(text),
+            toml::Value::String(text) if text != MISSING_VALUE => Some(text),
             _ => None,
         }
     }
@@ -159,7 +159,7 @@ impl<'a> Draft<'a> {
         let place = |section: &str| {
             let (section, axis) = split_axis_section(section)
                 .map_or((section, 0), |(list, axis)| (list, axis.parse().unwrap_or(0)));
-            (SECTIONS.iter().position(|own| *own == section), axis)
+            (SECTION_ORDER.iter().position(|own| *own == section), axis)
         };
         entries.sort_by_key(|entry| -> (Option<usize>, usize) { place(&entry.section) });
         Ok(Proposal { entries })
@@ -183,7 +183,7 @@ impl Proposal {
             "# The comment above a value names its source: stated by you, found in the files, \
                 assumed because it is\n# usual (please check), or missing. Replace {} by the \
                 missing values; `didim check` lists what is left.\n\n",
-            quoted(OPEN)
+            quoted(MISSING_VALUE)
         );
         let mut section = "";
         for entry in &self.entries {

@@ -1,6 +1,6 @@
 //! Content of columns, from their names.
 
-use didim_formats::{AXIS, INDEX};
+use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER};
 
 /// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,11 +14,11 @@ pub(super) enum Meaning {
     Time,
 }
 
-const TIME: &[&str] = &["time", "t", "timestamp", "stamp", "zeit"];
-const POSITION: &[&str] = &["position", "pos", "q", "angle", "theta", "encoder", "enc"];
-const TORQUE: &[&str] = &["torque", "tau", "effort", "trq", "moment"];
-const CURRENT: &[&str] = &["current", "curr", "cur", "amp", "ampere"];
-const ASKED_FOR: &[&str] = &[
+const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "stamp", "zeit"];
+const POSITION_WORDS: &[&str] = &["position", "pos", "q", "angle", "theta", "encoder", "enc"];
+const TORQUE_WORDS: &[&str] = &["torque", "tau", "effort", "trq", "moment"];
+const CURRENT_WORDS: &[&str] = &["current", "curr", "cur", "amp", "ampere"];
+const COMMAND_WORDS: &[&str] = &[
     "reference",
     "ref",
     "target",
@@ -34,7 +34,7 @@ const ASKED_FOR: &[&str] = &[
     "soll",
 ];
 /// Words that mark a column as another quantity.
-const OTHER: &[&str] = &[
+const OTHER_WORDS: &[&str] = &[
     "velocity",
     "vel",
     "speed",
@@ -98,23 +98,23 @@ pub(super) fn meaning(name: &str) -> Option<Meaning> {
     let last_words = name.rsplit_once('.').map(|(_, own)| words(own));
     let words = last_words.filter(|own| !own.is_empty()).unwrap_or_else(|| all_words.clone());
     // The unit rad/s indicates a speed.
-    if has(&words, OTHER) || name.contains("/s") {
+    if has(&words, OTHER_WORDS) || name.contains("/s") {
         return None;
     }
-    let asked_for = has(&all_words, ASKED_FOR);
-    if has(&words, TORQUE) {
+    let asked_for = has(&all_words, COMMAND_WORDS);
+    if has(&words, TORQUE_WORDS) {
         Some(if asked_for { Meaning::Command } else { Meaning::Torque })
-    } else if has(&words, CURRENT) {
+    } else if has(&words, CURRENT_WORDS) {
         (!asked_for).then_some(Meaning::Current)
-    } else if has(&words, POSITION) {
+    } else if has(&words, POSITION_WORDS) {
         Some(if asked_for { Meaning::Reference } else { Meaning::Position })
     } else {
-        has(&words, TIME).then_some(Meaning::Time)
+        has(&words, TIME_WORDS).then_some(Meaning::Time)
     }
 }
 
 /// Words for whole seconds, and for the nanoseconds beyond them.
-const PARTS: [&[&str]; 2] =
+const STAMP_PARTS: [&[&str]; 2] =
     [&["sec", "secs", "seconds"], &["nanosec", "nsec", "nanosecs", "nsecs", "nanoseconds"]];
 
 /// Finds pairs of columns that are the two parts of a stamp. Their names differ only in the last
@@ -123,7 +123,7 @@ pub(super) fn stamps(columns: &[String]) -> Vec<[&String; 2]> {
     let stem = |name: &'_ String, part: usize| -> Option<String> {
         let digits_at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
         let (stem, last) = name.split_at_checked(digits_at)?;
-        PARTS[part].contains(&last.to_lowercase().as_str()).then(|| stem.to_owned())
+        STAMP_PARTS[part].contains(&last.to_lowercase().as_str()).then(|| stem.to_owned())
     };
     let mut pairs = Vec::new();
     for sec in columns {
@@ -174,7 +174,10 @@ fn patterns(columns: &[String]) -> Vec<(String, usize)> {
                 _ => continue,
             };
             let count = (first..).take_while(|axis| is(format!("{begin}{axis}{end}"))).count();
-            patterns.push((format!("{begin}{}{end}", [INDEX, AXIS][first]), count));
+            patterns.push((
+                format!("{begin}{}{end}", [INDEX_PLACEHOLDER, AXIS_PLACEHOLDER][first]),
+                count,
+            ));
         }
     }
     patterns
@@ -194,7 +197,7 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
         // Numbered joints are found by their numbers.
         let numbered = groups.iter().any(|other| match other {
-            Group::Numbered(pattern) => [(AXIS, 1), (INDEX, 0)]
+            Group::Numbered(pattern) => [(AXIS_PLACEHOLDER, 1), (INDEX_PLACEHOLDER, 0)]
                 .iter()
                 .any(|(mark, first)| pattern.replace(mark, &first.to_string()) == names[0]),
             Group::Named(_) => false,
@@ -233,7 +236,7 @@ pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&
     if let Some(configured_value) = bracketed {
         return Some(unit_of(configured_value).ok_or_else(|| configured_value.to_owned()));
     }
-    let plain_name = name.replace(AXIS, "").replace(INDEX, "");
+    let plain_name = name.replace(AXIS_PLACEHOLDER, "").replace(INDEX_PLACEHOLDER, "");
     let mut words =
         plain_name.split(|c: char| !c.is_alphabetic() && c != '°').filter(|word| !word.is_empty());
     let last = words.next_back()?;

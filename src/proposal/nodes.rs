@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 
 use didim_drivers::layout::DeviceContents;
 
-use super::bus::{WHICH_VALIDITY, drives, rate, rate_hz, surroundings};
+use super::bus::{VALIDITY_QUESTION, drives, rate, rate_hz, surroundings};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, is_dcf, relative};
 use super::value::{Guess, quoted};
 
-const LAYOUT: &str = "bus.layout";
+const LAYOUT_SECTION: &str = "bus.layout";
 /// Objects of CiA 402.
-const POSITION: &str = "6064:00";
-const TORQUE_MEASURED: &str = "6077:00";
-const TORQUE_DEMANDED: &str = "6074:00";
-const TARGET_POSITION: &str = "607A:00";
-const STATUS_WORD: &str = "6041:00";
+const POSITION_OBJECT: &str = "6064:00";
+const MEASURED_TORQUE_OBJECT: &str = "6077:00";
+const DEMANDED_TORQUE_OBJECT: &str = "6074:00";
+const TARGET_POSITION_OBJECT: &str = "607A:00";
+const STATUS_WORD_OBJECT: &str = "6041:00";
 
 pub(super) fn propose(
     draft: &mut Draft<'_>,
@@ -29,13 +29,13 @@ pub(super) fn propose(
         return Err(ProposalError::Devices { files: files.len(), axes });
     }
     surroundings(draft);
-    draft.put(LAYOUT, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
+    draft.put(LAYOUT_SECTION, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
     let sync = files.iter().find_map(|(_, contents)| contents.sync);
     let rate_hz = match (sync, evidence.log.as_deref()) {
         (Some(id), Some(log)) => rate_hz(log, id)?,
         _ => None,
     };
-    draft.put(LAYOUT, "rate_hz", rate(rate_hz));
+    draft.put(LAYOUT_SECTION, "rate_hz", rate(rate_hz));
     let mut of_axis = BTreeMap::new();
     for (axis, (file, contents)) in (1..=axes).zip(files.iter().cycle()) {
         let number = match contents.node_id {
@@ -73,36 +73,40 @@ fn objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
                 "the object of the {what} in a PDO that goes by every SYNC, as {object:?}; {why}"
             )),
         };
-        draft.put(LAYOUT, &format!("{what}.object"), guess);
+        draft.put(LAYOUT_SECTION, &format!("{what}.object"), guess);
     };
-    named(draft, "position", POSITION, usable(POSITION, true));
+    named(draft, "position", POSITION_OBJECT, usable(POSITION_OBJECT, true));
     let count = "CiA 402 leaves it to the drive: its position unit, which the gain is for";
-    draft.put(LAYOUT, "position.unit", Guess::assumed(quoted("count"), count));
+    draft.put(LAYOUT_SECTION, "position.unit", Guess::assumed(quoted("count"), count));
     let instant = "the instant of the sample";
-    draft.put(LAYOUT, "position.valid", Guess::assumed(quoted("instant"), instant));
-    let measured = usable(TORQUE_MEASURED, true);
-    let demanded = usable(TORQUE_DEMANDED, true);
+    draft.put(LAYOUT_SECTION, "position.valid", Guess::assumed(quoted("instant"), instant));
+    let measured = usable(MEASURED_TORQUE_OBJECT, true);
+    let demanded = usable(DEMANDED_TORQUE_OBJECT, true);
     let (object, found) = match (&measured, &demanded) {
-        (Err(_), Ok(())) => (TORQUE_DEMANDED, demanded),
-        _ => (TORQUE_MEASURED, measured),
+        (Err(_), Ok(())) => (DEMANDED_TORQUE_OBJECT, demanded),
+        _ => (MEASURED_TORQUE_OBJECT, measured),
     };
-    let valid = match object == TORQUE_MEASURED && found.is_ok() {
+    let valid = match object == MEASURED_TORQUE_OBJECT && found.is_ok() {
         true => Guess::assumed(quoted("instant"), "measured, at the instant of the sample"),
-        false => Guess::open(WHICH_VALIDITY),
+        false => Guess::open(VALIDITY_QUESTION),
     };
     named(draft, "torque", object, found);
     let rated = "both torques of CiA 402 are in thousandths of the rated one (6076h)";
-    draft.put(LAYOUT, "torque.unit", Guess::from_file(quoted("per mille"), rated));
-    draft.put(LAYOUT, "torque.valid", valid);
-    if usable(TARGET_POSITION, false).is_ok() {
-        named(draft, "reference", TARGET_POSITION, Ok(()));
-        draft.put(LAYOUT, "reference.unit", Guess::assumed(quoted("count"), "as of the positions"));
+    draft.put(LAYOUT_SECTION, "torque.unit", Guess::from_file(quoted("per mille"), rated));
+    draft.put(LAYOUT_SECTION, "torque.valid", valid);
+    if usable(TARGET_POSITION_OBJECT, false).is_ok() {
+        named(draft, "reference", TARGET_POSITION_OBJECT, Ok(()));
+        draft.put(
+            LAYOUT_SECTION,
+            "reference.unit",
+            Guess::assumed(quoted("count"), "as of the positions"),
+        );
         let why = "a target takes effect at the next SYNC (CiA 301)";
-        draft.put(LAYOUT, "reference.valid", Guess::assumed(quoted("next-sync"), why));
+        draft.put(LAYOUT_SECTION, "reference.valid", Guess::assumed(quoted("next-sync"), why));
     }
-    if usable(STATUS_WORD, true).is_ok() {
+    if usable(STATUS_WORD_OBJECT, true).is_ok() {
         let why = "the status word of CiA 402";
-        draft.put(LAYOUT, "status_word", Guess::from_file(quoted(STATUS_WORD), why));
+        draft.put(LAYOUT_SECTION, "status_word", Guess::from_file(quoted(STATUS_WORD_OBJECT), why));
     }
 }
 

@@ -8,25 +8,25 @@ use super::value::{
     Guess, POSITION_UNIT_QUESTION, Standing, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
     parsed, quoted, texts,
 };
-use crate::cell::OPEN;
+use crate::cell::MISSING_VALUE;
 use crate::text::significant;
 
 /// Factor by which a position may exceed its limits, which are round numbers.
-const WITHIN: f64 = 1.02;
+const LIMIT_FACTOR: f64 = 1.02;
 /// Minimum motion of a joint \[rad or m\]. In the smaller unit it would be almost none.
-const SHIFTED: f64 = 0.3;
+const MIN_MOTION: f64 = 0.3;
 /// Number of rows to inspect.
-const INSPECTED: usize = 2000;
+const INSPECTED_ROWS: usize = 2000;
 /// Minimum share of a torque's square that gravity has to explain.
-const EXPLAINED: f64 = 0.5;
+const MIN_EXPLAINED_SHARE: f64 = 0.5;
 /// Number of rows to either side in the differences for speeds and accelerations.
-const REACH: usize = 10;
+const DIFFERENCE_ROWS: usize = 10;
 /// Factors within which the nominal masses are correct, with payload: overall, and at each joint.
-const FACTORS: [f64; 2] = [2.0, 3.0];
+const MASS_FACTORS: [f64; 2] = [2.0, 3.0];
 /// Minimum share of the power that a drive loses in an arm with friction.
-const LOST: f64 = 0.1;
+const MIN_LOST_SHARE: f64 = 0.1;
 /// Tolerance for a joint's return to its position, as a part of its span.
-const BACK: f64 = 0.1;
+const RETURN_TOLERANCE: f64 = 0.1;
 
 /// Rows per second of any robot's log. The range spans three powers of ten, so one unit of time
 /// fits.
@@ -75,14 +75,14 @@ impl Survey<'_> {
         let within = joints.map(|(joint, position)| {
             let unit = if joint.kind == JointKind::Revolute { rad } else { metres };
             let largest = joint.limits.position_min.abs().max(joint.limits.position_max.abs());
-            position.iter().all(|value| (value * unit).abs() <= WITHIN * largest)
+            position.iter().all(|value| (value * unit).abs() <= LIMIT_FACTOR * largest)
         });
         within.collect()
     }
 
     /// Counts the joints whose motion exceeds the minimum in the signal's own unit.
     fn moving(&self) -> usize {
-        self.position.iter().filter(|values| span(values) > SHIFTED).count()
+        self.position.iter().filter(|values| span(values) > MIN_MOTION).count()
     }
 
     /// Proposes rad or deg, m or mm, from the limits of the joints.
@@ -121,8 +121,9 @@ impl Survey<'_> {
         let model = Model::new(self.robot);
         let mut workspace = Workspace::new();
         let rows = self.position.first().map_or(0, Vec::len);
-        let inspected: Vec<usize> =
-            (REACH..rows.saturating_sub(REACH)).step_by((rows / INSPECTED).max(1)).collect();
+        let inspected: Vec<usize> = (DIFFERENCE_ROWS..rows.saturating_sub(DIFFERENCE_ROWS))
+            .step_by((rows / INSPECTED_ROWS).max(1))
+            .collect();
         let mut columns = vec![Vec::with_capacity(inspected.len()); joints];
         for row in &inspected {
             let q: Vec<f64> = self.position.iter().map(|values| values[*row]).collect();
@@ -222,8 +223,10 @@ impl Survey<'_> {
                 &format!("{why}; the others are taken alike"),
             );
         }
-        let value: Vec<String> =
-            each.iter().map(|sign| sign.map_or_else(|| quoted(OPEN), str::to_owned)).collect();
+        let value: Vec<String> = each
+            .iter()
+            .map(|sign| sign.map_or_else(|| quoted(MISSING_VALUE), str::to_owned))
+            .collect();
         let standing = match each.iter().all(Option::is_some) {
             true => Standing::Assumed,
             false => Standing::Missing,
@@ -234,7 +237,8 @@ impl Survey<'_> {
     /// Returns the last row of the second half in which the arm is nearly back at its start.
     fn back(&self) -> Option<usize> {
         let rows = self.position.first().map_or(0, Vec::len);
-        let near: Vec<f64> = self.position.iter().map(|values| BACK * span(values)).collect();
+        let near: Vec<f64> =
+            self.position.iter().map(|values| RETURN_TOLERANCE * span(values)).collect();
         (rows / 2..rows).rev().find(|row: &usize| {
             let joints = self.position.iter().zip(&near);
             joints.into_iter().all(|(values, near)| (values[*row] - values[0]).abs() <= *near)
@@ -257,7 +261,7 @@ impl Survey<'_> {
             }
         }
         let share = work / all;
-        (share.abs() > LOST).then_some(share)
+        (share.abs() > MIN_LOST_SHARE).then_some(share)
     }
 
     /// Returns true if gravity of the nominal masses explains the torques as N·m or mN·m on the
@@ -284,8 +288,10 @@ fn explained(
 ) -> Option<f64> {
     let column =
         |of: &dyn Fn(usize) -> f64| -> Vec<f64> { inspected.iter().map(|row| of(*row)).collect() };
-    let step = |row: usize| position[row + REACH] - position[row - REACH];
-    let bend = |row: usize| position[row + REACH] - 2.0 * position[row] + position[row - REACH];
+    let step = |row: usize| position[row + DIFFERENCE_ROWS] - position[row - DIFFERENCE_ROWS];
+    let bend = |row: usize| {
+        position[row + DIFFERENCE_ROWS] - 2.0 * position[row] + position[row - DIFFERENCE_ROWS]
+    };
     let others =
         [column(&|_| 1.0), column(&|row| step(row).signum()), column(&step), column(&bend)];
     let torque = column(&|row| torque[row]);
@@ -315,7 +321,7 @@ fn explained(
     let [gravity, torque] = [gravity, &torque].map(|values| without(values, &directions));
     let both: f64 = gravity.iter().zip(&torque).map(|(gravity, torque)| gravity * torque).sum();
     let share = both * both / (square(&gravity) * square(&torque));
-    (share > EXPLAINED).then(|| both / square(&gravity))
+    (share > MIN_EXPLAINED_SHARE).then(|| both / square(&gravity))
 }
 
 fn span(values: &[f64]) -> f64 {
@@ -335,7 +341,7 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
     let logarithms = reported.iter().map(|factor| (factor.abs() / unit).ln());
     #[expect(clippy::cast_precision_loss, reason = "joints")]
     let mean = logarithms.clone().sum::<f64>() / reported.len() as f64;
-    let [complete, each] = FACTORS.map(f64::ln);
+    let [complete, each] = MASS_FACTORS.map(f64::ln);
     !reported.is_empty() && mean.abs() < complete && logarithms.clone().all(|of| of.abs() < each)
 }
 

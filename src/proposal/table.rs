@@ -13,11 +13,11 @@ use super::value::{
     Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
     quoted,
 };
-use crate::cell::{CURRENTS, OPEN};
+use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
-const SECTION: &str = "data";
+const SECTION_NAME: &str = "data";
 /// Words at the end of a name that state its unit.
-const TURNS: &[(&str, &str)] = &[
+const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("rad", "rad"),
     ("deg", "deg"),
     ("degree", "deg"),
@@ -25,7 +25,7 @@ const TURNS: &[(&str, &str)] = &[
     ("°", "deg"),
     ("mm", "mm"),
 ];
-const TORQUES: &[(&str, &str)] = &[
+const TORQUE_UNIT_WORDS: &[(&str, &str)] = &[
     ("nm", "Nm"),
     ("mnm", "mNm"),
     ("a", "A"),
@@ -35,7 +35,8 @@ const TORQUES: &[(&str, &str)] = &[
     ("n", "N"),
 ];
 /// Words that mark the measured columns, if there are several of a kind.
-const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
+const MEASURED_WORDS: &[&str] =
+    &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
 
 pub(super) fn propose(
     draft: &mut Draft<'_>,
@@ -65,13 +66,13 @@ impl Table<'_> {
             Some(_) => Guess::open("samples a second; the unit of the time tells it"),
             None => Guess::open("samples a second; the table has no times"),
         };
-        draft.put(SECTION, "rate_hz", rate_hz);
+        draft.put(SECTION_NAME, "rate_hz", rate_hz);
         match self.names.own {
             None => self.of_others(draft, time.as_ref()),
             Some((side, _)) => {
                 let side = if side == Side::Joint { "joint" } else { "motor" };
                 draft.know("data.side", quoted(side));
-                draft.put(SECTION, "torque_valid", torque_valid(false));
+                draft.put(SECTION_NAME, "torque_valid", torque_valid(false));
                 Ok(())
             }
         }
@@ -95,7 +96,7 @@ impl Table<'_> {
 
     fn of_others(&self, draft: &mut Draft<'_>, time: Option<&Time>) -> Result<(), ProposalError> {
         if let Some(time) = time {
-            time.put(draft, SECTION);
+            time.put(draft, SECTION_NAME);
         }
         let axes = self.robot.joints();
         if self.names.columns.len() < 2 * axes {
@@ -106,7 +107,7 @@ impl Table<'_> {
         let otherwise = counted_otherwise(&self.names.columns, axes);
         let position = chosen(&groups, Meaning::Position);
         let (torque, is_command) = torques(&groups);
-        draft.put(SECTION, "torque_valid", torque_valid(is_command));
+        draft.put(SECTION_NAME, "torque_valid", torque_valid(is_command));
         let hint = |which: String| match otherwise.is_empty() {
             true => which,
             false => format!("{which}; of {axes} joints there are {}", otherwise.join(", ")),
@@ -121,12 +122,13 @@ impl Table<'_> {
             }
             _ => None,
         };
-        let named = position.as_ref().ok().and_then(|group| unit(group.name(), TURNS));
+        let named =
+            position.as_ref().ok().and_then(|group| unit(group.name(), POSITION_UNIT_WORDS));
         let position_unit = position_guess(draft, survey.as_ref(), named.as_ref());
         let in_si =
             survey.as_ref().and_then(|survey_input| survey_input.in_si(&position_unit.value));
         draft.put(
-            SECTION,
+            SECTION_NAME,
             "side",
             self.side(&[&position, &torque], survey.as_ref(), in_si.as_ref()),
         );
@@ -136,16 +138,16 @@ impl Table<'_> {
         put_columns(draft, "position", &position);
         let certain = of_joints || matches!(named, Some(Ok(_)));
         let guess = if certain { position_unit } else { Guess::open(POSITION_UNIT_QUESTION) };
-        draft.put(SECTION, "position.unit", guess);
+        draft.put(SECTION_NAME, "position.unit", guess);
         put_columns(draft, "torque", &torque);
         let is_current =
             torque.as_ref().is_ok_and(|group| meaning(group.name()) == Some(Meaning::Current));
-        let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUES));
+        let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUE_UNIT_WORDS));
         let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
-        draft.put(SECTION, "torque.unit", unit);
+        draft.put(SECTION_NAME, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
             draft.put(
-                SECTION,
+                SECTION_NAME,
                 "torque.per_ampere",
                 Guess::open(
                     "torque of one ampere, on the same \
@@ -153,16 +155,16 @@ impl Table<'_> {
                 ),
             );
         }
-        draft.put(SECTION, "torque.sign", sign);
+        draft.put(SECTION_NAME, "torque.sign", sign);
         if let Ok(reference) = chosen(&groups, Meaning::Reference) {
             put_columns(draft, "reference", &Ok(reference));
-            let unit = draft.text("data.position.unit").unwrap_or_else(|| OPEN.to_owned());
-            let guess = if unit == OPEN {
+            let unit = draft.text("data.position.unit").unwrap_or_else(|| MISSING_VALUE.to_owned());
+            let guess = if unit == MISSING_VALUE {
                 Guess::open("the unit of the reference")
             } else {
                 Guess::assumed(quoted(&unit), "as of the positions")
             };
-            draft.put(SECTION, "reference.unit", guess);
+            draft.put(SECTION_NAME, "reference.unit", guess);
         }
         Ok(())
     }
@@ -239,7 +241,7 @@ fn torque_guesses(
     named: Option<Result<&str, String>>,
     is_current: bool,
 ) -> (Guess, Guess) {
-    let of_current = |own: &str| CURRENTS.iter().any(|(unit, _)| *unit == own);
+    let of_current = |own: &str| CURRENT_UNITS.iter().any(|(unit, _)| *unit == own);
     let newton_metres = match &named {
         Some(Ok(unit)) if !of_current(unit) => {
             Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 }))
@@ -309,7 +311,7 @@ pub(super) fn torques(groups: &[Group]) -> (Result<Group, String>, bool) {
 
 /// Returns true if a name marks a measured quantity.
 pub(super) fn is_measured(name: &str) -> bool {
-    words(name).iter().any(|word| MEASURED.contains(&word.as_str()))
+    words(name).iter().any(|word| MEASURED_WORDS.contains(&word.as_str()))
 }
 
 fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {
@@ -327,5 +329,5 @@ fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>)
             )),
         ),
     };
-    draft.put(SECTION, &format!("{what}.{key}"), guess);
+    draft.put(SECTION_NAME, &format!("{what}.{key}"), guess);
 }

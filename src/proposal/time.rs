@@ -9,11 +9,11 @@ use super::evidence::ProposalError;
 use super::names::{Meaning, meaning, stamps, unit};
 use super::plausible::{RATES_HZ, rounded};
 use super::value::{Guess, quoted};
-use crate::cell::DATES;
+use crate::cell::DATE_UNIT;
 
-const UNITS: &[(&str, &str)] =
+const UNIT_WORDS: &[(&str, &str)] =
     &[("s", "s"), ("sec", "s"), ("ms", "ms"), ("us", "us"), ("µs", "us"), ("ns", "ns")];
-const SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+const UNIT_SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 /// The time of a table.
 pub(super) struct Time {
@@ -89,7 +89,7 @@ impl Time {
                 draft.put(section, "time.column", Guess::from_file(quoted(name), "by its name"));
                 let unit = match unit.zip(*rate_hz) {
                     Some((unit, rate_hz)) => guess(quoted(unit), &rows(rate_hz)),
-                    None => Guess::open(WHICH_UNIT),
+                    None => Guess::open(UNIT_QUESTION),
                 };
                 draft.put(section, "time.unit", unit);
             }
@@ -100,13 +100,13 @@ impl Time {
                     `unit`"
                 );
                 draft.put(section, "time.column", Guess::open(&question));
-                draft.put(section, "time.unit", Guess::open(WHICH_UNIT));
+                draft.put(section, "time.unit", Guess::open(UNIT_QUESTION));
             }
         }
     }
 }
 
-const WHICH_UNIT: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
+const UNIT_QUESTION: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
 
 /// Reads the times since the first one, which must not go back, and their rate. `None` if the
 /// column has no time.
@@ -158,25 +158,25 @@ fn of_column(
     let Some((times, rate_hz)) = advancing(file, name, numbers)? else {
         let dates = advancing(file, name, TimeColumns::Dates { column: column.clone() })?;
         return Ok(dates.map(|(_, rate_hz)| {
-            let which = Which::Column { name: column, unit: Some(DATES) };
+            let which = Which::Column { name: column, unit: Some(DATE_UNIT) };
             Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
         }));
     };
     // The column's type has a unit, so the times are already in seconds.
     let rate_of = |unit: f64| rate_hz * second / unit;
-    let by_type = SECONDS.into_iter().find(|(_, second)| by_type == Some(*second));
+    let by_type = UNIT_SECONDS.into_iter().find(|(_, second)| by_type == Some(*second));
     let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
     let unit_found = draft.answered_text("data.time.unit").map(Ok).or(by_type);
-    let unit_found = unit_found.or_else(|| Some(unit(name, UNITS)?.map(str::to_owned)));
+    let unit_found = unit_found.or_else(|| Some(unit(name, UNIT_WORDS)?.map(str::to_owned)));
     let is_stated = matches!(unit_found, Some(Ok(_)));
     let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
     let fits = match unit_found {
-        Some(Ok(configured)) => SECONDS.into_iter().find(|(unit, _)| *unit == configured),
+        Some(Ok(configured)) => UNIT_SECONDS.into_iter().find(|(unit, _)| *unit == configured),
         Some(Err(_)) => None,
         // A slow log in seconds or a fast one in milliseconds is ambiguous. A row number is no
         // time.
         None if counts || (1.0..RATES_HZ.start).contains(&rate_of(1.0)) => None,
-        None => SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&rate_of(*second))),
+        None => UNIT_SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&rate_of(*second))),
     };
     let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(rate_of(second)))).unzip();
     Ok(Some(Time { which: Which::Column { name: column, unit }, rate_hz, is_stated }))

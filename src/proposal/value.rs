@@ -1,6 +1,6 @@
 //! A proposed value: as TOML, with its source.
 
-use crate::cell::OPEN;
+use crate::cell::MISSING_VALUE;
 
 /// Source of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,7 +47,7 @@ impl Guess {
     /// Creates an open value that the files cannot show; `what` is the question.
     pub(super) fn open(what: &str) -> Self {
         let why = what.to_owned();
-        Self { value: quoted(OPEN), standing: Standing::Missing, why }
+        Self { value: quoted(MISSING_VALUE), standing: Standing::Missing, why }
     }
 }
 

@@ -11,9 +11,9 @@ use crate::analysis::{Advised, Assignment, MissingParameter};
 use crate::text::{aligned, significant};
 
 /// Maximum number of parameters to print per motion, those that improve most.
-const MOST_SHOWN: usize = 6;
+const MAX_SHOWN: usize = 6;
 /// Smallest improvement factor of a standard deviation to print.
-const WORTH: f64 = 1.2;
+const MIN_IMPROVEMENT: f64 = 1.2;
 
 /// Formats the advice for a result of an arm.
 pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
@@ -149,13 +149,13 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
 fn brought(assignment: &Assignment, advice: &Advice, before: &[f64], after: &[f64]) -> String {
     let mut helped: Vec<(usize, f64)> = (advice.missing.iter())
         .map(|&k| (k, before[k] / after[k]))
-        .filter(|(_, times)| *times >= WORTH)
+        .filter(|(_, times)| *times >= MIN_IMPROVEMENT)
         .collect();
     helped.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let more = helped.len().saturating_sub(MOST_SHOWN);
+    let more = helped.len().saturating_sub(MAX_SHOWN);
     let mut text: String = helped
         .iter()
-        .take(MOST_SHOWN)
+        .take(MAX_SHOWN)
         .map(|&(k, _): &(usize, f64)| {
             let MissingParameter { name, unit, value, .. } = &assignment.parameters[k];
             let relative = |deviation: f64| share(deviation / value.unwrap_or(f64::NAN).abs());

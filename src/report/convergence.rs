@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use didim_identification::identification::ConvergenceStep;
 
-use super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP};
+use super::panel::{PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP};
 use crate::text::{aligned, significant};
 
 /// Length of the longest bar, in characters.
-const BAR: f64 = 24.0;
+const LONGEST_BAR: f64 = 24.0;
 
 /// Formats one line per step; the bars show the change of the parameters on a logarithmic scale.
 pub fn table(steps: &[ConvergenceStep]) -> String {
@@ -31,7 +31,7 @@ pub fn table(steps: &[ConvergenceStep]) -> String {
     let mut with_bars = format!("{}\n", lines.next().unwrap_or_default());
     for (line, step) in lines.zip(steps) {
         let share = (step.parameter_change.log10() - low) / (high - low);
-        let eighths = (8.0 * BAR * share.clamp(0.0, 1.0)).round();
+        let eighths = (8.0 * LONGEST_BAR * share.clamp(0.0, 1.0)).round();
         let bar = if eighths.is_finite() { bar(eighths) } else { String::new() };
         let _ = writeln!(with_bars, "{}", format!("{line}  {bar}").trim_end());
     }
@@ -60,10 +60,11 @@ pub fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
     let errors: Vec<f64> = steps.iter().map(|step| step.relative_error).collect();
     let changes: Vec<f64> = steps.iter().map(|step| step.parameter_change).collect();
     let Some((low, high)) = decades(errors.iter().chain(&changes).copied()) else { return };
-    let (wide, tall) = (PANEL_WIDTH - PLOT_LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let (wide, tall) =
+        (PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT, PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM);
     let last = steps.last().map_or(1, |step| step.simulation).max(2);
     let x = |simulation: u32| PLOT_LEFT + f64::from(simulation - 1) / f64::from(last - 1) * wide;
-    let y = |value: f64| TOP + (high - value.log10()) / (high - low) * tall;
+    let y = |value: f64| PLOT_TOP + (high - value.log10()) / (high - low) * tall;
     let _ = write!(
         svg,
         "<text class=\"title\" x=\"{PLOT_LEFT}\" y=\"20\">convergence: relative error ●, largest \
@@ -89,7 +90,7 @@ pub fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
             svg,
             r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
             x(step.simulation),
-            TOP + tall + 16.0,
+            PLOT_TOP + tall + 16.0,
             step.simulation
         );
     }

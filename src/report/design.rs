@@ -2,11 +2,11 @@
 //! it.
 
 use didim_identification::excitation::{
-    CHECK_HZ, Course as _, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Swept, Used,
+    CHECK_HZ, Course as _, Design, LimitKind, MIN_GAP_M, Nearest, Other, Predicted, Swept, Used,
 };
 use didim_identification::identification::{KnownLoad, Payload, Uncertain};
 
-use super::payload::{AXES, ENTRIES};
+use super::payload::{AXIS_NAMES, INERTIA_NAMES};
 use crate::analysis::{
     Assignment, ExpectedParameter, MissingParameter, WantedLoad, expectation_line,
 };
@@ -115,10 +115,10 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     if let Some(found) = load.mass_kg {
         line("mass".to_owned(), found, "kg");
     }
-    for (axis, found) in AXES.iter().zip(load.centre_m) {
+    for (axis, found) in AXIS_NAMES.iter().zip(load.centre_m) {
         found.into_iter().for_each(|found| line(format!("centre {axis}"), found, "m"));
     }
-    for (entry, found) in ENTRIES.iter().zip(load.inertia_kg_m2) {
+    for (entry, found) in INERTIA_NAMES.iter().zip(load.inertia_kg_m2) {
         found.into_iter().for_each(|found| line(format!("inertia {entry}"), found, "kg·m²"));
     }
     if !simulated.not_identifiable.is_empty() {
@@ -214,7 +214,7 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
             lines.push(format!(
                 "Collision checked at {CHECK_HZ} points per second by the stated shapes, {:.0} mm \
                  apart: links that no joint connects{inside}.{near}",
-                1e3 * LEAST_GAP_M
+                1e3 * MIN_GAP_M
             ));
             lines.push(format!(
                 "Collision NOT checked: links that a joint connects, tool, load, cables, and \

@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use didim_dynamics::robot::{JointIndex, JointKind};
 use didim_identification::identification::ConvergenceStep;
 
-use super::panel::{BOTTOM, CURVES, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
+use super::panel::{CURVE_STYLE, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks};
 use super::{TorquePanel, convergence, value_range};
 use crate::text::escape;
 
-const COLUMNS: usize = 2;
-const HEADER: f64 = 58.0;
+const PANEL_COLUMNS: usize = 2;
+const HEADER_HEIGHT: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
 /// curves also differ in lightness and width, so they can be distinguished without colour.
@@ -29,16 +29,16 @@ pub fn torque_figure(
     steps: &[ConvergenceStep],
 ) -> String {
     let count = panels.len() + usize::from(!steps.is_empty());
-    let rows = count.div_ceil(COLUMNS);
+    let rows = count.div_ceil(PANEL_COLUMNS);
     #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
     let (width, height) =
-        (PANEL_WIDTH * COLUMNS as f64, HEADER + TORQUE_PANEL_HEIGHT * rows as f64);
+        (PANEL_WIDTH * PANEL_COLUMNS as f64, HEADER_HEIGHT + TORQUE_PANEL_HEIGHT * rows as f64);
     let mut svg = String::new();
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
-         aria-label=\"{0}\"><title>{0}</title><style>{COLOURS}{CURVES}</style><rect \
+         aria-label=\"{0}\"><title>{0}</title><style>{COLOURS}{CURVE_STYLE}</style><rect \
          class=\"paper\" width=\"{width}\" height=\"{height}\"/><text class=\"heading\" x=\"16\" \
          y=\"26\">{0}</text>",
         escape(heading)
@@ -59,8 +59,8 @@ pub fn torque_figure(
     for index in 0..count {
         #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
         let (x, y) = (
-            (index % COLUMNS) as f64 * PANEL_WIDTH,
-            HEADER + (index / COLUMNS) as f64 * TORQUE_PANEL_HEIGHT,
+            (index % PANEL_COLUMNS) as f64 * PANEL_WIDTH,
+            HEADER_HEIGHT + (index / PANEL_COLUMNS) as f64 * TORQUE_PANEL_HEIGHT,
         );
         let _ = write!(svg, r#"<g transform="translate({x} {y})">"#);
         match panels.get(index) {
@@ -74,13 +74,14 @@ pub fn torque_figure(
 }
 
 /// Height of the torque axis, of the residual axis, and of the gap between them.
-const TORQUE: f64 = 138.0;
-const RESIDUAL: f64 = 66.0;
-const BETWEEN: f64 = 14.0;
+const TORQUE_AXIS_HEIGHT: f64 = 138.0;
+const RESIDUAL_AXIS_HEIGHT: f64 = 66.0;
+const AXIS_GAP: f64 = 14.0;
 /// Height of a panel with both axes.
-pub(super) const TORQUE_PANEL_HEIGHT: f64 = TOP + TORQUE + BETWEEN + RESIDUAL + BOTTOM;
+pub(super) const TORQUE_PANEL_HEIGHT: f64 =
+    PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP + RESIDUAL_AXIS_HEIGHT + PLOT_BOTTOM;
 /// Half width of the residual band, in standard deviations.
-const SIGMAS: f64 = 2.0;
+const BAND_DEVIATIONS: f64 = 2.0;
 
 /// A value axis next to a time axis.
 struct Axis {
@@ -103,7 +104,7 @@ impl Axis {
                 "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{line_y:.1}\" \
                  y2=\"{line_y:.1}\"/><text class=\"tick\" x=\"{}\" y=\"{:.1}\" \
                  text-anchor=\"end\">{tick}</text>",
-                PANEL_WIDTH - RIGHT,
+                PANEL_WIDTH - PLOT_RIGHT,
                 PLOT_LEFT - 5.0,
                 line_y + 3.5
             );
@@ -123,12 +124,12 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     );
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
-    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
-    let base = TORQUE_PANEL_HEIGHT - BOTTOM;
+    let base = TORQUE_PANEL_HEIGHT - PLOT_BOTTOM;
     draw_time(svg, (start, end), x);
     draw_unit(svg, panel.unit, 20.0);
-    let torque = Axis { top: TOP, tall: TORQUE, low, high };
+    let torque = Axis { top: PLOT_TOP, tall: TORQUE_AXIS_HEIGHT, low, high };
     torque.draw(svg, 4);
     let curve = |values: &[f64], axis: &Axis| -> Vec<(f64, f64)> {
         panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y(*v))).collect()
@@ -153,7 +154,7 @@ fn draw_time(svg: &mut String, (start, end): (f64, f64), x: impl Fn(f64) -> f64)
             svg,
             r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
             x(tick),
-            TORQUE_PANEL_HEIGHT - BOTTOM + 16.0
+            TORQUE_PANEL_HEIGHT - PLOT_BOTTOM + 16.0
         );
     }
 }
@@ -192,14 +193,15 @@ pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
         panel.kind.velocity_unit()
     );
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
-    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
     draw_time(svg, (start, end), x);
     draw_unit(svg, panel.kind.position_unit(), 20.0);
-    let below = TOP + TORQUE + BETWEEN;
-    for (class, values, top, tall) in
-        [("predicted", panel.position, TOP, TORQUE), ("residual", panel.velocity, below, RESIDUAL)]
-    {
+    let below = PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP;
+    for (class, values, top, tall) in [
+        ("predicted", panel.position, PLOT_TOP, TORQUE_AXIS_HEIGHT),
+        ("residual", panel.velocity, below, RESIDUAL_AXIS_HEIGHT),
+    ] {
         let Some((low, high)) = value_range([values]) else { continue };
         let axis = Axis { top, tall, low, high };
         axis.draw(svg, 4);
@@ -220,12 +222,17 @@ fn draw_residual(
         (n + 1.0, sum + v * v, largest.max(v.abs()))
     });
     let sigma = f64::sqrt(squares / f64::max(count, 1.0));
-    let reach = 1.05 * largest.max(SIGMAS * sigma);
+    let reach = 1.05 * largest.max(BAND_DEVIATIONS * sigma);
     // A model without any error has no range for the axis.
     let reach = if reach > 0.0 { reach } else { 1.0 };
-    let axis = Axis { top: TOP + TORQUE + BETWEEN, tall: RESIDUAL, low: -reach, high: reach };
-    let (top, bottom) = (axis.y(SIGMAS * sigma), axis.y(-SIGMAS * sigma));
-    let wide = PANEL_WIDTH - PLOT_LEFT - RIGHT;
+    let axis = Axis {
+        top: PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP,
+        tall: RESIDUAL_AXIS_HEIGHT,
+        low: -reach,
+        high: reach,
+    };
+    let (top, bottom) = (axis.y(BAND_DEVIATIONS * sigma), axis.y(-BAND_DEVIATIONS * sigma));
+    let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let _ = write!(
         svg,
         r#"<rect class="sigmas" x="{PLOT_LEFT}" y="{top:.1}" width="{wide}" height="{:.1}"/>"#,
@@ -310,7 +317,10 @@ mod tests {
         draw_panel(&mut svg, &panel);
         let band = svg.split_once("class=\"sigmas\"").unwrap().1;
         // 0.6 of a reach of 1.05 · 0.6 to either side of the middle of the axis.
-        let (middle, half) = (TOP + TORQUE + BETWEEN + RESIDUAL / 2.0, RESIDUAL / 2.0 / 1.05);
+        let (middle, half) = (
+            PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP + RESIDUAL_AXIS_HEIGHT / 2.0,
+            RESIDUAL_AXIS_HEIGHT / 2.0 / 1.05,
+        );
         let expected = format!("y=\"{:.1}\"", middle - half);
         assert!(band.contains(&expected), "{expected}: {svg}");
         let height = format!("height=\"{:.1}\"", 2.0 * half);

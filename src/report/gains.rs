@@ -6,7 +6,7 @@ use crate::analysis::{FoundGain, FoundGains};
 use crate::text::{aligned, significant, to_uncertainty};
 
 /// Maximum number of digits of a value.
-const DIGITS: usize = 5;
+const MAX_DIGITS: usize = 5;
 
 /// Formats the gains next to the configured ones, the arm's parameters with these gains, lines for
 /// the cell file, and notes.
@@ -20,8 +20,8 @@ pub fn gains_text(found: &FoundGains) -> String {
             };
             vec![
                 gain.joint.to_string(),
-                significant(gain.configured, DIGITS),
-                shown(&|value, sigma| to_uncertainty(value, sigma, DIGITS)),
+                significant(gain.configured, MAX_DIGITS),
+                shown(&|value, sigma| to_uncertainty(value, sigma, MAX_DIGITS)),
                 shown(&|_, sigma| significant(sigma, 2)),
                 gain.unit.to_owned(),
                 shown(&|value, _| significant(value / gain.configured, 4)),
@@ -42,7 +42,7 @@ pub fn gains_text(found: &FoundGains) -> String {
     let rows: Vec<Vec<String>> = (found.parameters.iter())
         .map(|of| {
             let (value, sigma) = (of.found.value, of.found.standard_deviation);
-            let value = to_uncertainty(value, sigma, DIGITS);
+            let value = to_uncertainty(value, sigma, MAX_DIGITS);
             vec![of.name.clone(), value, significant(sigma, 2), of.unit.to_owned()]
         })
         .collect();

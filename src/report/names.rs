@@ -58,7 +58,7 @@ pub fn meaning(kind: ParameterKind) -> &'static str {
 }
 
 /// Parts of a name, each with its meaning.
-pub const NAMES: [[&str; 2]; 4] = [
+pub const NAME_PARTS: [[&str; 2]; 4] = [
     ["`zz3`", "A symbol, and the number of the link, joint or motor, from 1 at the base."],
     [
         "`fv_m6`, `fc_m6`",

@@ -4,12 +4,12 @@ pub(super) const PANEL_WIDTH: f64 = 400.0;
 pub(super) const PANEL_HEIGHT: f64 = 190.0;
 /// Margins around the curves of one panel: left for tick labels, top for the title.
 pub(super) const PLOT_LEFT: f64 = 52.0;
-pub(super) const TOP: f64 = 30.0;
-pub(super) const RIGHT: f64 = 12.0;
-pub(super) const BOTTOM: f64 = 28.0;
+pub(super) const PLOT_TOP: f64 = 30.0;
+pub(super) const PLOT_RIGHT: f64 = 12.0;
+pub(super) const PLOT_BOTTOM: f64 = 28.0;
 
 /// Style of the panels, in the colours of the document that shows them.
-pub(super) const CURVES: &str = ".paper{fill:var(--paper)}text{fill:var(--ink);font:12px \
+pub(super) const CURVE_STYLE: &str = ".paper{fill:var(--paper)}text{fill:var(--ink);font:12px \
 system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
     .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}\
     path,.key{fill:none;stroke-linejoin:round}.measured{stroke:var(--measured);stroke-width:3}\

@@ -5,10 +5,10 @@ use didim_identification::identification::{Declared, Payload, PayloadLimits, Unc
 
 use crate::text::{aligned, significant, to_uncertainty};
 
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
-pub(super) const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
+pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+pub(super) const INERTIA_NAMES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 /// Maximum number of digits of a value.
-const DIGITS: usize = 5;
+const MAX_DIGITS: usize = 5;
 
 /// Formats the load found next to the declared one, and notes.
 pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> String {
@@ -77,10 +77,12 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
         }
         let none = || "–".to_owned();
         let number =
-            |value: Option<f64>| value.map_or_else(none, |value| significant(value, DIGITS));
+            |value: Option<f64>| value.map_or_else(none, |value| significant(value, MAX_DIGITS));
         rows.push(vec![
             name,
-            found.map_or_else(none, |of| to_uncertainty(of.value, of.standard_deviation, DIGITS)),
+            found.map_or_else(none, |of| {
+                to_uncertainty(of.value, of.standard_deviation, MAX_DIGITS)
+            }),
             found.map_or_else(none, |of| significant(of.standard_deviation, 2)),
             unit.to_owned(),
             number(possible),
@@ -91,13 +93,13 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
     let mass_off = compared.as_ref().and_then(|of| of.mass_deviations);
     let possible = body.as_ref().map(|of| of.mass_kg);
     row("mass".to_owned(), "kg", [possible, declared.mass_kg, mass_off], load.mass_kg);
-    for (k, axis) in AXES.into_iter().enumerate() {
+    for (k, axis) in AXIS_NAMES.into_iter().enumerate() {
         let off = compared.as_ref().and_then(|of| of.centre_deviations[k]);
         let values =
             [body.as_ref().map(|of| of.centre_m[k]), declared.centre_m.map(|of| of[k]), off];
         row(format!("centre {axis}"), "m", values, load.centre_m[k]);
     }
-    for (k, entry) in ENTRIES.into_iter().enumerate() {
+    for (k, entry) in INERTIA_NAMES.into_iter().enumerate() {
         let values = [body.as_ref().map(|of| of.inertia_kg_m2[k]), None, None];
         row(format!("inertia {entry}"), "kg·m²", values, load.inertia_kg_m2[k]);
     }
@@ -137,7 +139,7 @@ fn notes(payload: &Payload) -> Vec<String> {
                 .to_owned()
         });
     }
-    let near_none = ENTRIES.iter().zip(&payload.load.inertia_kg_m2);
+    let near_none = INERTIA_NAMES.iter().zip(&payload.load.inertia_kg_m2);
     let near_none = near_none.filter(|(_, of)| of.is_some_and(|of| !of.differs_from_none(limits)));
     let near_none: Vec<&str> = near_none.map(|(entry, _)| *entry).collect();
     if !near_none.is_empty() {

@@ -5,7 +5,7 @@ use didim_identification::identification::{Reduction, ReductionStep};
 use crate::text::{aligned, significant};
 
 /// Width of a line of the list, in characters.
-const WIDTH: usize = 88;
+const LINE_WIDTH: usize = 88;
 
 /// Formats the eliminated parameters, one line each, and the remaining ones.
 pub fn sequence(reduction: &Reduction) -> String {
@@ -37,7 +37,7 @@ fn toml_list(names: &[String]) -> String {
     let mut line = String::new();
     for name in names {
         let entry = format!(" \"{name}\",");
-        if line.len() + entry.len() > WIDTH {
+        if line.len() + entry.len() > LINE_WIDTH {
             text += &format!("   {line}\n");
             line.clear();
         }
@@ -58,6 +58,6 @@ mod tests {
         let read: Vec<_> =
             table["parameters"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
         assert_eq!(read, names);
-        assert!(text.lines().all(|line| line.len() <= 4 + WIDTH));
+        assert!(text.lines().all(|line| line.len() <= 4 + LINE_WIDTH));
     }
 }

@@ -3,12 +3,12 @@
 use super::{TorquePanel, value_range};
 
 /// Width of an axis label with the axis itself, in characters.
-const LABEL: usize = 9;
+const LABEL_WIDTH: usize = 9;
 
-pub(super) const DOTS_WIDE: usize = 2;
-pub(super) const DOTS_HIGH: usize = 4;
+pub(super) const DOT_COLUMNS: usize = 2;
+pub(super) const DOT_ROWS: usize = 4;
 /// Bit of each dot in a Braille pattern (Unicode 16.0, U+2800), by column and row.
-pub(super) const DOT: [[u8; DOTS_HIGH]; DOTS_WIDE] =
+pub(super) const DOT_BITS: [[u8; DOT_ROWS]; DOT_COLUMNS] =
     [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
 /// Plots the measured torque and, below it on the same scale, the residual.
@@ -20,7 +20,7 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else {
         return String::new();
     };
-    let columns = columns.saturating_sub(LABEL).max(2);
+    let columns = columns.saturating_sub(LABEL_WIDTH).max(2);
     let span = high - low;
     let measured_rows = 6;
     // The same N·m per character as above, rounded to full characters around the zero line.
@@ -55,7 +55,7 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
 
 fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
     let last = lines.len().saturating_sub(1);
-    let mut text = format!("{}{name}\n", " ".repeat(LABEL));
+    let mut text = format!("{}{name}\n", " ".repeat(LABEL_WIDTH));
     for (row, line) in lines.iter().enumerate() {
         let label = match row {
             0 if last == 0 => format!("±{high:6.1} ┤"),
@@ -71,7 +71,7 @@ fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
 
 /// Draws `values` over the whole width: each dot column spans the extremes of its samples.
 fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> Vec<String> {
-    let (wide, tall) = (columns * DOTS_WIDE, rows * DOTS_HIGH);
+    let (wide, tall) = (columns * DOT_COLUMNS, rows * DOT_ROWS);
     let mut cells = vec![vec![0_u8; columns]; rows];
     #[expect(
         clippy::cast_possible_truncation,
@@ -95,7 +95,7 @@ fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> V
             continue;
         };
         for y in dot_row(top)..=dot_row(bottom) {
-            cells[y / DOTS_HIGH][x / DOTS_WIDE] |= DOT[x % DOTS_WIDE][y % DOTS_HIGH];
+            cells[y / DOT_ROWS][x / DOT_COLUMNS] |= DOT_BITS[x % DOT_COLUMNS][y % DOT_ROWS];
         }
     }
     cells

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cell::Cell;
 use crate::files::{FolderError, own_folder};
-use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
+use crate::live::stream::{FOLDER_NAME, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// Name of the status socket in the runtime folder.
 const STATUS_SOCKET: &str = "status.sock";
@@ -64,7 +64,7 @@ impl Paths {
     }
 
     fn stream_root(&self) -> PathBuf {
-        self.runtime.join(FOLDER)
+        self.runtime.join(FOLDER_NAME)
     }
 
     pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {

@@ -32,7 +32,7 @@ use crate::window::Window;
 const WINDOWS_WAITING: usize = 4;
 /// Maximum number of windows in memory: the open one, the waiting ones, and the one being
 /// identified.
-pub(crate) const MOST_WINDOWS: usize = WINDOWS_WAITING + 2;
+pub(crate) const MAX_WINDOWS: usize = WINDOWS_WAITING + 2;
 /// Silence limit of a live bus, in periods. The limit is at least half a second.
 const SILENT_PERIODS: f64 = 100.0;
 /// Maximum length of the path for temporary files that leaves space for the stream's own paths.
@@ -98,8 +98,8 @@ impl OneRun {
             .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
         // The prefix must not begin with the service's own prefix, or with that of another run of
         // this process.
-        static RUNS: AtomicU32 = AtomicU32::new(0);
-        let run = RUNS.fetch_add(1, Ordering::Relaxed);
+        static RUN_COUNTER: AtomicU32 = AtomicU32::new(0);
+        let run = RUN_COUNTER.fetch_add(1, Ordering::Relaxed);
         let prefix = format!("{RUN_PREFIX}{}-{run}_", std::process::id());
         let paths = Paths { runtime: folder.path().to_path_buf(), state, prefix };
         paths.make()?;

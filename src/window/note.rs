@@ -5,9 +5,9 @@ use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 /// Plausible payloads of an arm \[kg\]: the strongest series models carry about 2.3 t.
-const PAYLOAD_KG: RangeInclusive<f64> = 0.0..=3000.0;
+const PAYLOAD_RANGE_KG: RangeInclusive<f64> = 0.0..=3000.0;
 /// Plausible temperatures of a working arm \[°C\], outdoors or next to a furnace.
-const TEMPERATURE_C: RangeInclusive<f64> = -60.0..=200.0;
+const TEMPERATURE_RANGE_C: RangeInclusive<f64> = -60.0..=200.0;
 /// Maximum length of the text in characters: a line of a table, not a document.
 const MAX_TEXT: usize = 100;
 
@@ -68,8 +68,8 @@ impl Note {
             }
             _ => Ok(()),
         };
-        plausible("a payload", self.payload_kg, "kg", PAYLOAD_KG)?;
-        plausible("a temperature", self.temperature_c, "°C", TEMPERATURE_C)?;
+        plausible("a payload", self.payload_kg, "kg", PAYLOAD_RANGE_KG)?;
+        plausible("a temperature", self.temperature_c, "°C", TEMPERATURE_RANGE_C)?;
         if let Some(text) = &self.text {
             let length = text.chars().count();
             if text.trim().is_empty() || length > MAX_TEXT || text.chars().any(char::is_control) {

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use super::CliError;
 use super::progress::styled;
 use didim::analysis::identify::{choose_cutoff_from, choose_friction_from};
-use didim::analysis::screening::{LIST_LAWS, unlisted_laws};
+use didim::analysis::screening::{FRICTION_LAWS_REMEDY, unlisted_laws};
 use didim::cell::Cell;
 use didim::report;
 use didim_formats::Measurement;
@@ -51,7 +51,7 @@ impl Choices {
             choices.added = laws.filter(|name| !listed.contains(name)).cloned().collect();
             choices.friction = Some(chosen);
         } else if let Some(unlisted) = unlisted_laws(cell) {
-            tracing::warn!("{unlisted}; {LIST_LAWS}");
+            tracing::warn!("{unlisted}; {FRICTION_LAWS_REMEDY}");
         }
         Ok(choices)
     }

@@ -13,7 +13,7 @@ use super::CliError;
 use super::progress::Working;
 use super::stream::Input;
 use didim::analysis::read_log;
-use didim::analysis::screening::{STATE_LIMITS, check_limits, open_limits, still_joints};
+use didim::analysis::screening::{LIMITS_REMEDY, check_limits, open_limits, still_joints};
 use didim::cell::Cell;
 use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
@@ -59,7 +59,7 @@ impl Samples {
         }
         let parts = counted([self.from, self.to], cell, record, path)?;
         if let Some(open) = open_limits(&cell.robot) {
-            tracing::warn!("{}: {open}; {STATE_LIMITS}", path.display());
+            tracing::warn!("{}: {open}; {LIMITS_REMEDY}", path.display());
         }
         for Counted { piece, counted, .. } in &parts {
             let beyond =

@@ -7,10 +7,10 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Bar on the terminal now; other output to the terminal hides it meanwhile.
-static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+static VISIBLE_BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 fn shown() -> MutexGuard<'static, Option<ProgressBar>> {
-    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+    VISIBLE_BAR.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Styles a bar with a template; the bar is hidden if stderr is no terminal.
@@ -45,14 +45,14 @@ impl Write for ProgressWriter {
 pub(super) struct Working(ProgressBar);
 
 /// Interval of the spinner.
-const TICK: Duration = Duration::from_millis(200);
+const SPINNER_INTERVAL: Duration = Duration::from_millis(200);
 
 impl Working {
     /// Starts the display for a task: `reading drive.log`.
     pub(super) fn start(what: &str) -> Self {
         let bar = styled(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
         bar.set_message(what.to_owned());
-        bar.enable_steady_tick(TICK);
+        bar.enable_steady_tick(SPINNER_INTERVAL);
         *shown() = Some(bar.clone());
         Self(bar)
     }

@@ -14,7 +14,7 @@ use super::progress::Working;
 /// Name of standard input on the command line.
 const STANDARD_INPUT: &str = "-";
 /// Maximum copied length of a stream \[bytes\]: ten times the table of a drive of an hour at 1 kHz.
-const MOST: u64 = 4 << 30;
+const MAX_COPY_BYTES: u64 = 4 << 30;
 
 /// Input file, under any name it was given.
 pub(super) struct Input {
@@ -39,14 +39,14 @@ impl Input {
                     file, or redirect one: < FILE";
                 return Err(CliError::Usage(explanation.to_owned()));
             }
-            return Self::copied("standard input".into(), &mut stdin.lock(), MOST);
+            return Self::copied("standard input".into(), &mut stdin.lock(), MAX_COPY_BYTES);
         }
         let is_pipe = std::fs::metadata(source).is_ok_and(|of| of.file_type().is_fifo());
         if !is_pipe {
             return Ok(Self { shown: source.to_owned(), path: source.to_owned(), copy: None });
         }
         let mut pipe = File::open(source).map_err(|error| CliError::in_file(source, error))?;
-        Self::copied(source.to_owned(), &mut pipe, MOST)
+        Self::copied(source.to_owned(), &mut pipe, MAX_COPY_BYTES)
     }
 
     fn copied(shown: PathBuf, from: &mut dyn Read, most: u64) -> Result<Self, CliError> {

@@ -8,15 +8,15 @@ use super::CliError;
 use super::output::{print, refuses_colour};
 
 /// Default line width in characters, if the output has none: a pipe, a file.
-const USUAL: usize = 80;
+const DEFAULT_WIDTH: usize = 80;
 /// Maximum line width: wider plots and sentences are hard to read.
-const MOST: usize = 120;
+const MAX_WIDTH: usize = 120;
 /// Minimum line width.
-const LEAST: usize = 40;
+const MIN_WIDTH: usize = 40;
 
 /// Returns the line width for people on standard output.
 pub(super) fn width() -> usize {
-    own_width().unwrap_or(USUAL).clamp(LEAST, MOST)
+    own_width().unwrap_or(DEFAULT_WIDTH).clamp(MIN_WIDTH, MAX_WIDTH)
 }
 
 /// Returns the maximum line width of a table in characters: unlimited if standard output is no
@@ -43,7 +43,7 @@ const YELLOW: Style = AnsiColor::Yellow.on_default();
 const GREEN: Style = AnsiColor::Green.on_default();
 
 /// Coloured phrases. They are coloured at the beginning of a line or after two spaces.
-const COLOURED: [(&str, Style); 15] = [
+const COLOURED_PHRASES: [(&str, Style); 15] = [
     ("verdict: applicable", GREEN),
     ("verdict: NOT applicable", RED),
     ("the configuration is valid", GREEN),
@@ -67,7 +67,7 @@ const COLOURED: [(&str, Style); 15] = [
 /// # Errors
 /// See [`print`].
 pub(super) fn show(text: &str) -> Result<(), CliError> {
-    let fitted = own_width().map(|columns| fitted(text, columns.max(LEAST)));
+    let fitted = own_width().map(|columns| fitted(text, columns.max(MIN_WIDTH)));
     let text = fitted.as_deref().unwrap_or(text);
     if coloured(&std::io::stdout()) { print(&painted(text)) } else { print(text) }
 }
@@ -77,7 +77,8 @@ fn painted(text: &str) -> String {
     let mut rest = text;
     let mut at_begin = true;
     while !rest.is_empty() {
-        let coloured = COLOURED.iter().find(|(words, _)| at_begin && rest.starts_with(words));
+        let coloured =
+            COLOURED_PHRASES.iter().find(|(words, _)| at_begin && rest.starts_with(words));
         if let Some((words, style)) = coloured {
             let shown = words.trim_end();
             painted += &format!("{style}{shown}{style:#}{}", &words[shown.len()..]);

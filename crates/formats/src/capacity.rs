@@ -6,7 +6,7 @@ use crate::free_memory::free_memory;
 /// and torque take at most 430 bytes (`tests/memory.rs`).
 const BYTES_A_VALUE: usize = 36;
 /// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
-const UNKNOWN: usize = 3_600_000;
+const DEFAULT_SAMPLES: usize = 3_600_000;
 
 /// Number of samples that the free memory holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ impl Capacity {
 
     fn of_free(free: u64, bytes: usize) -> Self {
         let samples = usize::try_from(free).unwrap_or(usize::MAX) / bytes.max(1);
-        Self { samples: if free == 0 { UNKNOWN } else { samples } }
+        Self { samples: if free == 0 { DEFAULT_SAMPLES } else { samples } }
     }
 }
 
@@ -39,7 +39,11 @@ mod tests {
     #[test]
     fn as_many_samples_as_fit() {
         assert_eq!(Capacity::of_free(4_300_000, 430), Capacity { samples: 10_000 });
-        assert_eq!(Capacity::of_free(0, 430), Capacity { samples: UNKNOWN }, "no system says so");
+        assert_eq!(
+            Capacity::of_free(0, 430),
+            Capacity { samples: DEFAULT_SAMPLES },
+            "no system says so"
+        );
         // This machine runs tests.
         assert!(Capacity::of_values(12).samples > 10_000);
         assert!(Capacity::of_values(24).samples < Capacity::of_values(1).samples);

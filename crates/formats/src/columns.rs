@@ -3,9 +3,9 @@
 use crate::measurement::Side;
 
 /// Stands for the number of the axis, from 1, in a column's name.
-pub const AXIS: &str = "{axis}";
+pub const AXIS_PLACEHOLDER: &str = "{axis}";
 /// The same, counted from 0.
-pub const INDEX: &str = "{index}";
+pub const INDEX_PLACEHOLDER: &str = "{index}";
 
 /// Measured quantity of each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,8 +120,8 @@ impl Columns {
         match names.as_slice() {
             [pattern] => (0..self.axes)
                 .map(|axis| {
-                    let numbered = pattern.replace(AXIS, &(axis + 1).to_string());
-                    numbered.replace(INDEX, &axis.to_string())
+                    let numbered = pattern.replace(AXIS_PLACEHOLDER, &(axis + 1).to_string());
+                    numbered.replace(INDEX_PLACEHOLDER, &axis.to_string())
                 })
                 .collect(),
             names => names.to_vec(),

@@ -84,7 +84,9 @@ mod xml;
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use capacity::Capacity;
 pub use code::{CodeError, CodeModel, to_c, to_rust};
-pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity, TimeColumns};
+pub use columns::{
+    AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns,
+};
 pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };

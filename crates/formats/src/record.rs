@@ -10,7 +10,7 @@ use crate::start::RecordingStart;
 use crate::uniform::{Resampled, Uniform};
 
 /// Pieces that are listed for people.
-const LISTED: usize = 6;
+const MAX_LISTED_PIECES: usize = 6;
 
 /// A stretch of a record in which nothing is missing and no drive changes its mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,10 +97,10 @@ struct Cut<'a>(&'a [Piece]);
 
 impl fmt::Display for Cut<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let listed = self.0.iter().take(LISTED);
+        let listed = self.0.iter().take(MAX_LISTED_PIECES);
         let listed = listed.map(|of| format!("{:.3} to {:.3} s", of.begins_s, of.ends_s()));
         let listed = listed.collect::<Vec<_>>().join(", ");
-        let more = if self.0.len() > LISTED { ", …" } else { "" };
+        let more = if self.0.len() > MAX_LISTED_PIECES { ", …" } else { "" };
         write!(
             f,
             "samples are missing or a drive's mode changes, and the record is cut there; {} whole \

@@ -4,19 +4,19 @@ use core::fmt;
 use core::ops::Range;
 
 /// Distance in periods from which rows are missing between two rows.
-const GAP: f64 = 2.5;
+const GAP_PERIODS: f64 = 2.5;
 /// Largest deviation of the rate, where times give it: resampled data have these times.
-const RATE: f64 = 0.05;
+const RATE_TOLERANCE: f64 = 0.05;
 /// Distance in periods from which one row is missing.
-const MISSING: f64 = 1.5;
+const MISSING_ROW_PERIODS: f64 = 1.5;
 /// Rows arrive in bursts if more than one in this number of distances is stretched.
-const BURSTS: usize = 20;
+const BURST_DISTANCES: usize = 20;
 /// Rows nearer than this number of periods are one: a cubic through both would follow their noise.
-const NEAR: f64 = 0.3;
+const DUPLICATE_PERIODS: f64 = 0.3;
 /// Times this near are on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
 /// A cubic takes four points.
-const LEAST: usize = 4;
+const MIN_CUBIC_POINTS: usize = 4;
 
 /// Why rows form no record of a rate.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -50,7 +50,7 @@ pub enum TimesError {
         stated_hz: f64,
     },
     /// Too few rows.
-    #[error("fewer than {LEAST} samples in one piece")]
+    #[error("fewer than {MIN_CUBIC_POINTS} samples in one piece")]
     TooShort,
 }
 
@@ -63,18 +63,18 @@ pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
     let median = *steps.get(steps.len() / 2)?;
     // They are sorted, so that these are the last ones. Each counts with the usual length: a pause
     // does not count.
-    let plain = steps.partition_point(|step| *step < MISSING * median);
+    let plain = steps.partition_point(|step| *step < MISSING_ROW_PERIODS * median);
     let (near, distant) = steps.split_at(plain);
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     if let Some(usual) =
-        distant.get(distant.len() / 2).filter(|_| BURSTS * distant.len() > steps.len())
+        distant.get(distant.len() / 2).filter(|_| BURST_DISTANCES * distant.len() > steps.len())
     {
         let [near_s, distant_s] = [near.iter().sum::<f64>(), distant.len() as f64 * usual];
         if distant_s > near_s {
             return Some(steps.len() as f64 / (near_s + distant_s));
         }
     }
-    steps.retain(|step| *step > 0.0 && *step < MISSING * median);
+    steps.retain(|step| *step > 0.0 && *step < MISSING_ROW_PERIODS * median);
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = steps.len() as f64;
     (count > 0.0).then(|| count / steps.iter().sum::<f64>())
@@ -161,18 +161,20 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     let mut parts: Vec<Range<usize>> = Vec::new();
     let mut begin = 0;
     for end in 1..=times_s.len() {
-        if steps.get(end - 1).is_none_or(|step| *step > GAP * period_s) {
+        if steps.get(end - 1).is_none_or(|step| *step > GAP_PERIODS * period_s) {
             parts.push(begin..end);
             begin = end;
         }
     }
-    let alone = steps.iter().filter(|step| (MISSING * period_s..=GAP * period_s).contains(*step));
+    let alone = steps
+        .iter()
+        .filter(|step| (MISSING_ROW_PERIODS * period_s..=GAP_PERIODS * period_s).contains(*step));
     let alone = alone.count();
     let found_hz = mean_rate_hz(&times_s).ok_or(TimesError::TooShort)?;
-    if (found_hz / rate_hz - 1.0).abs() > RATE {
+    if (found_hz / rate_hz - 1.0).abs() > RATE_TOLERANCE {
         return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
     }
-    parts.retain(|piece| piece.len() >= LEAST);
+    parts.retain(|piece| piece.len() >= MIN_CUBIC_POINTS);
     if parts.is_empty() {
         return Err(TimesError::TooShort);
     }
@@ -210,12 +212,13 @@ fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
             return false;
         }
         let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
-        alone && times_s[row + 1] - times_s[row - 1] <= GAP * period_s
+        alone && times_s[row + 1] - times_s[row - 1] <= GAP_PERIODS * period_s
     };
     let mut rows_kept: Vec<usize> = Vec::with_capacity(count);
     for row in 0..count {
-        let near =
-            rows_kept.last().is_some_and(|last| times_s[row] - times_s[*last] < NEAR * period_s);
+        let near = rows_kept
+            .last()
+            .is_some_and(|last| times_s[row] - times_s[*last] < DUPLICATE_PERIODS * period_s);
         if !near && !repeats(row) {
             rows_kept.push(row);
         }
@@ -269,10 +272,10 @@ fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off)
             next += 1;
         }
         off.add((times[next] - time).abs().min((times[next + 1] - time).abs()));
-        let first = next.saturating_sub(1).min(times.len() - LEAST);
-        let weights = cubic(&times[first..first + LEAST], time);
+        let first = next.saturating_sub(1).min(times.len() - MIN_CUBIC_POINTS);
+        let weights = cubic(&times[first..first + MIN_CUBIC_POINTS], time);
         for (on_grid, column) in on_grid.iter_mut().zip(columns) {
-            let near = column[first..first + LEAST].iter().zip(weights);
+            let near = column[first..first + MIN_CUBIC_POINTS].iter().zip(weights);
             on_grid.push(near.map(|(value, weight)| weight * value).sum());
         }
     }
@@ -280,7 +283,7 @@ fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off)
 }
 
 /// Returns the weights of four points in the cubic through them (Lagrange).
-fn cubic(times: &[f64], time: f64) -> [f64; LEAST] {
+fn cubic(times: &[f64], time: f64) -> [f64; MIN_CUBIC_POINTS] {
     core::array::from_fn(|k| {
         let others = times.iter().enumerate().filter(|(other, _)| *other != k);
         others.map(|(_, other)| (time - other) / (times[k] - other)).product()

@@ -14,9 +14,9 @@ use crate::ledger::{Ledger, LedgerError};
 use crate::message::{Content, DriftMessage, Envelope, ResultMessage, Service, State};
 
 /// Send interval of a state that does not change.
-const STATE_EVERY: Duration = Duration::from_secs(60);
+const STATE_INTERVAL: Duration = Duration::from_secs(60);
 /// Minimum send interval of a state that changes.
-const STATE_AT_MOST: Duration = Duration::from_secs(5);
+const MIN_STATE_INTERVAL: Duration = Duration::from_secs(5);
 
 /// Message, and the meaning of its acknowledgement.
 #[derive(Debug)]
@@ -177,7 +177,7 @@ impl Cabinet {
     fn state_is_due(&self, now: Instant) -> bool {
         let Some((then, sent)) = &self.sent_state else { return true };
         let age = now.saturating_duration_since(*then);
-        age >= STATE_EVERY || age >= STATE_AT_MOST && !self.state.is_like(sent)
+        age >= STATE_INTERVAL || age >= MIN_STATE_INTERVAL && !self.state.is_like(sent)
     }
 
     fn next_line(&mut self) -> Option<HistoryLine> {

@@ -8,11 +8,11 @@ use didim::files::{TextError, read_text};
 use serde::Deserialize;
 
 /// Maximum number of cabinets; more would not belong to one machine.
-const MOST_CABINETS: usize = 500;
+const MAX_CABINETS: usize = 500;
 /// Maximum length of a cabinet name, in characters.
-const MOST_NAME: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 /// Mode bits that let others read or write.
-const FOR_OTHERS: u32 = 0o006;
+const OTHERS_READABLE: u32 = 0o006;
 
 /// Configuration of the messages and their destination.
 #[derive(Clone, Debug, Deserialize)]
@@ -190,7 +190,7 @@ impl Configuration {
         }
         if let Some(file) = password_file {
             let mode = file.metadata().map(|data| data.permissions().mode()).unwrap_or_default();
-            if mode & FOR_OTHERS != 0 {
+            if mode & OTHERS_READABLE != 0 {
                 let file = file.display();
                 let problem = format!("every user may read {file}; run `chmod o-rw {file}`");
                 return Err(("broker.password_file", problem));
@@ -202,15 +202,15 @@ impl Configuration {
             return Err(("broker.ca_file", problem.into()));
         }
         let cabinets = self.cabinets.len();
-        if !(1..=MOST_CABINETS).contains(&cabinets) {
-            let problem = format!("there are {cabinets}; name 1 to {MOST_CABINETS}");
+        if !(1..=MAX_CABINETS).contains(&cabinets) {
+            let problem = format!("there are {cabinets}; name 1 to {MAX_CABINETS}");
             return Err(("cabinets", problem));
         }
         let mut names = BTreeSet::new();
         for CabinetSection { name, .. } in &self.cabinets {
-            if !is_name(name) || name.len() > MOST_NAME {
+            if !is_name(name) || name.len() > MAX_NAME_LENGTH {
                 let problem = format!(
-                    "`{name}` is no name; use letters, digits, `-`, `_`, `.`, at most {MOST_NAME} \
+                    "`{name}` is no name; use letters, digits, `-`, `_`, `.`, at most {MAX_NAME_LENGTH} \
                     of them"
                 );
                 return Err(("cabinets.name", problem));

@@ -14,7 +14,7 @@ use crate::message::{AlarmMessage, AlarmTurn, Unsent};
 /// Version of the file's layout.
 const SCHEMA: u32 = 1;
 /// Maximum number of alarms that wait while the broker is away; beyond it the oldest are dropped.
-const MOST_WAITING: usize = 256;
+const MAX_WAITING: usize = 256;
 
 /// Reason why a ledger cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -149,12 +149,12 @@ impl Ledger {
             return;
         }
         self.content.waiting.extend(turns);
-        let surplus = self.content.waiting.len().saturating_sub(MOST_WAITING);
+        let surplus = self.content.waiting.len().saturating_sub(MAX_WAITING);
         if surplus > 0 {
             self.content.waiting.drain(..surplus);
             self.content.unsent.alarms += surplus as u64;
             tracing::warn!(
-                "{}: more than {MOST_WAITING} alarms wait for the broker, and the oldest are \
+                "{}: more than {MAX_WAITING} alarms wait for the broker, and the oldest are \
                 dropped: {surplus}",
                 self.cabinet
             );

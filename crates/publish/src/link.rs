@@ -15,7 +15,7 @@ use crate::configuration::Broker;
 /// cabinet as offline (MQTT 5, 3.1.2.10).
 const KEEP_ALIVE: Duration = Duration::from_secs(30);
 /// Maximum time for an acknowledgement by the broker.
-const ACKNOWLEDGE: Duration = Duration::from_secs(20);
+const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Reason why nothing is sent.
 #[derive(Debug, thiserror::Error)]
@@ -44,7 +44,7 @@ pub(crate) enum LinkError {
     /// The broker does not acknowledge.
     #[error(
         "the broker has not acknowledged {topic} for {} s; see how busy it is",
-        ACKNOWLEDGE.as_secs()
+        ACKNOWLEDGE_TIMEOUT.as_secs()
     )]
     Silent {
         /// The topic.
@@ -155,7 +155,7 @@ impl Link {
         if sent.is_err() {
             return Err(self.broken().await);
         }
-        match tokio::time::timeout(ACKNOWLEDGE, self.heard.recv()).await {
+        match tokio::time::timeout(ACKNOWLEDGE_TIMEOUT, self.heard.recv()).await {
             Err(_) => Err(LinkError::Silent { topic: topic.to_owned() }),
             Ok(Some(Ok(PubAckReason::Success | PubAckReason::NoMatchingSubscribers))) => Ok(()),
             Ok(Some(Ok(reason))) => Err(LinkError::Refused { topic: topic.to_owned(), reason }),

@@ -28,7 +28,7 @@ use configuration::Configuration;
 use send::send;
 
 /// `EX_CONFIG`, sysexits.h.
-const CONFIGURATION: u8 = 78;
+const EXIT_CODE_CONFIGURATION: u8 = 78;
 
 /// Sends states, results, drift and alarms of the cabinets on this machine to an MQTT broker.
 #[derive(Debug, Parser)]
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
     log_to_stderr();
     let configuration = match Configuration::read(&arguments.config) {
         Ok(configuration) => configuration,
-        Err(error) => return report(&error, CONFIGURATION),
+        Err(error) => return report(&error, EXIT_CODE_CONFIGURATION),
     };
     let ran = run(&configuration);
     discard_unfinished();

@@ -11,7 +11,7 @@ use crate::link::{BrokerAddress, Link, LinkError};
 /// Interval of the service polls.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 /// First and longest wait for a broker that is away.
-const WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
+const RETRY_WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
 
 /// Polls and sends in turn. A message leaves the disk only after the broker has acknowledged it.
 pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
@@ -116,7 +116,7 @@ impl Outage {
         if self.wait.is_none() {
             tracing::warn!("{}: nothing is sent: {why}", self.cabinet);
         }
-        let wait = self.wait.map_or(WAITS[0], |wait| (2 * wait).min(WAITS[1]));
+        let wait = self.wait.map_or(RETRY_WAITS[0], |wait| (2 * wait).min(RETRY_WAITS[1]));
         self.wait = Some(wait);
         self.until = Instant::now() + wait.mul_f64(self.share);
     }

@@ -20,7 +20,7 @@ use crate::layout::{MessagePlan, Quantity};
 /// Longest time between two values that are interpolated, in nominal periods. A missing frame costs
 /// its own cycle. It also costs the cycle after it if the later value has arrived close to that
 /// cycle's instant.
-pub(super) const REACH: f64 = 2.5;
+pub(super) const MAX_INTERPOLATION_PERIODS: f64 = 2.5;
 
 /// Values and the arrival times of their frames \[ns\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -11,7 +11,7 @@ use super::losses::CycleCause;
 use crate::units::Scales;
 
 /// Number of consecutive positions that have to agree to confirm each other.
-const PROOF: u32 = 3;
+const CONFIRMING_POSITIONS: u32 = 3;
 
 type Positions = [f64; MAX_JOINTS];
 
@@ -47,7 +47,7 @@ impl Continuity {
             Some((before, proof)) => (follows(&before), proof),
         };
         if taken {
-            self.taken = Some((*position_rad, (proof + 1).min(PROOF)));
+            self.taken = Some((*position_rad, (proof + 1).min(CONFIRMING_POSITIONS)));
             self.refused = None;
             return Ok(());
         }
@@ -56,8 +56,8 @@ impl Continuity {
             _ => 1,
         };
         self.refused = Some((*position_rad, run));
-        if proof < PROOF && run >= PROOF {
-            *self = Self { taken: Some((*position_rad, PROOF)), refused: None };
+        if proof < CONFIRMING_POSITIONS && run >= CONFIRMING_POSITIONS {
+            *self = Self { taken: Some((*position_rad, CONFIRMING_POSITIONS)), refused: None };
             return Err(CycleCause::Restart);
         }
         Err(CycleCause::OutOfRange)

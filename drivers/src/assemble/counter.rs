@@ -10,7 +10,7 @@ const SLACK_NS: f64 = 1e9;
 
 /// Narrowest counter that does not wrap within a silence at the usual rates of drives \[bits\]. A
 /// narrower counter is trusted for a quarter of its range.
-pub(super) const WIDE: u8 = 16;
+pub(super) const WIDE_COUNTER_BITS: u8 = 16;
 
 /// Relation of a frame to the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub(super) fn step(
     let ahead = behind as f64;
     let cycles = ahead + modulus * ((periods - ahead) / modulus).round();
     let slack = (SLACK_NS / period_ns).max(2.0);
-    let slack = if width < WIDE { slack.min(0.25 * modulus) } else { slack };
+    let slack = if width < WIDE_COUNTER_BITS { slack.min(0.25 * modulus) } else { slack };
     let too_far = (cycles - periods).abs() > slack;
     if cycles < 1.0 && backwards && !too_far {
         Step::Older

@@ -9,7 +9,7 @@
 /// Largest relative deviation from the nominal period at which the grid still counts cycles. A
 /// controller on an ordinary operating system is within it. A larger deviation means another
 /// configuration.
-pub(super) const REACH: f64 = 0.01;
+pub(super) const PERIOD_TOLERANCE: f64 = 0.01;
 
 /// Long-term share of a stamp's deviation that is added to the phase. It averages jitter over about
 /// ten cycles.
@@ -72,8 +72,10 @@ impl Grid {
         let n = self.stamps;
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
         let period_gain = (6.0 / (n * (n + 1.0))).clamp(PERIOD_GAIN, 1.0);
-        self.period_ns = (self.period_ns + period_gain * deviation / cycles)
-            .clamp(self.nominal_ns * (1.0 - REACH), self.nominal_ns * (1.0 + REACH));
+        self.period_ns = (self.period_ns + period_gain * deviation / cycles).clamp(
+            self.nominal_ns * (1.0 - PERIOD_TOLERANCE),
+            self.nominal_ns * (1.0 + PERIOD_TOLERANCE),
+        );
         self.phase_ns = (phase_gain - 1.0) * deviation;
         self.stamp_ns = stamp_ns;
     }

@@ -45,7 +45,7 @@ use didim_dynamics::{JointSample, Readings};
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
-use self::arrived::{Arrived, REACH};
+use self::arrived::{Arrived, MAX_INTERPOLATION_PERIODS};
 use self::continuity::Continuity;
 use self::cycle::{CompleteMask, Cycle};
 use self::grid::Grid;
@@ -333,5 +333,5 @@ impl State {
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a period: 1e4 to 1e9")]
 fn reach_ns(layout: &CompiledLayout) -> u64 {
-    (REACH * layout.period_ns()) as u64
+    (MAX_INTERPOLATION_PERIODS * layout.period_ns()) as u64
 }

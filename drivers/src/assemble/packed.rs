@@ -1,7 +1,7 @@
 //! Cycles that consist of one packed frame each.
 
 use super::State;
-use super::counter::{Step, WIDE, step};
+use super::counter::{Step, WIDE_COUNTER_BITS, step};
 use super::cycle::Cycle;
 use super::losses::{CycleCause, FrameCause};
 use super::values::{References, Values, bit, read_values};
@@ -104,7 +104,7 @@ impl State {
         if let Some(cycles) = silence {
             return match step {
                 // A narrow counter has had all its values in the meantime.
-                Step::Forward(counted) if width >= WIDE && counted > 1 => {
+                Step::Forward(counted) if width >= WIDE_COUNTER_BITS && counted > 1 => {
                     Place::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
                 }
                 _ => Place::Broken { silent: cycles - 2, cycles: 2, lost: CycleCause::Restart },

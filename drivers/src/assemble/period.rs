@@ -7,7 +7,7 @@
 //! A frame may be late, it is never early. So only the least late stamp of every second counts: a
 //! burst of late frames has no effect, but a wrong period shifts the stamps of every second.
 
-use super::grid::{REACH, difference};
+use super::grid::{PERIOD_TOLERANCE, difference};
 
 /// Stretch that is compared with the previous one: at least this long \[ns\] and this many cycles.
 const STRETCH_NS: f64 = 1e9;
@@ -15,11 +15,11 @@ const STRETCH_CYCLES: f64 = 100.0;
 
 /// Number of consecutive stretches that have to be off in the same direction. Frames that become
 /// permanently late, or punctual again, shift only one stretch.
-const STRETCHES: i32 = 4;
+const DEVIATING_STRETCHES: i32 = 4;
 
 /// Tolerance of one period, as a share of the nominal period: without a counter, an interval within
 /// it is one period. A larger deviation may be a lost frame or a late one.
-const ONE_PERIOD: f64 = 0.5;
+const PERIOD_DEVIATION: f64 = 0.5;
 
 /// Comparison of the stamps with the nominal period.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl PeriodWatch {
 
     /// Returns true if the period is not the nominal one.
     pub(super) fn is_wrong(&self) -> bool {
-        self.off.abs() >= STRETCHES
+        self.off.abs() >= DEVIATING_STRETCHES
     }
 
     /// Takes a stamp that is `cycles` after the previous one by its counter.
@@ -80,7 +80,7 @@ impl PeriodWatch {
         let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
         let interval_ns = difference(stamp_ns, before);
         let held_ns = self.held_ns.take();
-        let regular = (interval_ns / self.nominal_ns - 1.0).abs() <= ONE_PERIOD;
+        let regular = (interval_ns / self.nominal_ns - 1.0).abs() <= PERIOD_DEVIATION;
         if regular {
             if let Some(held_ns) = held_ns {
                 self.add(held_ns, 1.0);
@@ -104,9 +104,9 @@ impl PeriodWatch {
         self.late_ns -= least_ns;
         if std::mem::replace(&mut self.compared, true) {
             let gained = least_ns / length_ns;
-            self.off = if gained > REACH {
+            self.off = if gained > PERIOD_TOLERANCE {
                 self.off.max(0).saturating_add(1)
-            } else if gained < -REACH {
+            } else if gained < -PERIOD_TOLERANCE {
                 self.off.min(0).saturating_sub(1)
             } else {
                 0

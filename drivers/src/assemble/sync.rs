@@ -10,14 +10,14 @@ use crate::layout::MessagePlan;
 
 /// Share of a period after which a frame may belong to the next cycle: its SYNC may be missed and
 /// the grid late by jitter. Such a frame is trusted only if the next SYNC arrives after it.
-const DOUBTFUL: f64 = 0.75;
+const DOUBTFUL_SHARE: f64 = 0.75;
 
 /// Largest distance of a repeated SYNC from the latest grid point, in periods. A SYNC beyond it
 /// that is still nearer to this point than to the next one fits no grid point.
-const REPEATED: f64 = 0.25;
+const REPEATED_SHARE: f64 = 0.25;
 
 /// Largest distance to the previous SYNC, in periods, at which a SYNC is the same frame again.
-const ECHO: f64 = 0.01;
+const ECHO_SHARE: f64 = 0.01;
 
 /// Number of periods after which a SYNC counts as missing: the next one would be the nearer grid
 /// point.
@@ -45,7 +45,7 @@ impl State {
         }
         let periods = grid.periods_to(stamp_ns);
         let cycles = periods.round();
-        if cycles < 1.0 && periods.abs() > REPEATED {
+        if cycles < 1.0 && periods.abs() > REPEATED_SHARE {
             self.end_cycle(false);
             self.start_again(stamp_ns, CycleCause::ClockStep, 2);
             return self.begin_cycle(stamp_ns, 0);
@@ -54,7 +54,7 @@ impl State {
             // The same SYNC twice. At a larger distance it may be the next SYNC of a clock that was
             // set back by about a period. Then the next frames may belong to the next cycle and
             // complete this one. Earlier targets may be one cycle older than later ones.
-            let echo_ns = rounded(ECHO * self.period_ns);
+            let echo_ns = rounded(ECHO_SHARE * self.period_ns);
             let distance_ns = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
             if let Some(cycle) = self.open.as_mut().filter(distance_ns) {
                 cycle.fault = first(cycle.fault, CycleCause::Contradiction);
@@ -159,7 +159,7 @@ impl State {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
                 // A signal that is valid at its own arrival is valid in any cycle.
-                cycle.doubtful |= by_sync && periods >= DOUBTFUL;
+                cycle.doubtful |= by_sync && periods >= DOUBTFUL_SHARE;
                 None
             }
             _ => Some(FrameCause::Late),

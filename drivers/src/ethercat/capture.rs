@@ -10,22 +10,22 @@ const MAX_BLOCK: u32 = 1 << 20;
 /// Largest number of interfaces of one section.
 const MAX_INTERFACES: usize = 256;
 /// Link type: Ethernet.
-const ETHERNET: u16 = 1;
+const ETHERNET_LINK_TYPE: u16 = 1;
 
 /// Blocks of pcapng.
-const SECTION: u32 = 0x0A0D_0D0A;
-const INTERFACE: u32 = 1;
-const SIMPLE_PACKET: u32 = 3;
-const PACKET: u32 = 6;
+const SECTION_BLOCK: u32 = 0x0A0D_0D0A;
+const INTERFACE_BLOCK: u32 = 1;
+const SIMPLE_PACKET_BLOCK: u32 = 3;
+const PACKET_BLOCK: u32 = 6;
 /// Bytes that encode the byte order of a section.
-const ORDER: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
+const BYTE_ORDER_MAGIC: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
 /// Options of an interface: the resolution of its stamps, and the offset added to them \[s\].
-const RESOLUTION: u16 = 9;
-const OFFSET: u16 = 14;
+const RESOLUTION_OPTION: u16 = 9;
+const OFFSET_OPTION: u16 = 14;
 
 /// First bytes of pcap with stamps in µs and in ns, little endian.
-const MICROSECONDS: [u8; 4] = [0xD4, 0xC3, 0xB2, 0xA1];
-const NANOSECONDS: [u8; 4] = [0x4D, 0x3C, 0xB2, 0xA1];
+const MICROSECOND_MAGIC: [u8; 4] = [0xD4, 0xC3, 0xB2, 0xA1];
+const NANOSECOND_MAGIC: [u8; 4] = [0x4D, 0x3C, 0xB2, 0xA1];
 
 /// Reason why a capture cannot be read. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
@@ -202,7 +202,7 @@ impl<R: BufRead> Capture<R> {
             if !self.take(24)? {
                 return Err(self.truncated());
             }
-            let is_ethernet = self.u16(if big_endian { 22 } else { 20 })? == ETHERNET;
+            let is_ethernet = self.u16(if big_endian { 22 } else { 20 })? == ETHERNET_LINK_TYPE;
             self.interfaces.push(Interface { is_ethernet, per_second, offset_s: 0 });
         }
         Ok(())
@@ -231,7 +231,7 @@ impl<R: BufRead> Capture<R> {
     fn next_of_pcapng(&mut self) -> Result<Option<Found>, CaptureError> {
         while self.take_header(8)? {
             let header = self.block.clone();
-            if header.starts_with(&SECTION.to_le_bytes()) {
+            if header.starts_with(&SECTION_BLOCK.to_le_bytes()) {
                 self.section(&header)?;
                 continue;
             }
@@ -239,14 +239,14 @@ impl<R: BufRead> Capture<R> {
             if length < 12 || !length.is_multiple_of(4) {
                 return Err(self.damaged("a block has an impossible length"));
             }
-            if !matches!(kind, INTERFACE | SIMPLE_PACKET | PACKET) {
+            if !matches!(kind, INTERFACE_BLOCK | SIMPLE_PACKET_BLOCK | PACKET_BLOCK) {
                 self.skip(length - 8)?;
                 continue;
             }
             self.body(length)?;
             match kind {
-                INTERFACE => self.interface()?,
-                SIMPLE_PACKET => self.passed_over += 1,
+                INTERFACE_BLOCK => self.interface()?,
+                SIMPLE_PACKET_BLOCK => self.passed_over += 1,
                 _ => {
                     if let Some(found) = self.packet()? {
                         return Ok(Some(found));
@@ -280,8 +280,8 @@ impl<R: BufRead> Capture<R> {
             return Err(self.truncated());
         }
         self.big_endian = match &self.block {
-            order if order[..] == ORDER => false,
-            order if order.iter().rev().eq(&ORDER) => true,
+            order if order[..] == BYTE_ORDER_MAGIC => false,
+            order if order.iter().rev().eq(&BYTE_ORDER_MAGIC) => true,
             _ => return Err(self.damaged("a section has no order of bytes")),
         };
         self.interfaces.clear();
@@ -297,7 +297,7 @@ impl<R: BufRead> Capture<R> {
         if self.interfaces.len() == MAX_INTERFACES {
             return Err(self.damaged("a section has more interfaces than any capture"));
         }
-        let is_ethernet = self.u16(0)? == ETHERNET;
+        let is_ethernet = self.u16(0)? == ETHERNET_LINK_TYPE;
         let mut interface = Interface { is_ethernet, per_second: 1_000_000, offset_s: 0 };
         let mut offset = 8;
         while offset + 4 <= self.block.len() {
@@ -305,7 +305,7 @@ impl<R: BufRead> Capture<R> {
             let value = self.block.get(offset + 4..offset + 4 + length).unwrap_or_default();
             match (code, value) {
                 (0, _) => break,
-                (RESOLUTION, &[power]) => {
+                (RESOLUTION_OPTION, &[power]) => {
                     let base: u64 = if power & 0x80 == 0 { 10 } else { 2 };
                     let per_second = base.checked_pow(u32::from(power & 0x7F));
                     let Some(per_second) = per_second else {
@@ -313,7 +313,7 @@ impl<R: BufRead> Capture<R> {
                     };
                     interface.per_second = per_second;
                 }
-                (OFFSET, _) if length == 8 => {
+                (OFFSET_OPTION, _) if length == 8 => {
                     let (low, high) = (self.u32(offset + 4)?, self.u32(offset + 8)?);
                     let (low, high) = if self.big_endian { (high, low) } else { (low, high) };
                     interface.offset_s = (u64::from(high) << 32 | u64::from(low)).cast_signed();
@@ -405,11 +405,11 @@ fn first_bytes(first: [u8; 4]) -> Option<(Format, bool, u64)> {
     let mut little = first;
     little.reverse();
     match (first, little) {
-        (first, _) if first == SECTION.to_le_bytes() => Some((Format::Pcapng, false, 0)),
-        (MICROSECONDS, _) => Some((Format::Pcap, false, 1_000_000)),
-        (NANOSECONDS, _) => Some((Format::Pcap, false, 1_000_000_000)),
-        (_, MICROSECONDS) => Some((Format::Pcap, true, 1_000_000)),
-        (_, NANOSECONDS) => Some((Format::Pcap, true, 1_000_000_000)),
+        (first, _) if first == SECTION_BLOCK.to_le_bytes() => Some((Format::Pcapng, false, 0)),
+        (MICROSECOND_MAGIC, _) => Some((Format::Pcap, false, 1_000_000)),
+        (NANOSECOND_MAGIC, _) => Some((Format::Pcap, false, 1_000_000_000)),
+        (_, MICROSECOND_MAGIC) => Some((Format::Pcap, true, 1_000_000)),
+        (_, NANOSECOND_MAGIC) => Some((Format::Pcap, true, 1_000_000_000)),
         _ => None,
     }
 }

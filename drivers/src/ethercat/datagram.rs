@@ -16,23 +16,23 @@ pub(crate) const FRMW: u8 = 14;
 /// Register: the AL status, one byte of state and error.
 pub(crate) const AL_STATUS: u16 = 0x0130;
 /// Registers: sixteen memory management units of 16 bytes.
-pub(crate) const FMMU: core::ops::Range<u16> = 0x0600..0x0700;
+pub(crate) const FMMU_REGISTERS: core::ops::Range<u16> = 0x0600..0x0700;
 /// Register: the system time of the distributed clock \[ns\].
 pub(crate) const SYSTEM_TIME: u16 = 0x0910;
 /// First address of a slave's memory; mailboxes lie in it.
-pub(crate) const MAILBOX: u16 = 0x1000;
+pub(crate) const MAILBOX_START: u16 = 0x1000;
 
 /// Destination and source address of an Ethernet frame \[bytes\].
-const ADDRESSES: usize = 12;
-const VLAN: u16 = 0x8100;
+const ADDRESS_BYTES: usize = 12;
+const VLAN_TYPE: u16 = 0x8100;
 /// The EtherType of EtherCAT.
-pub(crate) const ETHERCAT: u16 = 0x88A4;
+pub(crate) const ETHERCAT_TYPE: u16 = 0x88A4;
 /// The type of EtherCAT frame that holds datagrams.
-const DATAGRAMS: u16 = 1;
+const DATAGRAM_TYPE: u16 = 1;
 /// Length of the fields before the data of a datagram: command, index, address, length, interrupt
 /// \[bytes\].
-const HEADER: usize = 10;
-const COUNTER: usize = 2;
+const HEADER_BYTES: usize = 10;
+const COUNTER_BYTES: usize = 2;
 
 /// One datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,11 +93,11 @@ impl<'a> EthercatFrame<'a> {
     /// Parses a packet. Returns `None` if it is no such frame or an incomplete one.
     pub(crate) fn parse(packet: &'a [u8]) -> Option<Self> {
         let returning = packet.get(6)? & 2 != 0;
-        let mut offset = ADDRESSES;
-        if big(packet, offset)? == VLAN {
+        let mut offset = ADDRESS_BYTES;
+        if big(packet, offset)? == VLAN_TYPE {
             offset += 4;
         }
-        if big(packet, offset)? != ETHERCAT {
+        if big(packet, offset)? != ETHERCAT_TYPE {
             return None;
         }
         let header = little(packet, offset + 2)?;
@@ -105,7 +105,7 @@ impl<'a> EthercatFrame<'a> {
         // The bytes after this length pad the frame to 60 bytes.
         let datagrams = packet.get(offset + 4..)?.get(..length)?;
         let frame = Self { returning, datagrams };
-        (header >> 12 == DATAGRAMS && frame.is_whole()).then_some(frame)
+        (header >> 12 == DATAGRAM_TYPE && frame.is_whole()).then_some(frame)
     }
 
     /// Returns the datagrams of the frame, in their order.
@@ -131,16 +131,16 @@ impl<'a> EthercatFrame<'a> {
 /// Returns the first datagram, and the bytes after it if more datagrams follow.
 fn split(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
     let word = little(bytes, 6)?;
-    let end = HEADER + usize::from(word & 0x7FF);
+    let end = HEADER_BYTES + usize::from(word & 0x7FF);
     let datagram = Datagram {
         command: *bytes.first()?,
         index: *bytes.get(1)?,
         address: u32::from_le_bytes(*bytes.get(2..)?.first_chunk()?),
-        data: bytes.get(HEADER..end)?,
+        data: bytes.get(HEADER_BYTES..end)?,
         working_counter: little(bytes, end)?,
     };
     let more = word & 0x8000 != 0;
-    Some((datagram, if more { Some(bytes.get(end + COUNTER..)?) } else { None }))
+    Some((datagram, if more { Some(bytes.get(end + COUNTER_BYTES..)?) } else { None }))
 }
 
 fn little(bytes: &[u8], at: usize) -> Option<u16> {

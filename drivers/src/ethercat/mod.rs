@@ -7,6 +7,6 @@ mod datagram;
 
 pub use capture::{Capture, CaptureError, Packet};
 pub(crate) use datagram::{
-    AL_STATUS, ARMW, BRD, Datagram, ETHERCAT, EthercatFrame, FMMU, FPRD, FPRW, FPWR, FRMW, LRD,
-    LRW, LWR, MAILBOX, SYSTEM_TIME,
+    AL_STATUS, ARMW, BRD, Datagram, ETHERCAT_TYPE, EthercatFrame, FMMU_REGISTERS, FPRD, FPRW, FPWR,
+    FRMW, LRD, LRW, LWR, MAILBOX_START, SYSTEM_TIME,
 };

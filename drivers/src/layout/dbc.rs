@@ -10,7 +10,7 @@ use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
 use crate::frame::{FrameId, MAX_CLASSIC_PAYLOAD, MAX_PAYLOAD, is_fd_length};
 
 /// Smallest similarity of two names at which one is suggested for the other (1 is equal).
-const SIMILAR: f64 = 0.6;
+const SIMILARITY: f64 = 0.6;
 
 /// A parsed and checked DBC file.
 #[derive(Clone, Debug)]
@@ -278,19 +278,21 @@ impl<'a> Database<'a> {
     /// Returns the name of the message's `VFrameFormat`: its own value, else the default of the
     /// file.
     fn frame_format(&self, id: MessageId) -> Option<String> {
-        const NAME: &str = "VFrameFormat";
+        const FORMAT_ATTRIBUTE: &str = "VFrameFormat";
         let names =
             self.dbc.attribute_definitions.iter().find_map(|definition| match definition {
                 can_dbc::AttributeDefinition::Message(name, AttributeValueType::Enum(names))
-                    if name == NAME =>
+                    if name == FORMAT_ATTRIBUTE =>
                 {
                     Some(names)
                 }
                 _ => None,
             })?;
         let values = &self.dbc.attribute_values_message;
-        let attributes = values.iter().find(|value| value.name == NAME && value.message_id == id);
-        let default = self.dbc.attribute_defaults.iter().find(|value| value.name == NAME);
+        let attributes =
+            values.iter().find(|value| value.name == FORMAT_ATTRIBUTE && value.message_id == id);
+        let default =
+            self.dbc.attribute_defaults.iter().find(|value| value.name == FORMAT_ATTRIBUTE);
         let value = attributes.map(|own| &own.value).or(default.map(|default| &default.value))?;
         match value {
             AttributeValue::String(name) => Some(name.clone()),
@@ -304,9 +306,9 @@ impl<'a> Database<'a> {
 /// can-dbc truncates an identifier without bit 31 to 16 bits, which turns one message into another.
 /// So the numbers are checked in the text.
 fn check_ids(text: &str) -> Result<(), LayoutError> {
-    const EXTENDED: u64 = 1 << 31;
+    const EXTENDED_ID_BIT: u64 = 1 << 31;
     // Editors keep signals without a message here; no frame has this identifier.
-    const INDEPENDENT: (u64, &str) = (0xC000_0000, "VECTOR__INDEPENDENT_SIG_MSG");
+    const INDEPENDENT_SIGNALS: (u64, &str) = (0xC000_0000, "VECTOR__INDEPENDENT_SIG_MSG");
     for (k, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         if words.next() != Some("BO_") {
@@ -315,10 +317,10 @@ fn check_ids(text: &str) -> Result<(), LayoutError> {
         // Leave anything that is not a number to the parser.
         let Some(Ok(id)) = words.next().map(str::parse::<u64>) else { continue };
         let name = words.next().map(|word| word.trim_end_matches(':'));
-        if (id, name) == (INDEPENDENT.0, Some(INDEPENDENT.1)) {
+        if (id, name) == (INDEPENDENT_SIGNALS.0, Some(INDEPENDENT_SIGNALS.1)) {
             continue;
         }
-        if id > 0x7FF && !(EXTENDED..=EXTENDED + 0x1FFF_FFFF).contains(&id) {
+        if id > 0x7FF && !(EXTENDED_ID_BIT..=EXTENDED_ID_BIT + 0x1FFF_FFFF).contains(&id) {
             return Err(LayoutError::IdOutOfRange { line: k + 1, id });
         }
     }
@@ -361,7 +363,7 @@ fn starts(line: &str, keyword: &str, name: &str, at: usize) -> bool {
 fn alike<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut similar: Vec<(f64, &str)> = names
         .map(|other| (strsim::normalized_damerau_levenshtein(name, other), other))
-        .filter(|(likeness, _)| *likeness >= SIMILAR)
+        .filter(|(likeness, _)| *likeness >= SIMILARITY)
         .collect();
     similar.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
     similar.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()

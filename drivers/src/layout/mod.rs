@@ -34,7 +34,7 @@ pub use plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledB
 pub use process_data::ProcessData;
 pub(crate) use process_data::{
     AL_ERROR, AL_STATUS_BITS, BELOW_SAFE_OPERATIONAL, Gathered, ProcessDatagram, SAFE_OPERATIONAL,
-    SYNC, WRONG_COUNTER,
+    SYNC_FRAME, WRONG_COUNTER,
 };
 pub use slaves::NetworkError;
 pub use spec::{

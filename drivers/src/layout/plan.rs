@@ -15,7 +15,7 @@ use crate::frame::{Frame, FrameId, FrameKind};
 const STANDARD_IDS: usize = 1 << 11;
 
 /// Entry of an identifier that is not in the plan.
-const NONE: u8 = u8::MAX;
+const NO_MESSAGE: u8 = u8::MAX;
 
 /// Quantity of a layout signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -174,7 +174,7 @@ impl CompiledLayout {
         cycles_by: CyclesBy,
     ) -> Self {
         messages.sort_by_key(|message| order(message.format.id));
-        let mut standard = vec![NONE; STANDARD_IDS].into_boxed_slice();
+        let mut standard = vec![NO_MESSAGE; STANDARD_IDS].into_boxed_slice();
         let mut extended = Vec::new();
         for (k, message) in (0u8..).zip(&messages) {
             match message.format.id {
@@ -269,7 +269,7 @@ impl CompiledLayout {
                 self.extended.get(place)?.1
             }
         };
-        (index != NONE).then_some(usize::from(index))
+        (index != NO_MESSAGE).then_some(usize::from(index))
     }
 
     /// The message whose arrival is the instant of a sample.

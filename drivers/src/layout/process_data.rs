@@ -11,7 +11,7 @@ use crate::frame::FrameId;
 /// predefined ones of CANopen.
 pub(super) const SYNC_ID: FrameId = FrameId::Standard(0x080);
 /// The SYNC frame: it contains no data of a datagram.
-pub(crate) const SYNC: Gathered = Gathered { id: SYNC_ID, length: 0, parts: Vec::new() };
+pub(crate) const SYNC_FRAME: Gathered = Gathered { id: SYNC_ID, length: 0, parts: Vec::new() };
 pub(super) const INPUTS_ID: u16 = 0x181;
 pub(super) const OUTPUTS_ID: u16 = 0x201;
 

@@ -341,7 +341,7 @@ pub enum TorqueValidity {
 }
 
 /// Longest hold or delay of a torque, in samples: a longer one is a unit error.
-const HOLD_SAMPLES: f64 = 10.0;
+const HOLD_DELAY_SAMPLES: f64 = 10.0;
 
 impl TorqueValidity {
     /// Returns the timing in seconds.
@@ -352,7 +352,7 @@ impl TorqueValidity {
         let Self::ZeroOrderHold { hold_us, delay_us } = *self else {
             return Ok(SignalTiming::INSTANTANEOUS);
         };
-        let most_us = HOLD_SAMPLES * 1e6 / rate_hz;
+        let most_us = HOLD_DELAY_SAMPLES * 1e6 / rate_hz;
         if [hold_us, delay_us].iter().all(|us| (0.0..=most_us).contains(us)) {
             return Ok(SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 });
         }

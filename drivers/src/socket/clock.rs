@@ -5,7 +5,7 @@
 use crate::clock::ClockPair;
 
 /// Number of readings; the one with the shortest gap between its two outer readings is kept.
-const TRIES: usize = 3;
+const READINGS_PER_PAIR: usize = 3;
 
 /// Reads CLOCK_MONOTONIC, CLOCK_REALTIME and CLOCK_MONOTONIC again, a few times, and pairs the
 /// closest readings. On ordinary machines no call enters the kernel.
@@ -17,7 +17,7 @@ pub fn clock_pair() -> ClockPair {
         ClockPair { realtime_ns, monotonic_ns: before + uncertainty_ns, uncertainty_ns }
     };
     let mut best = once();
-    for _ in 1..TRIES {
+    for _ in 1..READINGS_PER_PAIR {
         let pair = once();
         if pair.uncertainty_ns < best.uncertainty_ns {
             best = pair;

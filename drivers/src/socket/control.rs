@@ -5,10 +5,10 @@
 pub(super) const CONTROL_BYTES: usize = 128;
 
 /// Size of C's `size_t` and `long`, the fields of cmsghdr and timespec.
-const WORD: usize = size_of::<usize>();
+const WORD_BYTES: usize = size_of::<usize>();
 
 /// Size of `struct cmsghdr`: its length as `size_t`, the level and the type as `int`.
-const HEADER: usize = WORD + 8;
+const HEADER_BYTES: usize = WORD_BYTES + 8;
 
 /// Kernel data about a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,11 +27,11 @@ impl ControlData {
     pub(super) fn parse(mut rest: &[u8]) -> Self {
         let mut data = Self::default();
         while let Some((length, level, kind)) = header(rest) {
-            let Some(message) = rest.get(HEADER..length) else { break };
+            let Some(message) = rest.get(HEADER_BYTES..length) else { break };
             if level == libc::SOL_SOCKET {
                 data.read(kind, message);
             }
-            rest = rest.get(length.next_multiple_of(WORD)..).unwrap_or_default();
+            rest = rest.get(length.next_multiple_of(WORD_BYTES)..).unwrap_or_default();
         }
         data
     }
@@ -54,16 +54,16 @@ impl ControlData {
 
 fn header(bytes: &[u8]) -> Option<(usize, libc::c_int, libc::c_int)> {
     let length = usize::from_ne_bytes(*bytes.first_chunk()?);
-    let level = libc::c_int::from_ne_bytes(*bytes.get(WORD..)?.first_chunk()?);
-    let kind = libc::c_int::from_ne_bytes(*bytes.get(WORD + 4..)?.first_chunk()?);
-    (length >= HEADER).then_some((length, level, kind))
+    let level = libc::c_int::from_ne_bytes(*bytes.get(WORD_BYTES..)?.first_chunk()?);
+    let kind = libc::c_int::from_ne_bytes(*bytes.get(WORD_BYTES + 4..)?.first_chunk()?);
+    (length >= HEADER_BYTES).then_some((length, level, kind))
 }
 
 /// Returns the timespec at this index \[ns\], or `None` if it is zero or missing.
 fn time(message: &[u8], index: usize) -> Option<u64> {
-    let bytes = message.get(index * 2 * WORD..)?;
+    let bytes = message.get(index * 2 * WORD_BYTES..)?;
     let seconds = isize::from_ne_bytes(*bytes.first_chunk()?);
-    let nanoseconds = isize::from_ne_bytes(*bytes.get(WORD..)?.first_chunk()?);
+    let nanoseconds = isize::from_ne_bytes(*bytes.get(WORD_BYTES..)?.first_chunk()?);
     let ns = u64::try_from(seconds)
         .ok()?
         .checked_mul(1_000_000_000)?
@@ -77,11 +77,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn message(kind: libc::c_int, data: &[u8]) -> Vec<u8> {
-        let mut bytes = (HEADER + data.len()).to_ne_bytes().to_vec();
+        let mut bytes = (HEADER_BYTES + data.len()).to_ne_bytes().to_vec();
         bytes.extend(libc::SOL_SOCKET.to_ne_bytes());
         bytes.extend(kind.to_ne_bytes());
         bytes.extend(data);
-        bytes.resize(bytes.len().next_multiple_of(WORD), 0);
+        bytes.resize(bytes.len().next_multiple_of(WORD_BYTES), 0);
         bytes
     }
 
@@ -119,7 +119,7 @@ mod tests {
         #[test]
         fn no_length_makes_it_panic_or_hang(length in any::<usize>(), cut in 0usize..64) {
             let mut bytes = message(libc::SO_RXQ_OVFL, &77u32.to_ne_bytes());
-            bytes[..WORD].copy_from_slice(&length.to_ne_bytes());
+            bytes[..WORD_BYTES].copy_from_slice(&length.to_ne_bytes());
             bytes.truncate(cut);
             let _ = ControlData::parse(&bytes);
         }

@@ -9,7 +9,7 @@ use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use crate::frame::interface::InterfaceName;
 
 #[allow(clippy::cast_possible_truncation, reason = "C declares AF_CAN (29) wider than its field")]
-const FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
+const CAN_FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
 
 #[allow(
     clippy::cast_possible_truncation,
@@ -69,7 +69,7 @@ impl Socket {
     pub(crate) fn bind_can(&self, device: libc::c_int) -> io::Result<()> {
         // SAFETY: sockaddr_can is plain integers; all zeros is a valid value.
         let mut address: libc::sockaddr_can = unsafe { core::mem::zeroed() };
-        address.can_family = FAMILY;
+        address.can_family = CAN_FAMILY;
         address.can_ifindex = device;
         let length = socklen::<libc::sockaddr_can>();
         // SAFETY: the address lives through the call and its length is that of its type.

@@ -9,7 +9,7 @@ use super::control::{CONTROL_BYTES, ControlData};
 use crate::frame::MAX_PAYLOAD;
 
 /// Frames received by one call: 12 ms of a 5 kHz bus.
-const BATCH: usize = 64;
+const BATCH_FRAMES: usize = 64;
 
 /// Size of `struct canfd_frame` \[bytes\]; a classic frame has its first 16.
 const CAN_BYTES: usize = 8 + MAX_PAYLOAD;
@@ -61,7 +61,7 @@ pub(crate) struct ReceiveBuffer<const BYTES: usize = CAN_BYTES> {
 
 impl<const BYTES: usize> ReceiveBuffer<BYTES> {
     pub(crate) fn new() -> Self {
-        Self { slots: vec![Slot::EMPTY; BATCH].into_boxed_slice(), filled: 0, next: 0 }
+        Self { slots: vec![Slot::EMPTY; BATCH_FRAMES].into_boxed_slice(), filled: 0, next: 0 }
     }
 
     /// Reads the messages that wait in the socket, without blocking. Call it after the last frames
@@ -70,9 +70,9 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
     pub(crate) fn fill(&mut self, socket: &Socket) -> io::Result<()> {
         (self.filled, self.next) = (0, 0);
         // SAFETY: iovec and mmsghdr are integers and pointers; zero and null are valid values.
-        let mut vectors: [libc::iovec; BATCH] = unsafe { core::mem::zeroed() };
+        let mut vectors: [libc::iovec; BATCH_FRAMES] = unsafe { core::mem::zeroed() };
         // SAFETY: as above.
-        let mut headers: [libc::mmsghdr; BATCH] = unsafe { core::mem::zeroed() };
+        let mut headers: [libc::mmsghdr; BATCH_FRAMES] = unsafe { core::mem::zeroed() };
         let parts = headers.iter_mut().zip(&mut vectors).zip(&mut self.slots);
         for ((header, vector), slot) in parts {
             vector.iov_base = slot.frame.as_mut_ptr().cast();
@@ -82,7 +82,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
             header.msg_hdr.msg_control = slot.control.as_mut_ptr().cast();
             header.msg_hdr.msg_controllen = CONTROL_BYTES as _;
         }
-        let count = u32::try_from(BATCH).unwrap_or(0);
+        let count = u32::try_from(BATCH_FRAMES).unwrap_or(0);
         // SAFETY: `headers` holds `count` headers; each points to its own vector, frame and control
         // bytes with their true sizes. All of them outlive the call, nothing else accesses them
         // during it, and the kernel writes plain bytes. The timeout may be null.
@@ -103,7 +103,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
             slot.control_length = (header.msg_hdr.msg_controllen as usize).min(CONTROL_BYTES);
             slot.flags = header.msg_hdr.msg_flags;
         }
-        self.filled = received.min(BATCH);
+        self.filled = received.min(BATCH_FRAMES);
         Ok(())
     }
 
@@ -120,6 +120,6 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
 
     /// Returns true if the size of this buffer ended the last [`Self::fill`].
     pub(crate) fn was_full(&self) -> bool {
-        self.filled == BATCH
+        self.filled == BATCH_FRAMES
     }
 }

@@ -11,7 +11,7 @@ use crate::socket::{Message, Socket};
 
 /// Largest number of system calls of one attempt to receive frames, regardless of the kernel's
 /// answers.
-pub(super) const MOST_CALLS: u32 = 8;
+pub(super) const MAX_CALLS: u32 = 8;
 
 /// Longest single wait, so that a caller without a timeout still detects an interface that vanished
 /// silently.

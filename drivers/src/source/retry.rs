@@ -4,8 +4,8 @@ use core::time::Duration;
 use std::time::Instant;
 
 /// Waiting time between attempts: doubled from the first to the last.
-pub(super) const FIRST: Duration = Duration::from_millis(20);
-const LAST: Duration = Duration::from_secs(2);
+pub(super) const FIRST_DELAY: Duration = Duration::from_millis(20);
+const LONGEST_DELAY: Duration = Duration::from_secs(2);
 
 /// The next attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,13 +17,13 @@ pub(super) struct Retry {
 impl Retry {
     /// It vanished now.
     pub(super) fn first(now: Instant) -> Self {
-        Self { at: now + FIRST, delay: FIRST }
+        Self { at: now + FIRST_DELAY, delay: FIRST_DELAY }
     }
 
     /// Schedules the next attempt after a failure at `now`.
     #[must_use]
     pub(super) fn failed(self, now: Instant) -> Self {
-        let delay = (2 * self.delay).min(LAST);
+        let delay = (2 * self.delay).min(LONGEST_DELAY);
         Self { at: now + delay, delay }
     }
 
@@ -45,13 +45,15 @@ mod tests {
         while now - start < Duration::from_secs(3_600) {
             waits.push(retry.remaining(now));
             now += retry.remaining(now);
-            assert!(retry.remaining(now).is_zero() && retry.remaining(now + LAST).is_zero());
+            assert!(
+                retry.remaining(now).is_zero() && retry.remaining(now + LONGEST_DELAY).is_zero()
+            );
             retry = retry.failed(now);
         }
         let ms = |ms| Duration::from_millis(ms);
         let growing = [20, 40, 80, 160, 320, 640, 1280].map(ms);
         assert_eq!(waits[..7], growing);
-        assert!(waits[7..].iter().all(|wait| *wait == LAST));
+        assert!(waits[7..].iter().all(|wait| *wait == LONGEST_DELAY));
         assert_eq!(waits.len(), 1_806);
     }
 }

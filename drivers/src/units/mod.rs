@@ -22,15 +22,15 @@ pub use spec::{
 use crate::layout::{CompiledLayout, Quantity, SignalFormat};
 
 /// Spellings of a unit in DBC files; the first is that of this program.
-const COUNT: &[&str] = &["count", "counts", "inc", "increments"];
-const RAD: &[&str] = &["rad"];
-const DEG: &[&str] = &["deg", "°", "degree", "degrees"];
-const AMPERE: &[&str] = &["A"];
-const PER_MILLE: &[&str] = &["per mille", "permille", "‰", "0.1 %", "0.1%"];
-const NM: &[&str] = &["Nm", "N·m", "N.m", "N*m"];
+const COUNT_SPELLINGS: &[&str] = &["count", "counts", "inc", "increments"];
+const RAD_SPELLINGS: &[&str] = &["rad"];
+const DEG_SPELLINGS: &[&str] = &["deg", "°", "degree", "degrees"];
+const AMPERE_SPELLINGS: &[&str] = &["A"];
+const PER_MILLE_SPELLINGS: &[&str] = &["per mille", "permille", "‰", "0.1 %", "0.1%"];
+const NM_SPELLINGS: &[&str] = &["Nm", "N·m", "N.m", "N*m"];
 
 /// Allowed values of a positive gain.
-const POSITIVE: &str = "finite and greater than 0";
+const POSITIVE_GAIN: &str = "finite and greater than 0";
 
 /// Checked gains of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -215,13 +215,13 @@ fn rad_per_unit(axis: usize, scale: PositionScale) -> Result<(f64, Units), Units
     match scale {
         PositionScale::CountsPerRevolution(counts) => {
             let key = "position.scale.counts_per_revolution";
-            Ok((TAU / positive(axis, key, counts)?, COUNT))
+            Ok((TAU / positive(axis, key, counts)?, COUNT_SPELLINGS))
         }
         PositionScale::RadPerCount(angle) => {
-            Ok((positive(axis, "position.scale.rad_per_count", angle)?, COUNT))
+            Ok((positive(axis, "position.scale.rad_per_count", angle)?, COUNT_SPELLINGS))
         }
-        PositionScale::Rad => Ok((1.0, RAD)),
-        PositionScale::Deg => Ok((1_f64.to_radians(), DEG)),
+        PositionScale::Rad => Ok((1.0, RAD_SPELLINGS)),
+        PositionScale::Deg => Ok((1_f64.to_radians(), DEG_SPELLINGS)),
     }
 }
 
@@ -229,7 +229,7 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
     match scale {
         TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
             let rated = positive(axis, "torque.scale.rated_torque_nm", rated_torque_nm)?;
-            Ok((1e-3 * rated, PER_MILLE))
+            Ok((1e-3 * rated, PER_MILLE_SPELLINGS))
         }
         TorqueScale::PerMilleOfRatedCurrent {
             rated_current_a,
@@ -248,20 +248,20 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
                 (CurrentValue::Rms, CurrentValue::Rms)
                 | (CurrentValue::Peak, CurrentValue::Peak) => current,
             };
-            Ok((1e-3 * current * constant, PER_MILLE))
+            Ok((1e-3 * current * constant, PER_MILLE_SPELLINGS))
         }
         TorqueScale::NmPerCount(torque) => {
-            Ok((positive(axis, "torque.scale.nm_per_count", torque)?, COUNT))
+            Ok((positive(axis, "torque.scale.nm_per_count", torque)?, COUNT_SPELLINGS))
         }
         TorqueScale::NmPerA(torque) => {
-            Ok((positive(axis, "torque.scale.nm_per_a", torque)?, AMPERE))
+            Ok((positive(axis, "torque.scale.nm_per_a", torque)?, AMPERE_SPELLINGS))
         }
-        TorqueScale::Nm => Ok((1.0, NM)),
+        TorqueScale::Nm => Ok((1.0, NM_SPELLINGS)),
     }
 }
 
 fn positive(axis: usize, key: &'static str, value: f64) -> Result<f64, UnitsError> {
-    number(axis, key, value, |value| value.is_finite() && value > 0.0, POSITIVE)
+    number(axis, key, value, |value| value.is_finite() && value > 0.0, POSITIVE_GAIN)
 }
 
 fn number(

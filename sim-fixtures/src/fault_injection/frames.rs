@@ -8,7 +8,7 @@ use super::action::{FrameOf, FrameRole};
 use super::signals::uniform;
 
 /// First identifier of frames that belong to no layout here.
-const FOREIGN: u16 = 0x6A0;
+const FIRST_FOREIGN_ID: u16 = 0x6A0;
 
 /// Returns true if a frame has this role and axis.
 fn is(layout: &CompiledLayout, role: FrameRole, axis: Option<usize>, frame: &Frame) -> bool {
@@ -135,7 +135,7 @@ fn add_foreign(
 ) -> Result<(), FrameError> {
     let stamp_ns = cycles[k].last().map_or(start_ns, |frame| frame.stamp_ns);
     for number in 0..frames {
-        let id = FrameId::standard(FOREIGN + number)?;
+        let id = FrameId::standard(FIRST_FOREIGN_ID + number)?;
         cycles[k].push(Frame::classic(id, &[0xA5; 8])?.with_stamp(stamp_ns));
     }
     Ok(())

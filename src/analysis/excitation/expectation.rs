@@ -11,10 +11,10 @@ use crate::text::significant;
 
 /// Length of the head that is read from a motion's file \[bytes\]. It is several times the head of
 /// a motion with sixty parameters.
-const HEAD_BYTES: u64 = 256 << 10;
+const MAX_HEAD_BYTES: u64 = 256 << 10;
 /// Word before name, standard deviation and unit in a line of the head; versions before 0.2.0 wrote
 /// the second one.
-const EXPECTATION: [&str; 2] = ["predicted ", "foretold "];
+const EXPECTATION_WORDS: [&str; 2] = ["predicted ", "foretold "];
 
 /// Error when a result cannot be compared with the prediction.
 #[derive(Debug, thiserror::Error)]
@@ -55,12 +55,12 @@ pub struct ExpectedParameter {
 /// Formats the head line that predicts a parameter's standard deviation.
 pub fn expectation_line(name: &str, deviation: f64, unit: &str) -> String {
     let deviation = significant(deviation, 4);
-    format!("  {}{name}: {deviation} {unit}", EXPECTATION[0]).trim_end().to_owned()
+    format!("  {}{name}: {deviation} {unit}", EXPECTATION_WORDS[0]).trim_end().to_owned()
 }
 
 /// Parses name, standard deviation and unit, if the line predicts a parameter.
 fn deviation_line(line: &str) -> Option<(&str, f64, &str)> {
-    let (_, rest) = EXPECTATION.iter().find_map(|word| line.split_once(word))?;
+    let (_, rest) = EXPECTATION_WORDS.iter().find_map(|word| line.split_once(word))?;
     let (name, rest) = rest.split_once(": ")?;
     let (deviation, unit) = rest.split_once(' ').unwrap_or((rest, ""));
     let deviation = deviation.parse().ok().filter(|of: &f64| of.is_finite() && *of > 0.0)?;
@@ -78,7 +78,8 @@ impl DesignedMotion {
     /// [`ExpectationError`].
     pub fn read(file: &Path) -> Result<Self, ExpectationError> {
         let mut head = Vec::new();
-        let read = File::open(file).and_then(|open| open.take(HEAD_BYTES).read_to_end(&mut head));
+        let read =
+            File::open(file).and_then(|open| open.take(MAX_HEAD_BYTES).read_to_end(&mut head));
         read.map_err(|source| ExpectationError::Read { file: file.to_path_buf(), source })?;
         let head = String::from_utf8_lossy(&head).into_owned();
         if !head.lines().any(|line| deviation_line(line).is_some()) {

@@ -106,7 +106,7 @@ impl fmt::Display for Beyond {
 }
 
 /// Remedy for [`open_limits`].
-pub const STATE_LIMITS: &str =
+pub const LIMITS_REMEDY: &str =
     "state velocity_max_* and torque_max_nm or force_max_n where they are known";
 
 /// Describes the limits that a robot's file leaves open. `None` if all are set.
@@ -130,7 +130,7 @@ pub fn open_limits(robot: &Robot) -> Option<String> {
 }
 
 /// Remedy for [`unlisted_laws`].
-pub const LIST_LAWS: &str =
+pub const FRICTION_LAWS_REMEDY: &str =
     "add them to `identification.parameters`, or take the laws out of the robot file";
 
 /// Lists the friction-law parameters of the robot that the cell neither identifies nor fixes, as

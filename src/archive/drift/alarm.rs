@@ -6,7 +6,7 @@ use crate::archive::store::Timestamp;
 
 /// The alarm is cleared only within this share of the band. A parameter at the edge therefore does
 /// not raise and clear it repeatedly.
-const BACK_WITHIN: f64 = 0.75;
+const CLEARING_SHARE: f64 = 0.75;
 
 /// Alarm state of one parameter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl Alarm {
         if share.is_nan() {
             return None;
         }
-        let changes = if self.raised { share <= BACK_WITHIN } else { share > 1.0 };
+        let changes = if self.raised { share <= CLEARING_SHARE } else { share > 1.0 };
         if !changes {
             self.turning = 0;
             if !self.raised {

@@ -15,7 +15,7 @@ use crate::files::{TextError, read_bytes, replace};
 /// Version of the file layout.
 pub const BASELINE_SCHEMA: u32 = 1;
 
-const NAME: &str = "baseline.json";
+const FILE_NAME: &str = "baseline.json";
 
 /// A complete result to compare with. It may be older than any kept result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,7 +95,7 @@ impl Baseline {
     /// # Errors
     /// [`BaselineError`].
     pub fn read(folder: &Path) -> Result<Option<Self>, BaselineError> {
-        let path = folder.join(NAME);
+        let path = folder.join(FILE_NAME);
         let wrong = |problem: String| BaselineError::Format { path: path.clone(), problem };
         let content = match read_bytes(&path) {
             Err(cause) if cause.is_missing() => return Ok(None),
@@ -122,7 +122,7 @@ impl Baseline {
     /// # Errors
     /// [`BaselineError::Io`]; the previous baseline is unchanged.
     pub fn write(&self, folder: &Path) -> Result<(), BaselineError> {
-        let path = folder.join(NAME);
+        let path = folder.join(FILE_NAME);
         let io_error = |action, cause| BaselineError::Io { action, path: path.clone(), cause };
         let mut json =
             serde_json::to_vec_pretty(self).map_err(|error| io_error("write", error.into()))?;
@@ -135,7 +135,7 @@ impl Baseline {
     /// # Errors
     /// [`BaselineError::Io`].
     pub fn remove(folder: &Path) -> Result<bool, BaselineError> {
-        let path = folder.join(NAME);
+        let path = folder.join(FILE_NAME);
         match fs::remove_file(&path) {
             Ok(()) => Ok(true),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(false),
@@ -168,7 +168,7 @@ impl BaselineWatch {
     /// # Errors
     /// [`BaselineError`], once per change.
     pub fn poll(&mut self) -> Option<Result<Option<Baseline>, BaselineError>> {
-        let now = fs::metadata(self.folder.join(NAME))
+        let now = fs::metadata(self.folder.join(FILE_NAME))
             .ok()
             .map(|data| (data.ino(), data.mtime(), data.mtime_nsec(), data.len()));
         if self.seen == Some(now) {

@@ -5,7 +5,7 @@ use crate::archive::store::HistoryLine;
 /// Payloads with a smaller difference count as the same \[kg\]: the resolution of a bench balance.
 const SAME_PAYLOAD_KG: f64 = 0.01;
 /// Maximum number of names that are listed if parameters differ.
-const NAMES: usize = 6;
+const MAX_LISTED_NAMES: usize = 6;
 
 /// Reason why a result is not compared with another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -132,8 +132,8 @@ fn difference(line: &HistoryLine, baseline: &HistoryLine) -> String {
     };
     let mut names = only(line, baseline, '+');
     names.extend(only(baseline, line, '−'));
-    let more = names.len().saturating_sub(NAMES);
-    names.truncate(NAMES);
+    let more = names.len().saturating_sub(MAX_LISTED_NAMES);
+    names.truncate(MAX_LISTED_NAMES);
     match more {
         0 => names.join(" "),
         _ => format!("{} and {more} more", names.join(" ")),

@@ -62,13 +62,13 @@ pub struct AlarmStatus {
 }
 
 /// Maximum number of alarms that are listed as separate reasons. The others are counted.
-const REASONS: usize = 5;
+const MAX_REASONS: usize = 5;
 
 impl DriftStatus {
     /// Returns the reasons why the state is not good, one line per alarm as long as they are few.
     pub fn reasons(&self) -> Vec<String> {
-        let alarms = self.alarms.iter().take(REASONS).map(|alarm| alarm.text.clone());
-        let more = self.alarms.len().saturating_sub(REASONS);
+        let alarms = self.alarms.iter().take(MAX_REASONS).map(|alarm| alarm.text.clone());
+        let more = self.alarms.len().saturating_sub(MAX_REASONS);
         let more = match more {
             0 => None,
             1 => Some("1 more parameter has left its band".to_owned()),

@@ -7,7 +7,7 @@ use crate::text::significant;
 /// A trend is extrapolated into the future by at most this multiple of its past time span.
 pub const FORECAST_SPANS: f64 = 3.0;
 /// A slope counts as zero if it is less than this many of its standard deviations.
-const REAL_SLOPE: f64 = 3.0;
+const SIGNIFICANT_SLOPE: f64 = 3.0;
 
 /// Returns a sentence such as
 /// `fc3 has grown by 12.3 % ± 0.4 % since the baseline of 2026-11-22, +0.41 ± 0.02 %/day, left its
@@ -58,7 +58,7 @@ pub fn sentence(
 /// has to be within the allowed extrapolation of the trend. Times of the trend are days since the
 /// baseline.
 pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
-    if trend.slope.abs() < REAL_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
+    if trend.slope.abs() < SIGNIFICANT_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
         return None;
     }
     let edge = change.baseline + change.half_band * trend.slope.signum();

@@ -8,7 +8,7 @@ use didim_formats::{LongTableError, read_long_table};
 use serde::Serialize;
 
 /// Minimum number of arms. With five, the scatter is so uncertain that nothing is improbable.
-pub const FEWEST_ARMS: usize = 6;
+pub const MIN_ARMS: usize = 6;
 
 /// Reason why arms are not compared.
 #[derive(Debug, thiserror::Error)]
@@ -35,7 +35,7 @@ pub enum FleetError {
     /// Too few arms. Name the files of more.
     #[error(
         "{arms} arms have a result that is usable for monitoring and has no payload noted; a \
-            population needs at least {FEWEST_ARMS}; name the histories of more"
+            population needs at leaMIN_ARMSARMS}; name the histories of more"
     )]
     TooFew {
         /// Number of arms.
@@ -111,7 +111,7 @@ impl Member {
     }
 }
 
-const COLUMNS: [&str; 14] = [
+const COLUMN_NAMES: [&str; 14] = [
     "identity",
     "cell",
     "robot",
@@ -137,7 +137,7 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
     // By file and cell.
     let mut newest: BTreeMap<(PathBuf, String), (String, Member)> = BTreeMap::new();
     for file in files {
-        let rows = read_long_table(file, COLUMNS)
+        let rows = read_long_table(file, COLUMN_NAMES)
             .map_err(|source| FleetError::File { file: file.clone(), source })?;
         for row in rows {
             let [

@@ -3,10 +3,10 @@
 use didim_dynamics::numeric::median;
 use serde::Serialize;
 
-use super::member::{FEWEST_ARMS, FleetError, Member, MemberParameter};
+use super::member::{FleetError, MIN_ARMS, Member, MemberParameter};
 
 /// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
-const NORMAL: f64 = 1.4826;
+const NORMAL_MAD_RATIO: f64 = 1.4826;
 
 /// Arms of one type.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,12 +71,12 @@ impl FleetParameter {
     fn new(own: &MemberParameter, arms: &[Member]) -> Option<Self> {
         let values = arms.iter().filter_map(|arm| Some((arm, arm.parameter(&own.name)?)));
         let values: Vec<_> = values.filter(|(_, of)| of.value.is_finite()).collect();
-        if values.len() < FEWEST_ARMS {
+        if values.len() < MIN_ARMS {
             return None;
         }
         let median_value = median(values.iter().map(|(_, of)| of.value).collect())?;
         let away = values.iter().map(|(_, of)| (of.value - median_value).abs());
-        let scatter = NORMAL * median(away.collect())?;
+        let scatter = NORMAL_MAD_RATIO * median(away.collect())?;
         Some(Self {
             name: own.name.clone(),
             unit: own.unit.clone(),
@@ -108,7 +108,7 @@ impl Fleet {
     /// # Errors
     /// [`FleetError`]: too few arms, or not of one type.
     pub fn new(arms: Vec<Member>) -> Result<Self, FleetError> {
-        let first = arms.first().filter(|_| arms.len() >= FEWEST_ARMS);
+        let first = arms.first().filter(|_| arms.len() >= MIN_ARMS);
         let first = first.ok_or(FleetError::TooFew { arms: arms.len() })?;
         if let Some(other) = arms.iter().find(|arm| arm.kind() != first.kind()) {
             return Err(FleetError::OtherKind {
@@ -222,7 +222,7 @@ mod tests {
         let parameter = &fleet.parameters[0];
         assert_eq!(
             (parameter.median, parameter.scatter, parameter.limit),
-            (4.0, NORMAL * 2.0, 3.3 + 8.0)
+            (4.0, NORMAL_MAD_RATIO * 2.0, 3.3 + 8.0)
         );
         // All are equal to the last digit: the arm's own uncertainty decides.
         let mut same = arms(6, 1);

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::error::{StoreError, io_error, write};
 use crate::text::is_digest;
 
-const FOLDER: &str = "configurations";
-const WRITING: &str = ".writing.tmp";
+const FOLDER_NAME: &str = "configurations";
+const TEMPORARY_SUFFIX: &str = ".writing.tmp";
 
 /// The files of a configuration as read. The hash is computed over them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub(super) struct Configurations {
 
 impl Configurations {
     pub(super) fn next_to_results(folder: &Path) -> Self {
-        Self { folder: folder.join(FOLDER) }
+        Self { folder: folder.join(FOLDER_NAME) }
     }
 
     /// Writes a configuration unless it exists. Its files are first written and synced in a
@@ -48,7 +48,7 @@ impl Configurations {
         if !is_digest(sha256) || place.is_dir() {
             return Ok(());
         }
-        let writing = self.folder.join(WRITING);
+        let writing = self.folder.join(TEMPORARY_SUFFIX);
         clear(&writing)?;
         fs::create_dir_all(&writing).map_err(io_error("make the folder", &writing))?;
         for (name, text) in texts.files() {
@@ -80,7 +80,7 @@ impl Configurations {
 
     /// Removes incomplete files of a process that died while writing.
     pub(super) fn clear_unfinished(&self) -> Result<(), StoreError> {
-        clear(&self.folder.join(WRITING))
+        clear(&self.folder.join(TEMPORARY_SUFFIX))
     }
 }
 

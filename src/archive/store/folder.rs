@@ -23,7 +23,7 @@ pub const DEFAULT_KEEP: usize = 1000;
 /// finds in the file. Some kilobytes each.
 pub(crate) const RECENT_LINES: usize = TREND_LINES;
 
-const LATEST: &str = "latest.json";
+const LATEST_FILE: &str = "latest.json";
 
 /// A folder of results: `result-00000000.json` and following. Each has a report of the same number
 /// (`.html`). `latest.json` is a copy of the newest. `history.jsonl` has a line per result with its
@@ -88,7 +88,7 @@ impl Store {
         // Incomplete files of a process that died while writing.
         remove_leftovers(folder, |name: &str| {
             let report = name.strip_suffix(".html").map(|stem| format!("{stem}.json"));
-            name == LATEST
+            name == LATEST_FILE
                 || Pending::is_name(name)
                 || index(report.as_deref().unwrap_or(name)).is_some()
         })
@@ -141,7 +141,7 @@ impl Store {
         let report = auxiliary.report.as_ref().map_or(Ok(()), |report| {
             write(&self.folder.join(report_name(number)), report.as_bytes())
         });
-        let copied = write(&self.folder.join(LATEST), &json);
+        let copied = write(&self.folder.join(LATEST_FILE), &json);
         let pruned = self.prune(&record.configuration);
         for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
@@ -182,7 +182,7 @@ impl Store {
         if let Some(newest) = indices.last() {
             let path = self.folder.join(name(*newest));
             let copied = fs::read(&path).map_err(io_error("read", &path));
-            let copied = copied.and_then(|json| write(&self.folder.join(LATEST), &json));
+            let copied = copied.and_then(|json| write(&self.folder.join(LATEST_FILE), &json));
             if let Err(problem) = copied {
                 tracing::warn!("{problem}");
             }

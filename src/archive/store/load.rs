@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::text::{significant, to_uncertainty};
 
 /// Maximum number of digits of a mass.
-const DIGITS: usize = 4;
+const MAX_DIGITS: usize = 4;
 
 /// Payload of the arm beyond that at the identification of its baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +43,7 @@ pub struct LoadChange {
 /// Formats a mass with its standard deviation.
 pub fn mass_text(mass: Option<Uncertain>) -> String {
     mass.map_or("unknown mass".to_owned(), |mass| {
-        let digits = to_uncertainty(mass.value, mass.standard_deviation, DIGITS);
+        let digits = to_uncertainty(mass.value, mass.standard_deviation, MAX_DIGITS);
         format!("{digits} ± {} kg", significant(mass.standard_deviation, 2))
     })
 }
@@ -62,7 +62,7 @@ impl FoundLoad {
         }
         if let (Some(kg), Some(declared)) = (self.declared_kg, &self.declared) {
             let agrees = if declared.within { "which agrees" } else { "which does not agree" };
-            text += &format!(", {} kg noted, {agrees}", significant(kg, DIGITS));
+            text += &format!(", {} kg noted, {agrees}", significant(kg, MAX_DIGITS));
         }
         text
     }

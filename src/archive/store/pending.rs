@@ -14,10 +14,10 @@ use super::timestamp::Timestamp;
 use crate::files::read_bytes;
 use crate::window::DriveReadings;
 
-const NAME: &str = ".owed.jsonl";
+const FILE_NAME: &str = ".owed.jsonl";
 /// Maximum number of pending lines. If the disk accepts results but no history lines for longer,
 /// the oldest lines are lost.
-const MOST: usize = 1000;
+const MAX_LINES: usize = 1000;
 
 /// The pending lines and their file. The file exists as long as a line is pending.
 #[derive(Debug)]
@@ -28,11 +28,11 @@ pub(super) struct Pending {
 
 impl Pending {
     pub(super) fn in_folder(folder: &Path) -> Self {
-        Self { path: folder.join(NAME), lines: VecDeque::new() }
+        Self { path: folder.join(FILE_NAME), lines: VecDeque::new() }
     }
 
     pub(super) fn is_name(name: &str) -> bool {
-        name == NAME
+        name == FILE_NAME
     }
 
     /// Reads the pending lines of a previous process. An unreadable file counts as empty.
@@ -77,8 +77,10 @@ impl Pending {
     /// than the maximum, the oldest are dropped.
     pub(super) fn settle(&mut self, history: &mut HistoryFile) -> Result<(), StoreError> {
         let settled = self.append_to(history);
-        while self.lines.len() > MOST {
-            tracing::warn!("the history could not be written for {MOST} results, and loses a line");
+        while self.lines.len() > MAX_LINES {
+            tracing::warn!(
+                "the history could not be written for {MAX_LINES} results, and loses a line"
+            );
             self.lines.pop_front();
         }
         settled
@@ -216,16 +218,16 @@ mod tests {
         // Makes appending fail, for root as well.
         fs::create_dir(folder.path().join("history.jsonl")).unwrap();
         let mut pending = Pending::in_folder(folder.path());
-        let most = MOST as u64;
+        let most = MAX_LINES as u64;
         (0..most).for_each(|result| pending.add(line(result)));
         for _ in 0..3 {
             pending.add(line(most));
             pending.take_back();
         }
         assert!(pending.settle(&mut history).is_err());
-        assert!(pending.has(0) && pending.lines().len() == MOST);
+        assert!(pending.has(0) && pending.lines().len() == MAX_LINES);
         pending.add(line(most));
         assert!(pending.settle(&mut history).is_err());
-        assert!(!pending.has(0) && pending.has(most) && pending.lines().len() == MOST);
+        assert!(!pending.has(0) && pending.has(most) && pending.lines().len() == MAX_LINES);
     }
 }

@@ -12,10 +12,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 pub struct Timestamp(u64);
 
 /// The last second that RFC 3339 can represent: the end of the year 9999.
-const LAST_S: u64 = 253_402_300_799;
+const LATEST_UNIX_S: u64 = 253_402_300_799;
 /// 2020-01-01T00:00:00Z, before this program existed. A controller without a battery starts in
 /// 1970, or at the date of its image, until its clock is set.
-const SET_S: u64 = 1_577_836_800;
+const CLOCK_IS_SET_UNIX_S: u64 = 1_577_836_800;
 
 impl Timestamp {
     /// Returns the current time. A clock before 1970 or after 9999 gives the nearest representable
@@ -28,7 +28,7 @@ impl Timestamp {
 
     /// Returns the time this number of seconds after 1970-01-01T00:00:00Z.
     pub fn from_unix_s(seconds: u64) -> Self {
-        Self(seconds.min(LAST_S))
+        Self(seconds.min(LATEST_UNIX_S))
     }
 
     /// Seconds after 1970-01-01T00:00:00Z.
@@ -39,7 +39,7 @@ impl Timestamp {
     /// Returns true if the time is plausible. It is false before 2020, when the clock was not set
     /// yet.
     pub fn is_set(self) -> bool {
-        self.0 >= SET_S
+        self.0 >= CLOCK_IS_SET_UNIX_S
     }
 
     /// Returns the days from another time to this one. Negative if the other is later.
@@ -57,7 +57,7 @@ impl Timestamp {
     )]
     pub fn plus_days(self, days: f64) -> Option<Self> {
         let seconds = self.0 as f64 + 86_400.0 * days;
-        (0.0..=LAST_S as f64).contains(&seconds).then_some(Self(seconds as u64))
+        (0.0..=LATEST_UNIX_S as f64).contains(&seconds).then_some(Self(seconds as u64))
     }
 
     /// Returns the day alone: `2026-11-22`.

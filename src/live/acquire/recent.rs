@@ -10,7 +10,7 @@ use super::counts::AcquisitionCounts;
 
 /// Length of the period: several of the longest cycles, and short compared with the time that
 /// people wait.
-const SPAN: Duration = Duration::from_secs(5);
+const RECENT_PERIOD: Duration = Duration::from_secs(5);
 
 /// Counts with a smaller time difference are treated as one.
 const MIN_SEPARATION: Duration = Duration::from_millis(500);
@@ -20,10 +20,10 @@ const SETTLED_S: f64 = 2.0;
 
 /// Share of lost cycles above which the loss is a current fault. A single lost cycle costs a
 /// window, which is reported there.
-const TOLERATED: f64 = 0.01;
+const TOLERATED_LOSS_SHARE: f64 = 0.01;
 
 /// Maximum number of named causes, for frames and for cycles each.
-const NAMED: usize = 3;
+const MAX_NAMED_CAUSES: usize = 3;
 
 /// Counts of the last seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -89,7 +89,7 @@ impl RecentCounts {
         // Drives were enabled or disabled during the period.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
         let total = self.samples + losses;
-        if losses as f64 > TOLERATED * total as f64 {
+        if losses as f64 > TOLERATED_LOSS_SHARE * total as f64 {
             return Flow::Lossy { lost: losses, of: total, causes: self.causes() };
         }
         Flow::Well
@@ -124,7 +124,7 @@ fn of_all_but(causes: &BTreeMap<String, u64>, but: &[CycleCause]) -> u64 {
 fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
     let mut causes: Vec<_> = causes.iter().filter(|(key, _)| *key != but).collect();
     causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-    let causes = causes.into_iter().take(NAMED);
+    let causes = causes.into_iter().take(MAX_NAMED_CAUSES);
     causes.map(|(key, count)| format!("{count} {what} {}", label(key))).collect()
 }
 
@@ -141,7 +141,7 @@ impl RecentWatch {
     /// Returns the counts of the last seconds before `now`.
     pub fn handle_counts(&mut self, counts: &AcquisitionCounts, now: Instant) -> RecentCounts {
         let age = |then: Instant| now.saturating_duration_since(then);
-        while self.0.get(1).is_some_and(|(then, _)| age(*then) >= SPAN) {
+        while self.0.get(1).is_some_and(|(then, _)| age(*then) >= RECENT_PERIOD) {
             self.0.pop_front();
         }
         let recent = self.0.front().map(|(then, before)| {

@@ -18,11 +18,11 @@ use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOpt
 /// Longest wait for a frame, and so the longest time until the thread sees a stop.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Interval at which a replay checks if the reader has capacity again.
-const ROOM_POLL: Duration = Duration::from_micros(200);
+const CAPACITY_POLL: Duration = Duration::from_micros(200);
 /// Interval at which the counts are published.
-const PUBLISH_EVERY: Duration = Duration::from_millis(50);
+const PUBLISH_INTERVAL: Duration = Duration::from_millis(50);
 /// Maximum time that the end of a live bus waits for its readers to finish reading.
-const LAST_READ: Duration = Duration::from_secs(2);
+const FINAL_READ_TIMEOUT: Duration = Duration::from_secs(2);
 /// Maximum number of frames taken from the source at a time. It bounds how far a replay can exceed
 /// the reader's capacity.
 const BATCH_FRAMES: usize = 256;
@@ -149,7 +149,7 @@ impl Acquisition {
     pub fn step(&mut self) -> Result<Option<AcquireEnd>, AcquireError> {
         self.counts.iterations += 1;
         if !self.writer.has_room()? {
-            std::thread::sleep(ROOM_POLL);
+            std::thread::sleep(CAPACITY_POLL);
             self.publish_if_due(Instant::now());
             return Ok(None);
         }
@@ -184,7 +184,7 @@ impl Acquisition {
     }
 
     fn publish_if_due(&mut self, now: Instant) {
-        if now - self.last_published >= PUBLISH_EVERY {
+        if now - self.last_published >= PUBLISH_INTERVAL {
             self.last_published = now;
             self.count();
             self.shared.try_publish(&self.counts);
@@ -222,11 +222,12 @@ impl Acquisition {
         self.shared.try_publish(&self.counts);
         // The buffer lives only as long as its writer.
         while !stop.load(Ordering::Relaxed) && !self.writer.is_drained()? {
-            if self.pace == Pace::Live && (self.writer.readers() == 0 || now.elapsed() > LAST_READ)
+            if self.pace == Pace::Live
+                && (self.writer.readers() == 0 || now.elapsed() > FINAL_READ_TIMEOUT)
             {
                 break;
             }
-            std::thread::sleep(ROOM_POLL);
+            std::thread::sleep(CAPACITY_POLL);
             self.counts.iterations += 1;
             self.publish_if_due(Instant::now());
         }

@@ -10,21 +10,21 @@ use super::archive_folder::{ArchiveFolder, Kind};
 use super::curves::JointCurves;
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
-use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
+use super::request::{CaptureError, QUEUE_CAPACITY, Request, SharedArchive, lock};
 use super::ring::{DiskSpace, RingError};
 
 /// Interval at which the ring is polled while a request waits for it.
-const POLL: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval at which the size of a capture is checked.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
+const DISK_POLL_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum time until bus frames are on disk in the ring.
 const RING_DELAY: Duration = Duration::from_secs(4);
 /// Duration of frames that a killed recorder may have lost \[ns\].
-const LOST_NS: u64 = 1_000_000_000;
+const LOSS_MARGIN_NS: u64 = 1_000_000_000;
 /// Maximum time at the end, when the recorder closes its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
 /// Pause between two polls at the end.
-const PAUSE: Duration = Duration::from_millis(10);
+const FINAL_PAUSE: Duration = Duration::from_millis(10);
 
 /// A request that waits for the ring.
 pub(super) struct Waiting {
@@ -82,14 +82,14 @@ impl Archive {
     pub(super) fn run(&mut self, requests: &Receiver<Request>, ending: &AtomicBool) {
         self.count();
         loop {
-            let (request, ended) = match requests.recv_timeout(POLL) {
+            let (request, ended) = match requests.recv_timeout(POLL_INTERVAL) {
                 Ok(request) => (Some(request), false),
                 Err(RecvTimeoutError::Timeout) => (None, ending.load(Ordering::Relaxed)),
                 Err(RecvTimeoutError::Disconnected) => (None, true),
             };
             if ended {
                 // If no sender is left, the wait above returns immediately.
-                std::thread::sleep(PAUSE);
+                std::thread::sleep(FINAL_PAUSE);
             }
             if self.turn(request, ended, Instant::now()) {
                 return;
@@ -133,7 +133,7 @@ impl Archive {
                 let before = (stamp_ns, self.options.fault_before_s);
                 // The ring may not reach back far enough, and a killed recorder loses its last
                 // second. The available part is sufficient.
-                let last_ns = stamp_ns.saturating_sub(LOST_NS);
+                let last_ns = stamp_ns.saturating_sub(LOSS_MARGIN_NS);
                 let stretch = self.around(before, (stamp_ns, self.options.after_s));
                 let stretch = Stretch { last_ns, ..stretch };
                 let more = [
@@ -179,7 +179,7 @@ impl Archive {
         stretch: Stretch,
         more: BTreeMap<String, String>,
     ) {
-        if self.waiting.len() >= QUEUE {
+        if self.waiting.len() >= QUEUE_CAPACITY {
             return self.shared.fail("a further request", &"too many requests wait for the ring");
         }
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
@@ -222,7 +222,7 @@ impl Archive {
     fn watch_capture(&mut self) {
         let now = self.now;
         let Some(capture) = &mut self.capture else { return };
-        if now.saturating_duration_since(capture.polled) < LOOK_EVERY {
+        if now.saturating_duration_since(capture.polled) < DISK_POLL_INTERVAL {
             return;
         }
         capture.polled = now;

@@ -26,7 +26,7 @@ impl Kind {
 }
 
 const KINDS: [Kind; 3] = [Kind::Result, Kind::Fault, Kind::Capture];
-const END: &str = ".mcap";
+const FILE_SUFFIX: &str = ".mcap";
 
 #[derive(Clone, Debug)]
 struct ArchiveFile {
@@ -78,7 +78,7 @@ impl ArchiveFolder {
     /// Returns the path of a recording.
     pub(super) fn path(&self, kind: Kind, number: u64, label: &str) -> PathBuf {
         let label = if label.is_empty() { String::new() } else { format!("-{label}") };
-        self.folder.join(format!("{}-{number:08}{label}{END}", kind.name()))
+        self.folder.join(format!("{}-{number:08}{label}{FILE_SUFFIX}", kind.name()))
     }
 
     /// Removes the oldest of a kind beyond the number to keep.
@@ -124,7 +124,7 @@ impl ArchiveFolder {
 
 /// Parses kind and number from a recording's file name.
 fn parse(name: &str) -> Option<(Kind, u64)> {
-    let stem = name.strip_suffix(END)?;
+    let stem = name.strip_suffix(FILE_SUFFIX)?;
     let (kind, rest) = stem.split_once('-')?;
     let kind = KINDS.into_iter().find(|candidate| candidate.name() == kind)?;
     let digits = rest.split('-').next()?;

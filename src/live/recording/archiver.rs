@@ -11,7 +11,7 @@ use super::archive::Archive;
 use super::curves::JointCurves;
 use super::options::{RecordingOptions, archive_folder, ring_folder};
 use super::request::{
-    CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, check_capture_name, lock,
+    CaptureAnswer, CaptureError, QUEUE_CAPACITY, Request, SharedArchive, check_capture_name, lock,
 };
 use super::ring::disk_space;
 use super::window::RecordedWindow;
@@ -54,7 +54,7 @@ impl Archiver {
     /// # Errors
     /// The system cannot start a thread.
     pub fn start(options: &ArchiverOptions) -> std::io::Result<(Self, ArchiverThread)> {
-        let (requests, received) = sync_channel(QUEUE);
+        let (requests, received) = sync_channel(QUEUE_CAPACITY);
         let (shared, ending) = (SharedArchive::default(), Arc::new(AtomicBool::new(false)));
         let mut archive = Archive {
             ring: ring_folder(&options.folder),

@@ -57,7 +57,7 @@ impl Default for RecordingOptions {
 }
 
 /// Bytes of a megabyte.
-const MB: u64 = 1_000_000;
+const MEGABYTE: u64 = 1_000_000;
 
 impl RecordingOptions {
     /// Checks every value.
@@ -101,12 +101,12 @@ impl RecordingOptions {
 
     /// Returns the maximum size of the ring \[bytes\].
     pub fn ring_bytes(&self) -> u64 {
-        self.ring_mb.saturating_mul(MB)
+        self.ring_mb.saturating_mul(MEGABYTE)
     }
 
     /// Returns the maximum size of the kept recordings \[bytes\].
     pub fn keep_bytes(&self) -> u64 {
-        self.keep_mb.saturating_mul(MB)
+        self.keep_mb.saturating_mul(MEGABYTE)
     }
 }
 

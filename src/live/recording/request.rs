@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::window::RecordedWindow;
 
 /// Maximum number of waiting requests, in the queue and for the ring.
-pub(super) const QUEUE: usize = 16;
+pub(super) const QUEUE_CAPACITY: usize = 16;
 
 /// The archiver's status.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -59,8 +59,8 @@ impl RingError {
 
 /// File name suffixes: of a complete file, of the one being written, and of one being repaired.
 const COMPLETE_SUFFIX: &str = ".mcap";
-const PART: &str = ".mcap.part";
-const TEMPORARY: &str = ".repairing.tmp";
+const PART_SUFFIX: &str = ".mcap.part";
+const TEMPORARY_SUFFIX: &str = ".repairing.tmp";
 
 /// Free space that the ring reserves on its file system for results, which have priority: a
 /// sixteenth, but at most this \[bytes\]. That is some 150 results with their reports.
@@ -94,12 +94,12 @@ impl Ring {
             rustix::io::Errno::WOULDBLOCK => RingError::InUse { folder: folder.to_owned() },
             other => io_error("lock the folder", folder)(other.into()),
         })?;
-        remove_if_there(&folder.join(TEMPORARY))?;
+        remove_if_there(&folder.join(TEMPORARY_SUFFIX))?;
         let files = segments(folder).map_err(io_error("read the folder", folder))?;
         let next = files.last().map_or(0, |last| last.number.saturating_add(1));
         let (parts, complete): (Vec<_>, Vec<_>) = files.into_iter().partition(Segment::is_part);
         for repaired in &complete {
-            remove_if_there(&folder.join(name(repaired.number, PART)))?;
+            remove_if_there(&folder.join(name(repaired.number, PART_SUFFIX)))?;
         }
         let mut ring = Self {
             folder: folder.to_owned(),
@@ -143,7 +143,7 @@ impl Ring {
 
     /// Repairs the unfinished file of a killed recorder.
     fn close(&mut self, part: &Segment) -> Result<(), RingError> {
-        let temporary = self.folder.join(TEMPORARY);
+        let temporary = self.folder.join(TEMPORARY_SUFFIX);
         let repaired = repair(&part.path, &temporary);
         let is_empty = match &repaired {
             Ok(repair) => repair.frames == 0,
@@ -200,7 +200,7 @@ impl Ring {
 
     /// Returns the path of the next file.
     pub fn next_path(&self) -> PathBuf {
-        self.folder.join(name(self.next, PART))
+        self.folder.join(name(self.next, PART_SUFFIX))
     }
 
     /// Adds the file at [`Self::next_path`], which is complete now.
@@ -249,7 +249,7 @@ impl Ring {
 impl Segment {
     /// Returns true if it is being written, or was when its writer was killed.
     pub fn is_part(&self) -> bool {
-        self.path.as_os_str().as_encoded_bytes().ends_with(PART.as_bytes())
+        self.path.as_os_str().as_encoded_bytes().ends_with(PART_SUFFIX.as_bytes())
     }
 }
 
@@ -307,7 +307,7 @@ fn name(number: u64, end: &str) -> String {
 fn number(found: &str) -> Option<u64> {
     let digits = found.strip_prefix("segment-")?.split('.').next()?;
     let number = digits.parse().ok()?;
-    [COMPLETE_SUFFIX, PART].iter().any(|end| name(number, end) == found).then_some(number)
+    [COMPLETE_SUFFIX, PART_SUFFIX].iter().any(|end| name(number, end) == found).then_some(number)
 }
 
 fn remove_if_there(path: &Path) -> Result<(), RingError> {

@@ -7,7 +7,7 @@ use didim_drivers::frame::{Frame, FrameId};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Number of frames that may wait for the disk: 6 s of 5000 a second, 3 MB.
-const QUEUE: usize = 1 << 15;
+const QUEUE_FRAMES: usize = 1 << 15;
 
 /// A frame as the assembler received it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct FrameTap {
 
 /// Creates the recorder's queue with all its memory, and the count of frames that found it full.
 pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
-    let (mut queue, mut frames) = RingBuffer::new(QUEUE);
+    let (mut queue, mut frames) = RingBuffer::new(QUEUE_FRAMES);
     // The memory pages are touched here, and not later by the bus thread.
     if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
         while queue.push(RecordedFrame { frame: blank, sequence: 0 }).is_ok() {}

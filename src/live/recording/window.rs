@@ -17,7 +17,7 @@ use super::input::{is_mcap, open_log};
 use crate::window::{Window, WindowEnd};
 
 /// Number of frames read from the recording at a time.
-const BATCH: usize = 256;
+const BATCH_FRAMES: usize = 256;
 
 /// A window as recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,14 +41,14 @@ pub struct RecordedWindow {
     pub configuration: Option<String>,
 }
 
-const NUMBER: &str = "window";
-const FIRST_SEQUENCE: &str = "window_first_sequence";
-const FIRST_STAMP: &str = "window_first_stamp_ns";
-const LAST_STAMP: &str = "window_last_stamp_ns";
-const SAMPLES: &str = "window_samples";
-const END: &str = "window_end";
-const START: &str = "window_recorded";
-const CONFIGURATION: &str = "window_configuration";
+const NUMBER_KEY: &str = "window";
+const FIRST_SEQUENCE_KEY: &str = "window_first_sequence";
+const FIRST_STAMP_KEY: &str = "window_first_stamp_ns";
+const LAST_STAMP_KEY: &str = "window_last_stamp_ns";
+const SAMPLES_KEY: &str = "window_samples";
+const END_KEY: &str = "window_end";
+const START_KEY: &str = "window_recorded";
+const CONFIGURATION_KEY: &str = "window_configuration";
 
 impl RecordedWindow {
     /// Creates the record of a window that is identified with this configuration (its hash).
@@ -71,15 +71,15 @@ impl RecordedWindow {
         let end = serde_json::to_value(self.end).ok();
         let end = end.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
         let fields = [
-            (NUMBER, self.number.to_string()),
-            (FIRST_SEQUENCE, self.first_sequence.to_string()),
-            (FIRST_STAMP, self.first_stamp_ns.to_string()),
-            (LAST_STAMP, self.last_stamp_ns.to_string()),
-            (SAMPLES, self.samples.to_string()),
-            (END, end),
+            (NUMBER_KEY, self.number.to_string()),
+            (FIRST_SEQUENCE_KEY, self.first_sequence.to_string()),
+            (FIRST_STAMP_KEY, self.first_stamp_ns.to_string()),
+            (LAST_STAMP_KEY, self.last_stamp_ns.to_string()),
+            (SAMPLES_KEY, self.samples.to_string()),
+            (END_KEY, end),
         ];
-        let configuration = self.configuration.clone().map(|hash| (CONFIGURATION, hash));
-        let start = self.start.map(|start| (START, start.to_string()));
+        let configuration = self.configuration.clone().map(|hash| (CONFIGURATION_KEY, hash));
+        let start = self.start.map(|start| (START_KEY, start.to_string()));
         let fields = fields.into_iter().chain(start).chain(configuration);
         fields.map(|(key, value)| (key.to_owned(), value)).collect()
     }
@@ -87,16 +87,16 @@ impl RecordedWindow {
     /// Parses the metadata. `None` if they contain no window.
     pub fn from_map(map: &BTreeMap<String, String>) -> Option<Self> {
         let number = |key: &str| map.get(key)?.parse::<u64>().ok();
-        let end = serde_json::Value::String(map.get(END)?.clone());
+        let end = serde_json::Value::String(map.get(END_KEY)?.clone());
         Some(Self {
-            number: number(NUMBER)?,
-            first_sequence: number(FIRST_SEQUENCE)?,
-            first_stamp_ns: number(FIRST_STAMP)?,
-            last_stamp_ns: number(LAST_STAMP)?,
-            samples: usize::try_from(number(SAMPLES)?).ok()?,
+            number: number(NUMBER_KEY)?,
+            first_sequence: number(FIRST_SEQUENCE_KEY)?,
+            first_stamp_ns: number(FIRST_STAMP_KEY)?,
+            last_stamp_ns: number(LAST_STAMP_KEY)?,
+            samples: usize::try_from(number(SAMPLES_KEY)?).ok()?,
             end: serde_json::from_value(end).ok()?,
-            start: map.get(START).and_then(|start| start.parse().ok()),
-            configuration: map.get(CONFIGURATION).cloned(),
+            start: map.get(START_KEY).and_then(|start| start.parse().ok()),
+            configuration: map.get(CONFIGURATION_KEY).cloned(),
         })
     }
 
@@ -135,7 +135,7 @@ impl RecordedWindow {
         assembler: Assembler,
     ) -> Result<Option<u64>, SourceError> {
         let source = open_log(path, Some(assembler.layout()))?;
-        for sample in Samples::new(source, assembler, BATCH) {
+        for sample in Samples::new(source, assembler, BATCH_FRAMES) {
             let sample = sample?;
             if sample.stamp_ns == self.first_stamp_ns {
                 return Ok(self.first_sequence.checked_sub(sample.sequence));

@@ -18,10 +18,10 @@ use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
 
 /// Interval at which the queue is emptied.
-const PAUSE: Duration = Duration::from_millis(20);
+const EMPTYING_INTERVAL: Duration = Duration::from_millis(20);
 /// Maximum interval at which a chunk is passed to the file system. A killed process therefore loses
 /// less than a second.
-const FLUSH_EVERY: Duration = Duration::from_millis(500);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(500);
 /// Pauses between attempts after a failure.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(60);
@@ -29,7 +29,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
 /// Maximum time until the space of a removed file is free.
-const FREE_AFTER: Duration = Duration::from_secs(1);
+const SPACE_CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
 const CHUNK_ROOM: u64 = 4096;
 
@@ -120,7 +120,7 @@ impl RingWriter {
     pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
         self.start();
         while !self.turn(&mut frames, Instant::now()) {
-            std::thread::sleep(PAUSE);
+            std::thread::sleep(EMPTYING_INTERVAL);
         }
     }
 
@@ -178,7 +178,7 @@ impl RingWriter {
         self.current = None;
         self.ring = None;
         if waits {
-            self.retry = Some(self.now + FREE_AFTER);
+            self.retry = Some(self.now + SPACE_CHECK_INTERVAL);
         }
         if disk_space || waits {
             return;
@@ -236,7 +236,7 @@ impl RingWriter {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.gave_way.is_some_and(|at| self.since(at) < FREE_AFTER)
+        self.gave_way.is_some_and(|at| self.since(at) < SPACE_CHECK_INTERVAL)
     }
 
     /// Removes the oldest file. Returns false if there is none.
@@ -336,7 +336,7 @@ impl RingWriter {
 
     /// Closes chunks and files when they are due, and frees space for results.
     fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
-        if self.since(self.polled) >= FLUSH_EVERY {
+        if self.since(self.polled) >= FLUSH_INTERVAL {
             self.polled = self.now;
             self.give_way()?;
         }
@@ -346,7 +346,7 @@ impl RingWriter {
         if ended || now.saturating_duration_since(current.opened) >= segment {
             return self.close(!ended);
         }
-        if now.saturating_duration_since(current.flushed_at) >= FLUSH_EVERY {
+        if now.saturating_duration_since(current.flushed_at) >= FLUSH_INTERVAL {
             current.flushed_at = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
             // It writes again.

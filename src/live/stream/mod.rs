@@ -22,7 +22,9 @@ pub use document::{DocumentReader, DocumentWriter, Topic};
 pub use error::StreamError;
 pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
 pub use node::StreamNode;
-pub use options::{DEFAULT_BUFFER_S, FOLDER, MAX_DOCUMENT_BYTES, SERVICE_PREFIX, StreamOptions};
+pub use options::{
+    DEFAULT_BUFFER_S, FOLDER_NAME, MAX_DOCUMENT_BYTES, SERVICE_PREFIX, StreamOptions,
+};
 pub use prefault::SHARED_MEMORY;
 pub use private::{PrivateNetwork, RUN_PREFIX};
 pub use reader::{Batch, SampleReader};

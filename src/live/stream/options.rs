@@ -9,7 +9,7 @@ use super::StreamError;
 use super::message::{BATCH_SAMPLES, SampleBatch};
 
 /// Folder of the library's files in the runtime folder of a service.
-pub const FOLDER: &str = "ipc";
+pub const FOLDER_NAME: &str = "ipc";
 /// Prefix of a service's names in /dev/shm.
 pub const SERVICE_PREFIX: &str = "didim_";
 /// Default time that a reader may be inactive before samples are lost \[s\].
@@ -22,9 +22,9 @@ const SAMPLES_VERSION: &str = "v3";
 /// Version of the document services, estimates and status.
 const DOCUMENTS_VERSION: &str = "v1";
 /// Name of the sample service.
-pub(super) const SAMPLES: &str = "samples";
+pub(super) const SAMPLES_SERVICE: &str = "samples";
 /// Name of the service through which a reader acknowledges its reads.
-pub(super) const ACKNOWLEDGEMENTS: &str = "acknowledgements";
+pub(super) const ACKNOWLEDGEMENTS_SERVICE: &str = "acknowledgements";
 /// Maximum length of the root path. The library appends its own names, and a socket path has 108
 /// bytes. A path of 71 characters was seen to fail.
 const MAX_ROOT: usize = 40;
@@ -197,7 +197,7 @@ impl StreamOptions {
     /// Returns the name of one of the cell's services.
     pub(super) fn service_name(&self, topic: &str) -> String {
         let version = match topic {
-            SAMPLES | ACKNOWLEDGEMENTS => SAMPLES_VERSION,
+            SAMPLES_SERVICE | ACKNOWLEDGEMENTS_SERVICE => SAMPLES_VERSION,
             _ => DOCUMENTS_VERSION,
         };
         format!("didim/{version}/{}/{topic}", self.cell)

@@ -20,10 +20,10 @@ use super::StreamError;
 pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Number of times that the mappings are listed again if one of them no longer existed.
-const ATTEMPTS: usize = 20;
+const MAX_ATTEMPTS: usize = 20;
 
 /// Between two attempts.
-const PAUSE: Duration = Duration::from_millis(5);
+const ATTEMPT_PAUSE: Duration = Duration::from_millis(5);
 
 /// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
 /// `prefix`, and returns their size \[bytes\]. A kernel before 5.14 does not support this: the
@@ -48,9 +48,9 @@ pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
                 tracing::warn!("this kernel cannot populate shared memory in advance");
                 return Ok(0);
             }
-            Err(cause) if cause.kind() == ErrorKind::OutOfMemory && attempt < ATTEMPTS => {
+            Err(cause) if cause.kind() == ErrorKind::OutOfMemory && attempt < MAX_ATTEMPTS => {
                 attempt += 1;
-                std::thread::sleep(PAUSE);
+                std::thread::sleep(ATTEMPT_PAUSE);
             }
             Err(cause) => {
                 return Err(StreamError::Prefault { folder: SHARED_MEMORY, mapped_bytes, cause });

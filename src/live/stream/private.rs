@@ -14,13 +14,13 @@ use super::prefault::SHARED_MEMORY;
 /// Prefix of the names in /dev/shm of every such network. An individual part follows.
 pub const RUN_PREFIX: &str = "didim-run-";
 /// Suffix after a network's prefix: name of the file that its run keeps locked.
-const LOCK: &str = "lock";
+const LOCK_SUFFIX: &str = "lock";
 /// Prefix of the name of every run's folder.
 const FOLDER_PREFIX: &str = "didim-";
 /// Number of attempts, and pause between them, to lock a file that another run may just be
 /// checking.
-const ATTEMPTS: u32 = 100;
-const PAUSE: Duration = Duration::from_millis(10);
+const LOCK_ATTEMPTS: u32 = 100;
+const ATTEMPT_PAUSE: Duration = Duration::from_millis(10);
 /// Maximum length of a run's folder path that is read back \[bytes\].
 const MAX_PATH: u64 = 4096;
 
@@ -63,7 +63,7 @@ impl Drop for PrivateNetwork {
 }
 
 fn path_of_lock(prefix: &str) -> PathBuf {
-    Path::new(SHARED_MEMORY).join(format!("{prefix}{LOCK}"))
+    Path::new(SHARED_MEMORY).join(format!("{prefix}{LOCK_SUFFIX}"))
 }
 
 fn open(path: &Path, create: bool) -> io::Result<File> {
@@ -76,12 +76,12 @@ fn open(path: &Path, create: bool) -> io::Result<File> {
 /// Creates and locks the file of a run. A search for dead runs may lock it for a moment, or may
 /// have removed it. A lock therefore counts only on the file that currently has the name.
 fn lock_own(path: &Path) -> io::Result<File> {
-    for _ in 0..ATTEMPTS {
+    for _ in 0..LOCK_ATTEMPTS {
         let file = open(path, true)?;
         if try_lock(&file) && has_name(&file, path) {
             return Ok(file);
         }
-        std::thread::sleep(PAUSE);
+        std::thread::sleep(ATTEMPT_PAUSE);
     }
     let why = format!("{} is in use by another process", path.display());
     Err(io::Error::new(io::ErrorKind::ResourceBusy, why))
@@ -101,7 +101,7 @@ fn has_name(file: &File, path: &Path) -> bool {
 /// remaining ones.
 fn remove_dead() {
     for name in names() {
-        let Some(prefix) = name.strip_suffix(LOCK) else { continue };
+        let Some(prefix) = name.strip_suffix(LOCK_SUFFIX) else { continue };
         let path = path_of_lock(prefix);
         let Ok(mut file) = open(&path, false) else { continue };
         let is_ours = file.metadata().is_ok_and(|data| data.uid() == geteuid().as_raw());
@@ -123,7 +123,7 @@ fn remove(folder: &Path, prefix: &str) {
     if !prefix.starts_with(RUN_PREFIX) || prefix == RUN_PREFIX {
         return;
     }
-    let lock = format!("{prefix}{LOCK}");
+    let lock = format!("{prefix}{LOCK_SUFFIX}");
     for name in names().filter(|name| name.starts_with(prefix) && *name != lock) {
         let _ = fs::remove_file(Path::new(SHARED_MEMORY).join(name));
     }

@@ -19,7 +19,7 @@ type AcknowledgementService = publish_subscribe::PortFactory<ipc::Service, Ackno
 
 /// Opens the sample service. The first caller creates it.
 pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService), StreamError> {
-    let (name, service) = node.service(options::SAMPLES)?;
+    let (name, service) = node.service(options::SAMPLES_SERVICE)?;
     let service = node
         .node
         .service_builder(&service)
@@ -41,7 +41,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
 pub(super) fn notification_service(
     node: &StreamNode,
 ) -> Result<event::PortFactory<ipc::Service>, StreamError> {
-    let (name, service) = node.service(options::SAMPLES)?;
+    let (name, service) = node.service(options::SAMPLES_SERVICE)?;
     node.node
         .service_builder(&service)
         .event()
@@ -55,7 +55,7 @@ pub(super) fn notification_service(
 pub(super) fn acknowledgement_service(
     node: &StreamNode,
 ) -> Result<(String, AcknowledgementService), StreamError> {
-    let (name, service) = node.service(options::ACKNOWLEDGEMENTS)?;
+    let (name, service) = node.service(options::ACKNOWLEDGEMENTS_SERVICE)?;
     let service = node
         .node
         .service_builder(&service)

@@ -19,10 +19,10 @@ use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
 
 /// Interval at which a wait for the identification checks if it is over.
-const POLL: Duration = Duration::from_millis(2);
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Interval at which a computation checks if its window was abandoned.
-const WANTED_POLL: Duration = Duration::from_millis(20);
+const REQUEST_POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Maximum time that a stop waits for results that are not stored yet.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -32,7 +32,7 @@ const STORE_TIMEOUT: Duration = Duration::from_millis(500);
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Maximum time until a late reader of the estimates gets the last one.
-const WELCOME_EVERY: Duration = Duration::from_millis(500);
+const WELCOME_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A window and its identifier.
 struct Queued {
@@ -105,7 +105,7 @@ impl Identification {
                 return Ok(false);
             }
             self.shared.count_iteration();
-            std::thread::sleep(POLL);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -130,7 +130,7 @@ impl Identification {
                 return Ok(false);
             }
             self.shared.count_iteration();
-            std::thread::sleep(POLL);
+            std::thread::sleep(POLL_INTERVAL);
         }
         self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;
         Ok(true)
@@ -145,7 +145,7 @@ impl Identification {
         let since = Instant::now();
         let limit = if self.shared.is_settled() { IDLE_TIMEOUT } else { STORE_TIMEOUT };
         while !self.thread.is_finished() && since.elapsed() <= limit {
-            std::thread::sleep(POLL);
+            std::thread::sleep(POLL_INTERVAL);
         }
         let count = self.shared.abandon();
         if count > 0 {
@@ -167,7 +167,7 @@ impl Job {
     fn run(&mut self, windows: &Receiver<Queued>) {
         self.poll_baseline();
         loop {
-            let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
+            let Queued { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
                 Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return self.finish(),
                 Err(RecvTimeoutError::Timeout) => {
@@ -232,7 +232,7 @@ impl Job {
             })
             .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
         loop {
-            match outcome.recv_timeout(WANTED_POLL) {
+            match outcome.recv_timeout(REQUEST_POLL_INTERVAL) {
                 Ok(identified) => return identified.map_err(|why| refused(why.to_string())),
                 Err(RecvTimeoutError::Timeout) if self.shared.is_wanted(window.number) => {}
                 Err(RecvTimeoutError::Timeout) => return Err(Rejection::Stopped),

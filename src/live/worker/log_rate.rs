@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Minimum time between two log messages of a cause.
-const PERIOD: Duration = Duration::from_secs(60);
+const LOG_PERIOD: Duration = Duration::from_secs(60);
 
 /// Rate limiter. The first message of each cause is logged, then at most one a minute with the
 /// number of skipped ones.
@@ -25,7 +25,7 @@ impl LogRate {
             self.0.insert(cause, Cause { logged: now, unlogged: 0 });
             return Some(0);
         };
-        if now.saturating_duration_since(entry.logged) < PERIOD {
+        if now.saturating_duration_since(entry.logged) < LOG_PERIOD {
             entry.unlogged += 1;
             return None;
         }

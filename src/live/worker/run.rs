@@ -21,9 +21,9 @@ use crate::live::recording::{Archiver, ArchiverThread};
 use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
 /// Longest sleep of the thread, and so the longest time until it sees a stop or a command.
-const NAP: Duration = Duration::from_millis(50);
+const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 /// Maximum number of waiting commands.
-const COMMANDS: usize = 8;
+const MAX_WAITING_COMMANDS: usize = 8;
 
 /// Reason for the end of the worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl Worker {
             shared.set_archive(archiver.shared().clone());
         }
         let identification = Identification::start(options, shared, handle.clone())?;
-        let (submit, requests) = sync_channel(COMMANDS);
+        let (submit, requests) = sync_channel(MAX_WAITING_COMMANDS);
         let results = options.results.clone();
         let identifier =
             Identifier::new(identify, find_load, options.configuration.clone(), results);
@@ -112,7 +112,7 @@ impl Worker {
                 return Err(WorkerError::IdentificationEnded);
             }
             self.shared.count_iteration();
-            self.reader.wait(NAP)?;
+            self.reader.wait(LONGEST_SLEEP)?;
             self.answer(stop)?;
             if self.silence.is_new(Instant::now()) {
                 self.keep_fault("silence");

@@ -11,9 +11,9 @@ use crate::live::recording::RecordedWindow;
 
 /// Maximum number of results that wait for a refusing disk. Each takes some 200 kB, mostly for its
 /// report.
-const MOST: usize = 32;
+const MAX_WAITING_RESULTS: usize = 32;
 /// Interval at which they are tried again.
-const RETRY_EVERY: Duration = Duration::from_secs(2);
+const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 
 /// A result with all data to be stored and published.
 #[derive(Clone, Debug)]
@@ -49,12 +49,12 @@ impl Unstored {
     /// Adds a result. Returns the oldest if there are too many.
     pub(super) fn add(&mut self, finished: Finished) -> Option<Finished> {
         self.waiting.push_back(finished);
-        if self.waiting.len() > MOST { self.waiting.pop_front() } else { None }
+        if self.waiting.len() > MAX_WAITING_RESULTS { self.waiting.pop_front() } else { None }
     }
 
     /// Returns true if the next attempt is due.
     pub(super) fn is_due(&self, now: Instant) -> bool {
-        let waited = |tried| now.saturating_duration_since(tried) >= RETRY_EVERY;
+        let waited = |tried| now.saturating_duration_since(tried) >= RETRY_INTERVAL;
         !self.waiting.is_empty() && self.tried.is_none_or(waited)
     }
 
@@ -124,9 +124,12 @@ mod tests {
         }
         assert_eq!(attempts, 86_400 / 2);
         let minutes = 86_400 / 60;
-        assert!(lost.into_iter().eq(0..minutes - MOST as u64));
-        assert_eq!(unstored.len(), MOST);
-        assert_eq!(unstored.take_first().unwrap().rejected.number, minutes - MOST as u64);
+        assert!(lost.into_iter().eq(0..minutes - MAX_WAITING_RESULTS as u64));
+        assert_eq!(unstored.len(), MAX_WAITING_RESULTS);
+        assert_eq!(
+            unstored.take_first().unwrap().rejected.number,
+            minutes - MAX_WAITING_RESULTS as u64
+        );
     }
 
     #[test]

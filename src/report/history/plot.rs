@@ -1,15 +1,15 @@
 //! A parameter over time in the terminal, drawn with Braille patterns.
 
-use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
+use super::super::terminal::{DOT_BITS, DOT_COLUMNS, DOT_ROWS};
 use crate::archive::drift::JudgedHistory;
 use crate::text::significant;
 
 /// Width of an axis label with the axis itself, in characters.
-const LABEL: usize = 12;
+const LABEL_WIDTH: usize = 12;
 /// Number of lines of a plot.
-const ROWS: usize = 8;
+const PLOT_ROWS: usize = 8;
 /// Number of standard deviations to either side of a value.
-const SIGMAS: f64 = 2.0;
+const BAND_DEVIATIONS: f64 = 2.0;
 
 /// Plots values with two standard deviations to either side, and the band of the baseline as dotted
 /// lines. `None` for a parameter that no usable result has. `columns` is the width in characters,
@@ -18,7 +18,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     let points = history.points(parameter);
     let (first, last) = (points.first()?.0, points.last()?.0);
     let band = history.band(parameter).map(|(middle, half)| [middle - half, middle, middle + half]);
-    let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
+    let spread = |sigma: f64| if sigma.is_finite() { BAND_DEVIATIONS * sigma } else { 0.0 };
     let ends =
         points.iter().flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
     let (low, high) = ends
@@ -27,12 +27,13 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     // A single value also gets a scale.
     let margin = 0.05 * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
     let (low, high) = (low - margin, high + margin);
-    let mut canvas = Canvas::new(columns.saturating_sub(LABEL).max(2), ROWS);
-    let (wide, tall) = ((canvas.columns * DOTS_WIDE - 1) as f64, (ROWS * DOTS_HIGH - 1) as f64);
+    let mut canvas = Canvas::new(columns.saturating_sub(LABEL_WIDTH).max(2), PLOT_ROWS);
+    let (wide, tall) =
+        ((canvas.columns * DOT_COLUMNS - 1) as f64, (PLOT_ROWS * DOT_ROWS - 1) as f64);
     let x = |days: f64| if last > first { (days - first) / (last - first) * wide } else { 0.0 };
     let y = |value: f64| (high - value) / (high - low) * tall;
     for level in band.into_iter().flatten() {
-        (0..canvas.columns * DOTS_WIDE)
+        (0..canvas.columns * DOT_COLUMNS)
             .step_by(4)
             .for_each(|column| canvas.dot(column as f64, y(level)));
     }
@@ -101,9 +102,9 @@ impl Canvas {
             reason = "not negative, and a cast saturates"
         )]
         let (x, y) = (x as usize, y as usize);
-        let cell = self.cells.get_mut(y / DOTS_HIGH).and_then(|row| row.get_mut(x / DOTS_WIDE));
+        let cell = self.cells.get_mut(y / DOT_ROWS).and_then(|row| row.get_mut(x / DOT_COLUMNS));
         if let Some(cell) = cell {
-            *cell |= DOT[x % DOTS_WIDE][y % DOTS_HIGH];
+            *cell |= DOT_BITS[x % DOT_COLUMNS][y % DOT_ROWS];
         }
     }
 

@@ -6,15 +6,17 @@ use didim_identification::identification::TorqueDelay;
 use didim_identification::regression::NoiseAutocorrelation;
 use maud::{Markup, PreEscaped, html};
 
-use super::super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
+use super::super::panel::{
+    PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks,
+};
 use crate::text::significant;
 
 /// Width and height of a bar in a table.
-const BAR: (f64, f64) = (132.0, 14.0);
+const BAR_SIZE: (f64, f64) = (132.0, 14.0);
 /// Decade of the longest bar: a relative standard deviation of 100 %.
 const LAST_DECADE: i32 = 0;
 /// Length of the shortest and of the longest scale of bars, in decades.
-const DECADES: (i32, i32) = (2, 6);
+const DECADE_RANGE: (i32, i32) = (2, 6);
 /// Two-sided 95 % limit of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
@@ -43,7 +45,7 @@ impl Scale {
     /// Returns the shortest scale that covers all values, within limits.
     pub(super) fn covering(values: impl Iterator<Item = f64>) -> Self {
         let smallest = values.filter(|value| *value > 0.0).fold(1.0, f64::min).log10().floor();
-        let (fewest, most) = DECADES;
+        let (fewest, most) = DECADE_RANGE;
         let bounds = (f64::from(LAST_DECADE - most), f64::from(LAST_DECADE - fewest));
         #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
         let first_decade = smallest.clamp(bounds.0, bounds.1) as i32;
@@ -58,8 +60,8 @@ impl Scale {
     /// at the end of the scale.
     fn place(self, share: f64) -> f64 {
         let (first, last) = (f64::from(self.first_decade), f64::from(LAST_DECADE));
-        let place = (share.log10() - first) / (last - first) * BAR.0;
-        if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR.0) }
+        let place = (share.log10() - first) / (last - first) * BAR_SIZE.0;
+        if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR_SIZE.0) }
     }
 
     /// Draws the numbers of the scale.
@@ -86,7 +88,7 @@ impl Scale {
             let _ = write!(
                 svg,
                 r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{}"/>"#,
-                BAR.1
+                BAR_SIZE.1
             );
         }
         let (length, mark) = (self.place(corrected), self.place(classical));
@@ -94,8 +96,8 @@ impl Scale {
             svg,
             "<rect class=\"length\" x=\"0\" y=\"4\" width=\"{length:.1}\" height=\"{:.1}\"/><line \
              class=\"mark\" x1=\"{mark:.1}\" x2=\"{mark:.1}\" y1=\"2\" y2=\"{:.1}\"/>",
-            BAR.1 - 8.0,
-            BAR.1 - 2.0
+            BAR_SIZE.1 - 8.0,
+            BAR_SIZE.1 - 2.0
         );
         bar(&svg)
     }
@@ -120,8 +122,8 @@ pub(super) fn delay_labels(reach: f64) -> Markup {
         "<text class=\"tick\" x=\"0\" y=\"11\">−{reach}</text><text class=\"tick\" x=\"{}\" \
          y=\"11\" text-anchor=\"middle\">0</text><text class=\"tick\" x=\"{}\" y=\"11\" \
          text-anchor=\"end\">{reach} µs</text>",
-        BAR.0 / 2.0,
-        BAR.0
+        BAR_SIZE.0 / 2.0,
+        BAR_SIZE.0
     );
     bar(&svg)
 }
@@ -129,7 +131,7 @@ pub(super) fn delay_labels(reach: f64) -> Markup {
 /// Draws a torque delay with two standard deviations to either side; `reach` \[s\] is half the
 /// scale.
 pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
-    let place = |seconds: f64| ((seconds / reach + 1.0) / 2.0 * BAR.0).clamp(0.0, BAR.0);
+    let place = |seconds: f64| ((seconds / reach + 1.0) / 2.0 * BAR_SIZE.0).clamp(0.0, BAR_SIZE.0);
     let (middle, spread) = (delay.delay_s, 2.0 * delay.standard_deviation_s);
     let mut svg = String::new();
     if (middle + spread).is_finite() {
@@ -139,10 +141,10 @@ pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
              class=\"spread\" x1=\"{2:.1}\" x2=\"{3:.1}\" y1=\"{4}\" y2=\"{4}\"/><circle \
              class=\"point\" cx=\"{5:.1}\" cy=\"{4}\" r=\"3.5\"/>",
             place(0.0),
-            BAR.1,
+            BAR_SIZE.1,
             place(middle - spread),
             place(middle + spread),
-            BAR.1 / 2.0,
+            BAR_SIZE.1 / 2.0,
             place(middle)
         );
     }
@@ -152,7 +154,7 @@ pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
 /// Creates an inline drawing. It is hidden from screen readers, because the numbers next to it say
 /// the same.
 fn bar(svg: &str) -> Markup {
-    let (width, height) = BAR;
+    let (width, height) = BAR_SIZE;
     let view = format!("0 0 {width} {height}");
     html! {
         svg.inline viewBox=(view) width=(width) height=(height) aria-hidden="true" {
@@ -170,11 +172,12 @@ pub fn draw_autocorrelation(
     expected: &[NoiseAutocorrelation],
     (low, high): (f64, f64),
 ) {
-    let (wide, tall) = (PANEL_WIDTH - PLOT_LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let (wide, tall) =
+        (PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT, PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM);
     let count = found.len().min(expected.len());
     #[expect(clippy::cast_precision_loss, reason = "a few dozen lags")]
     let x = |lag: usize| PLOT_LEFT + lag as f64 / (count.max(1) as f64 + 0.5) * wide;
-    let y = |value: f64| TOP + (high - value) / (high - low) * tall;
+    let y = |value: f64| PLOT_TOP + (high - value) / (high - low) * tall;
     let _ = write!(svg, r#"<text class="title" x="{PLOT_LEFT}" y="20">{title}</text>"#);
     for tick in ticks(low, high, 4) {
         let _ = write!(
@@ -224,7 +227,7 @@ pub fn draw_autocorrelation(
                 svg,
                 r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="middle">{lag}</text>"#,
                 x(lag),
-                TOP + tall + 16.0
+                PLOT_TOP + tall + 16.0
             );
         }
     }

@@ -9,7 +9,9 @@ use didim_formats::RecordingStart;
 use maud::{Markup, html};
 
 use super::super::history::drift_text;
-use super::super::panel::{BOTTOM, PANEL_HEIGHT, PANEL_WIDTH, PLOT_LEFT, RIGHT, TOP, ticks};
+use super::super::panel::{
+    PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks,
+};
 use super::chart::panel;
 use super::page::sentence;
 use super::{document, section, signed};
@@ -20,7 +22,7 @@ use crate::text::escape;
 const OWN_STYLE: &str = include_str!("history.css");
 
 /// Number of standard deviations to either side of a value.
-const SIGMAS: f64 = 2.0;
+const BAND_DEVIATIONS: f64 = 2.0;
 /// Shorter histories show the time of day on their axis \[d\].
 const DAYS_WITH_TIME: f64 = 3.0;
 
@@ -171,7 +173,7 @@ impl HistoryReport<'_> {
         let margin = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-12);
         let (low, high) = (low - margin, high + margin);
         let scale = Scale { first, last, low, high };
-        let (wide, tall) = (Scale::WIDE, Scale::TALL);
+        let (wide, tall) = (Scale::PLOT_WIDTH, Scale::PLOT_HEIGHT);
         let (x, y) = (|at| scale.x(at), |value| scale.y(value));
         if let Some((bottom, top)) = band {
             let _ = write!(
@@ -197,8 +199,8 @@ impl HistoryReport<'_> {
         if let Some(at) = since.map(x) {
             let _ = write!(
                 svg,
-                r#"<line class="when" x1="{at:.1}" x2="{at:.1}" y1="{TOP}" y2="{:.1}"/>"#,
-                TOP + tall
+                r#"<line class="when" x1="{at:.1}" x2="{at:.1}" y1="{PLOT_TOP}" y2="{:.1}"/>"#,
+                PLOT_TOP + tall
             );
         }
         draw_points(svg, &scale, &points, band);
@@ -272,24 +274,24 @@ struct Scale {
 }
 
 impl Scale {
-    const WIDE: f64 = PANEL_WIDTH - PLOT_LEFT - RIGHT;
-    const TALL: f64 = PANEL_HEIGHT - TOP - BOTTOM;
+    const PLOT_WIDTH: f64 = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
+    const PLOT_HEIGHT: f64 = PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM;
 
     /// The margin keeps points at the edge complete.
     fn x(&self, at: f64) -> f64 {
         let days = (self.last - self.first).max(1e-6);
-        PLOT_LEFT + 6.0 + (at - self.first) / days * (Self::WIDE - 12.0)
+        PLOT_LEFT + 6.0 + (at - self.first) / days * (Self::PLOT_WIDTH - 12.0)
     }
 
     fn y(&self, value: f64) -> f64 {
-        TOP + (self.high - value) / (self.high - self.low) * Self::TALL
+        PLOT_TOP + (self.high - value) / (self.high - self.low) * Self::PLOT_HEIGHT
     }
 }
 
 /// Draws the grid of values and the first, middle and last time.
 fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
     let Scale { first, last, low, high } = *scale;
-    let (wide, tall) = (Scale::WIDE, Scale::TALL);
+    let (wide, tall) = (Scale::PLOT_WIDTH, Scale::PLOT_HEIGHT);
     for tick in ticks(low, high, 4) {
         let _ = write!(
             svg,
@@ -312,7 +314,7 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
                 svg,
                 r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
                 if anchor == "start" { PLOT_LEFT } else { scale.x(at) },
-                TOP + tall + 16.0,
+                PLOT_TOP + tall + 16.0,
                 label.unwrap_or_default()
             );
         }
@@ -321,7 +323,7 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
 
 /// Half the length of a result's spread; none without a finite standard deviation.
 fn spread(sigma: f64) -> f64 {
-    if sigma.is_finite() { SIGMAS * sigma } else { 0.0 }
+    if sigma.is_finite() { BAND_DEVIATIONS * sigma } else { 0.0 }
 }
 
 /// Draws each result with its spread, those outside the band marked.

@@ -3,7 +3,7 @@
 use didim_dynamics::robot::ParameterKind;
 use maud::{Markup, html};
 
-use super::super::names::{NAMES, meaning};
+use super::super::names::{NAME_PARTS, meaning};
 use super::Report;
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
@@ -25,7 +25,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                     th scope="row" { (kind.symbol()) }
                     td { (plain(meaning(*kind))) }
                 } }
-                @for [part, meaning] in NAMES { tr {
+                @for [part, meaning] in NAME_PARTS { tr {
                     th scope="row" { (plain(part)) }
                     td { (plain(meaning)) }
                 } }

@@ -6,12 +6,12 @@ use maud::{Markup, html};
 use super::{Report, number, percent};
 
 /// Number of nuisance parameters to show.
-const SHOWN: usize = 10;
+const MAX_SHOWN: usize = 10;
 
 /// Lists the largest torques first.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let nuisance_parameters = report.identification.estimate.nuisance_parameters.iter();
-    let shown: Vec<&NuisanceEstimate> = nuisance_parameters.take(SHOWN).collect();
+    let shown: Vec<&NuisanceEstimate> = nuisance_parameters.take(MAX_SHOWN).collect();
     if shown.is_empty() {
         return html! {};
     }

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::report::panel::CURVES;
+use crate::report::panel::CURVE_STYLE;
 use crate::text::significant;
 
 const STYLE: &str = include_str!("style.css");
@@ -16,7 +16,7 @@ pub fn document(title: &str, own_style: &str, content: &Markup) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(own_style)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(CURVE_STYLE)) (PreEscaped(own_style)) }
             }
             body { (content) }
         }

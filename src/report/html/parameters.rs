@@ -10,7 +10,7 @@ use super::{Report, number, percent, signed};
 use crate::cell::Cell;
 
 /// Relative standard deviation above which a parameter could be zero.
-const COULD_BE_ZERO: f64 = 0.5;
+const ZERO_DEVIATIONS: f64 = 0.5;
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let parameters = &report.identification.estimate.parameters;
@@ -73,7 +73,7 @@ fn relative_classical(p: &ParameterEstimate) -> f64 {
 
 fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f64>>) -> Markup {
     let deviation = p.relative_standard_deviation;
-    let uncertain = deviation.is_nan() || deviation > COULD_BE_ZERO;
+    let uncertain = deviation.is_nan() || deviation > ZERO_DEVIATIONS;
     let classical = relative_classical(p);
     html! {
         tr.uncertain[uncertain] {

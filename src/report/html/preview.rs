@@ -9,8 +9,8 @@ use super::super::robot::postures;
 use super::chart;
 
 /// Number of points of a curve, and of postures to draw.
-const POINTS: usize = 800;
-const POSTURES: usize = 16;
+const CURVE_POINTS: usize = 800;
+const DRAWN_POSTURES: usize = 16;
 
 const STYLE: &str = ".arm{max-width:100%}.arm \
 .link{fill:none;stroke:var(--measured);stroke-width:4;stroke-linejoin:round;\
@@ -28,7 +28,7 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
     let positions = |times: &[f64]| -> Vec<Vec<f64>> {
         times.iter().map(|time| motion.state(*time).position[..joints].to_vec()).collect()
     };
-    let time_s = times(POINTS);
+    let time_s = times(CURVE_POINTS);
     let states: Vec<_> = time_s.iter().map(|time| motion.state(*time)).collect();
     let curves: Vec<[Vec<f64>; 2]> = (0..joints)
         .map(|joint: usize| -> [Vec<f64>; 2] {
@@ -38,7 +38,7 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
             ]
         })
         .collect();
-    let arm = postures(robot, &positions(&times(POSTURES)), &positions(&time_s));
+    let arm = postures(robot, &positions(&times(DRAWN_POSTURES)), &positions(&time_s));
     let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
         header { p.kind { "Preview of the motion" } h1 { (robot.name()) } }

@@ -67,7 +67,7 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
 }
 
 /// Share of its highest speed below which a joint barely moves.
-const HARDLY: f64 = 0.1;
+const BARELY_MOVING_SHARE: f64 = 0.1;
 
 /// Lists the parameters that noise leaves uncertain and the joints that barely moved, if a use is
 /// refused.
@@ -87,7 +87,7 @@ fn missing(report: &Report<'_>) -> Markup {
     let still: Vec<String> = (1..)
         .zip(estimate.reached_per_joint.iter().zip(limits))
         .filter(|(_, (reached, limits))| {
-            limits.velocity_max.is_some_and(|most| reached.speed() < HARDLY * most)
+            limits.velocity_max.is_some_and(|most| reached.speed() < BARELY_MOVING_SHARE * most)
         })
         .map(|(joint, _): (usize, _)| joint.to_string())
         .collect();

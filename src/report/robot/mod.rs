@@ -13,7 +13,7 @@ pub use picture::picture;
 pub use postures::postures;
 
 /// Maximum length of a base parameter's sum in the output.
-const LONGEST: usize = 100;
+const MAX_SUM_LENGTH: usize = 100;
 
 /// Describes axes, tip, reach, masses and base parameters, with notes on the arm.
 pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
@@ -171,7 +171,7 @@ fn number(value: f64) -> String {
 }
 
 fn shortened(text: &str) -> String {
-    match text.char_indices().nth(LONGEST) {
+    match text.char_indices().nth(MAX_SUM_LENGTH) {
         Some((at, _)) => format!("{}…", &text[..at]),
         None => text.to_owned(),
     }

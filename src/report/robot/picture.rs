@@ -7,13 +7,13 @@ use didim_dynamics::robot::{JointKind, Robot};
 
 use crate::text::escape;
 
-const SIZE: f64 = 340.0;
+const PICTURE_SIZE: f64 = 340.0;
 const MARGIN: f64 = 46.0;
-const HEADER: f64 = 44.0;
+const HEADER_HEIGHT: f64 = 44.0;
 /// Length of a drawn axis, relative to the arm.
-const AXIS: f64 = 0.16;
+const AXIS_LENGTH: f64 = 0.16;
 /// Distance below which two ends have one label.
-const LABEL: f64 = 8.0;
+const LABEL_DISTANCE: f64 = 8.0;
 
 const STYLE: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--link:#9fb3c8;--axis:#b3261e}\
     @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;\
@@ -41,9 +41,9 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
     ];
     let outline = outline(robot, &frames, &[]);
     let size = outline.iter().flatten().fold(0.05_f64, |size, value| size.max(value.abs()));
-    let axis = AXIS * size;
+    let axis = AXIS_LENGTH * size;
     let mut svg = String::new();
-    let (width, height) = (3.0 * SIZE, HEADER + SIZE);
+    let (width, height) = (3.0 * PICTURE_SIZE, HEADER_HEIGHT + PICTURE_SIZE);
     draw_header(&mut svg, robot.name(), width, height);
     // All views have one scale.
     let range = |direction: Vector| {
@@ -53,25 +53,25 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
     let directions = views.iter().flat_map(|(_, along, upwards)| [along, upwards]);
     let spans = directions.map(|direction| range(*direction)).map(|[low, high]| high - low);
     let extent = spans.fold(0.0, f64::max);
-    let scale = (SIZE - 2.0 * MARGIN) / extent;
+    let scale = (PICTURE_SIZE - 2.0 * MARGIN) / extent;
     for (index, (title, along, upwards)) in views.into_iter().enumerate() {
         let seen = |point: Vector| [dot(point, along), dot(point, upwards)];
         let middle = [along, upwards].map(range).map(|[low, high]| 0.5 * (low + high));
         #[expect(clippy::cast_precision_loss, reason = "three views")]
-        let offset = index as f64 * SIZE;
+        let offset = index as f64 * PICTURE_SIZE;
         let place = |[x, y]: [f64; 2]| {
-            let x = offset + 0.5 * SIZE + scale * (x - middle[0]);
-            (x, HEADER + 0.5 * SIZE - scale * (y - middle[1]))
+            let x = offset + 0.5 * PICTURE_SIZE + scale * (x - middle[0]);
+            (x, HEADER_HEIGHT + 0.5 * PICTURE_SIZE - scale * (y - middle[1]))
         };
         let _ = write!(
             svg,
-            "<rect class=\"frame\" x=\"{}\" y=\"{HEADER}\" width=\"{}\" height=\"{}\"/><text \
+            "<rect class=\"frame\" x=\"{}\" y=\"{HEADER_HEIGHT}\" width=\"{}\" height=\"{}\"/><text \
              x=\"{}\" y=\"{}\">{title}</text>",
             offset + 6.0,
-            SIZE - 12.0,
-            SIZE - 6.0,
+            PICTURE_SIZE - 12.0,
+            PICTURE_SIZE - 6.0,
             offset + 16.0,
-            HEADER + 20.0
+            HEADER_HEIGHT + 20.0
         );
         let line: Vec<String> = outline
             .iter()
@@ -119,7 +119,7 @@ fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f
     for (k, &[from, to]) in arrows.iter().enumerate() {
         // Axes with a common end have one label.
         let is_here =
-            |other: &[(f64, f64); 2]| (other[1].0 - to.0).hypot(other[1].1 - to.1) < LABEL;
+            |other: &[(f64, f64); 2]| (other[1].0 - to.0).hypot(other[1].1 - to.1) < LABEL_DISTANCE;
         let label: Vec<String> = match arrows[..k].iter().any(is_here) {
             true => Vec::new(),
             false => {
@@ -153,7 +153,7 @@ fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f
 /// Draws a length in metres.
 fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
     let metre = nice(0.3 * extent);
-    let (x, y) = (offset + 16.0, HEADER + SIZE - 22.0);
+    let (x, y) = (offset + 16.0, HEADER_HEIGHT + PICTURE_SIZE - 22.0);
     let _ = write!(
         svg,
         "<line class=\"ground\" x1=\"{x}\" x2=\"{:.1}\" y1=\"{y}\" y2=\"{y}\"/><text x=\"{x}\" \

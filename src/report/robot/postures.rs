@@ -7,7 +7,7 @@ use didim_dynamics::robot::Robot;
 
 use super::picture::{Vector, cross, dot, outline, perpendicular, up};
 
-const SIZE: f64 = 400.0;
+const PICTURE_SIZE: f64 = 400.0;
 const MARGIN: f64 = 30.0;
 
 /// Draws the arm in each posture \[rad or m\], the first one bold, and the path of its last origin.
@@ -23,22 +23,22 @@ pub fn postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> Stri
     let views = [("from the front", right), ("from the side", cross(up, right))];
     let all_points = || outlines.iter().flatten().chain(&tip);
     let reach = all_points().flatten().fold(0.05_f64, |reach, value| reach.max(value.abs()));
-    let scale = (0.5 * SIZE - MARGIN) / reach;
+    let scale = (0.5 * PICTURE_SIZE - MARGIN) / reach;
     let mut svg = String::new();
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
-        "<svg class=\"arm\" viewBox=\"0 0 {} {SIZE}\" role=\"img\" aria-label=\"The arm along the \
+        "<svg class=\"arm\" viewBox=\"0 0 {} {PICTURE_SIZE}\" role=\"img\" aria-label=\"The arm along the \
          motion\">",
-        2.0 * SIZE
+        2.0 * PICTURE_SIZE
     );
-    for ((title, along), x_offset) in views.into_iter().zip([0.0, SIZE]) {
+    for ((title, along), x_offset) in views.into_iter().zip([0.0, PICTURE_SIZE]) {
         let line = |points: &[Vector]| {
             points
                 .iter()
                 .map(|point: &Vector| {
-                    let x = x_offset + 0.5 * SIZE + scale * dot(*point, along);
-                    format!("{x:.1},{:.1}", 0.5 * SIZE - scale * dot(*point, up))
+                    let x = x_offset + 0.5 * PICTURE_SIZE + scale * dot(*point, along);
+                    format!("{x:.1},{:.1}", 0.5 * PICTURE_SIZE - scale * dot(*point, up))
                 })
                 .collect::<Vec<_>>()
                 .join(" ")
@@ -49,7 +49,7 @@ pub fn postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> Stri
             let _ = write!(svg, r#"<polyline class="{class}" points="{}"/>"#, line(own));
         }
         let _ = write!(svg, r#"<polyline class="tip" points="{}"/>"#, line(&tip));
-        let (x, y) = (x_offset + 0.5 * SIZE, 0.5 * SIZE);
+        let (x, y) = (x_offset + 0.5 * PICTURE_SIZE, 0.5 * PICTURE_SIZE);
         let _ = write!(
             svg,
             r#"<line class="ground" x1="{}" x2="{}" y1="{y}" y2="{y}"/>"#,

@@ -16,7 +16,7 @@ use crate::live::worker::SharedEstimation;
 const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
 
 /// Maximum age of the status of an acquisition in another process. An older status is ignored.
-const HEARD: Duration = Duration::from_secs(3);
+const MAX_STATUS_AGE: Duration = Duration::from_secs(3);
 
 /// Collector of the counts of this process's threads. It computes rates from them.
 #[derive(Debug)]
@@ -92,7 +92,8 @@ impl Collector {
             && let Some(silent) = self.without_samples(estimation.samples, now)
         {
             let other = self.other.as_ref();
-            let heard = other.filter(|(_, then)| now.saturating_duration_since(*then) < HEARD);
+            let heard =
+                other.filter(|(_, then)| now.saturating_duration_since(*then) < MAX_STATUS_AGE);
             let resting = heard.filter(|(other, _)| other.rests());
             idle = resting.is_some_and(|(other, _)| other.flow() == Flow::Idle);
             estimation.without_samples_s = resting.is_none().then_some(silent.as_secs());

@@ -15,7 +15,7 @@ use super::request::{MAX_REQUEST, parse_request};
 use super::serve::accept;
 
 /// Maximum number of simultaneous clients.
-const CLIENTS: usize = 4;
+const MAX_CLIENTS: usize = 4;
 /// Maximum time of a client to send its line, and again to read the answer.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
 /// Maximum length of an answer in characters: an error may quote a file.
@@ -28,7 +28,7 @@ const MAX_ANSWER: usize = 2048;
 /// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.tokio()?;
-    let places = Arc::new(Semaphore::new(CLIENTS));
+    let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
         let (client, place) = accept(&listener, &places).await;
         let dispatcher = dispatcher.clone();

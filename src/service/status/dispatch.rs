@@ -14,7 +14,7 @@ const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
 /// the answer.
 const RELOAD_TIMEOUT: Duration = Duration::from_secs(4);
 /// Maximum number of waiting reloads.
-const RELOADS: usize = 4;
+const MAX_WAITING_RELOADS: usize = 4;
 
 /// Handles of the parts that execute requests. `None` if this process does not have the part.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +108,7 @@ pub struct ReloadSender(mpsc::Sender<ReloadAnswer>);
 impl ReloadSender {
     /// Creates the sender, and the receiver for the supervision.
     pub fn channel() -> (Self, mpsc::Receiver<ReloadAnswer>) {
-        let (sender, receiver) = mpsc::channel(RELOADS);
+        let (sender, receiver) = mpsc::channel(MAX_WAITING_RELOADS);
         (Self(sender), receiver)
     }
 

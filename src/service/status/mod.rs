@@ -29,4 +29,4 @@ pub use request::{
     parse_request,
 };
 pub use serve::serve_status;
-pub use snapshot::{Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
+pub use snapshot::{Health, IDLE_TEXT, ProcessStatus, SCHEMA, Snapshot, StreamStatus};

@@ -11,7 +11,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use super::listen::Socket;
 
 /// Maximum number of simultaneous clients. Another one is disconnected.
-const CLIENTS: usize = 8;
+const MAX_CLIENTS: usize = 8;
 /// Maximum time of a client.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
 /// Pause after a failed accept: a lack of descriptors does not disappear by an immediate retry.
@@ -26,7 +26,7 @@ pub async fn serve_status(
     latest: watch::Receiver<Arc<[u8]>>,
 ) -> io::Result<core::convert::Infallible> {
     let listener = socket.tokio()?;
-    let places = Arc::new(Semaphore::new(CLIENTS));
+    let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
         let (client, place) = accept(&listener, &places).await;
         let document = Arc::clone(&latest.borrow());

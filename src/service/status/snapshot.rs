@@ -47,7 +47,7 @@ pub struct Health {
 }
 
 /// Health text of an idle service.
-pub const IDLE: &str = "idle, no drive is enabled";
+pub const IDLE_TEXT: &str = "idle, no drive is enabled";
 
 /// Status of the process itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -159,7 +159,7 @@ impl Health {
 
     /// Returns the health text of a service without a reason against it.
     pub fn label(&self) -> &'static str {
-        if self.idle { IDLE } else { "ok" }
+        if self.idle { IDLE_TEXT } else { "ok" }
     }
 
     /// Adds a reason for bad health.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::live::acquire::{AcquisitionStatus, BusState};
 use crate::live::worker::{EstimationStatus, WindowState};
-use crate::service::status::{Health, IDLE, Snapshot};
+use crate::service::status::{Health, IDLE_TEXT, Snapshot};
 
 /// State of the line: the arrival time of the last estimate. The snapshot contains no times.
 #[derive(Debug, Default)]
@@ -46,7 +46,7 @@ impl StatusLine {
 /// Returns the state of the bus. A bad state is listed among the reasons instead.
 fn bus(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
     match acquisition.bus {
-        BusState::Ok if health.idle => Some(IDLE.to_owned()),
+        BusState::Ok if health.idle => Some(IDLE_TEXT.to_owned()),
         BusState::Ok => Some(format!("{:.0} samples/s", acquisition.samples_per_second)),
         state => state.is_well().then(|| state.sentence().to_owned()),
     }

@@ -9,7 +9,7 @@ use crate::live::worker::SharedEstimation;
 /// Time after which the service is ready even if frames give no sample. The layout may be wrong,
 /// and the health shows it. A service that never gets ready would be ended before anybody could
 /// query it.
-const READY_AT_LATEST: Duration = Duration::from_secs(10);
+const READY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Time without samples after which a process without a bus is ready: the process with the bus may
 /// be started later.
 const WITHOUT_SAMPLES: Duration = Duration::from_millis(500);
@@ -41,7 +41,7 @@ impl Progress {
     /// Returns true if samples flow, no drive is enabled, or the bus is known to be silent.
     /// `waited` is the time since the threads began.
     pub(super) fn is_ready(&self, waited: Duration) -> bool {
-        if waited >= READY_AT_LATEST {
+        if waited >= READY_TIMEOUT {
             return true;
         }
         if let Some(acquisition) = &self.acquisition {

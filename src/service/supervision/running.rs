@@ -23,8 +23,8 @@ use crate::service::status::{Collector, Snapshot, one_line};
 const STOP_TIMEOUT: Duration = Duration::from_millis(800);
 /// Interval and maximum number of requests for more start time. A folder of many results, and space
 /// in shared memory, take their time, but not forever.
-const EXTEND_EVERY: Duration = Duration::from_secs(2);
-const EXTENSIONS: u32 = 150;
+const EXTENSION_INTERVAL: Duration = Duration::from_secs(2);
+const MAX_EXTENSIONS: u32 = 150;
 /// Maximum length of the reason of a refused reload in the status \[characters\].
 const MAX_REASON: usize = 1000;
 
@@ -119,7 +119,7 @@ impl Running {
         loop {
             tokio::select! {
                 report = self.reports.recv() => return self.handle(report).map(drop),
-                () = tokio::time::sleep(EXTEND_EVERY), if extensions < EXTENSIONS => {
+                () = tokio::time::sleep(EXTENSION_INTERVAL), if extensions < MAX_EXTENSIONS => {
                     extensions += 1;
                     manager.extend_start();
                 }

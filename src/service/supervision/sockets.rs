@@ -13,7 +13,7 @@ use crate::files::own_folder;
 use crate::service::status::Socket;
 
 /// Interval at which the name of a socket is checked.
-const LOOK_EVERY: Duration = Duration::from_millis(500);
+const CHECK_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Sockets that are gone and cannot be recreated, with the reasons.
 #[derive(Debug, Default)]
@@ -66,7 +66,7 @@ pub(super) async fn keep(
                 Ok(socket) => break socket,
                 Err(why) => missing.notify(at, Some(why)),
             }
-            tokio::time::sleep(LOOK_EVERY).await;
+            tokio::time::sleep(CHECK_INTERVAL).await;
         };
         missing.notify(at, None);
     }
@@ -74,7 +74,7 @@ pub(super) async fn keep(
 
 async fn is_gone(socket: &Socket) {
     while socket.has_its_name() {
-        tokio::time::sleep(LOOK_EVERY).await;
+        tokio::time::sleep(CHECK_INTERVAL).await;
     }
 }
 

@@ -109,7 +109,7 @@ fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> 
 }
 
 /// Remedy for a fault.
-const AGAIN: &str = "correct the file and check again";
+const CORRECT_AND_REPEAT: &str = "correct the file and check again";
 
 /// Converts a read error to findings.
 fn refused(error: &CellError) -> Vec<Finding> {
@@ -129,7 +129,7 @@ fn refused(error: &CellError) -> Vec<Finding> {
         }
         CellError::Value { line, key, problem, .. } => {
             let line = line.map_or_else(String::new, |line| format!("line {line}: "));
-            return vec![Finding::error(key, format!("{line}{problem}"), AGAIN)];
+            return vec![Finding::error(key, format!("{line}{problem}"), CORRECT_AND_REPEAT)];
         }
         CellError::Named { key, .. } => key,
         CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
@@ -141,7 +141,7 @@ fn refused(error: &CellError) -> Vec<Finding> {
         CellError::NoBus { .. } => "bus",
         CellError::Read { .. } | CellError::Cell { .. } => "",
     };
-    vec![Finding::error(key, error.to_string(), AGAIN)]
+    vec![Finding::error(key, error.to_string(), CORRECT_AND_REPEAT)]
 }
 
 fn text(cell: &Cell, own: &[Finding], here: &[Finding], other_machine: bool) -> String {
@@ -154,7 +154,7 @@ fn text(cell: &Cell, own: &[Finding], here: &[Finding], other_machine: bool) -> 
         text += &judged("this machine", here);
     }
     let findings = [own, here].concat();
-    for (severity, heading) in SEVERITIES {
+    for (severity, heading) in SEVERITY_GROUPS {
         text += &group(heading, findings.iter().filter(|finding| finding.severity == severity));
     }
     text
@@ -213,12 +213,12 @@ fn summary(cell: &Cell) -> String {
 }
 
 /// Groups of findings in the output, the worst first.
-const SEVERITIES: [(Severity, &str); 3] =
+const SEVERITY_GROUPS: [(Severity, &str); 3] =
     [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")];
 
 /// Returns one line with the verdict.
 fn judged(what: &str, findings: &[Finding]) -> String {
-    let counts: Vec<String> = SEVERITIES
+    let counts: Vec<String> = SEVERITY_GROUPS
         .into_iter()
         .map(|(severity, name)| (count(findings, severity), name))
         .filter(|(count, _)| *count > 0)

@@ -15,7 +15,7 @@ use didim::cell::Cell;
 use didim::live::recording::open_log;
 
 /// Number of frames taken at a time.
-const BATCH: usize = 1024;
+const BATCH_FRAMES: usize = 1024;
 
 /// Writes an MCAP recording as a candump log of the same frames, with the time of day if the
 /// recording has it.
@@ -25,7 +25,7 @@ pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError>
         let info = source.info().cloned().unwrap_or_default();
         let names = source.interfaces().to_vec();
         let mut writer = CandumpWriter::new(out, &names, StampDigits::Nanoseconds);
-        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH_FRAMES);
         while source.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
         {
             for frame in batch.drain(..) {
@@ -46,7 +46,7 @@ pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(),
     write_whole(output, |out| {
         // A log names its interfaces along the way; a recording has to list them at its beginning.
         let mut names = open_log(input, layout).map_err(CliError::failed)?;
-        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH_FRAMES);
         while names.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
         {
             batch.clear();

@@ -34,7 +34,7 @@ use didim::service::status::Snapshot;
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 
 /// Cell of the demonstration, from the copies inside the program.
-const CELL: &str = "config/cells/tx40-packed-fd.toml";
+const DEMO_CELL: &str = "config/cells/tx40-packed-fd.toml";
 /// Number of frames that the in-process bus holds: a second at 5 kHz.
 const BUS_FRAMES: usize = 5000;
 /// Number of frames between two steps of the progress bar.
@@ -64,8 +64,8 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs([&arguments.figure].into_iter().chain(&arguments.report), &[])?;
-    let mut cell =
-        Cell::from_library(Library::Shipped, Path::new(CELL)).map_err(CliError::configuration)?;
+    let mut cell = Cell::from_library(Library::Shipped, Path::new(DEMO_CELL))
+        .map_err(CliError::configuration)?;
     cell.method = arguments.method;
     let scenario = scenario(arguments)?;
     let bus = cell.bus().map_err(CliError::configuration)?;

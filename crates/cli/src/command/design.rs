@@ -26,7 +26,7 @@ use didim::report::{
 use didim_formats::{MotionFile, MotionFormat};
 
 /// Number of parallel searches from random motions; the best result is used.
-const STARTS: usize = 2;
+const PARALLEL_SEARCHES: usize = 2;
 
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("arm").required(true).args(["robot", "cell"])))]
@@ -389,10 +389,11 @@ impl Arguments {
 /// Returns the best design of the searches. The first of equal ones wins, so that the thread order
 /// has no effect.
 fn searched(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
-    let bar = ProgressBar::new(STARTS as u64 * u64::from(steps));
+    let bar = ProgressBar::new(PARALLEL_SEARCHES as u64 * u64::from(steps));
     let bar = styled(bar, "{bar:40} {percent:>3} %  {eta} left");
     let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
-    let mut designs: [Option<Result<Design, ExcitationError>>; STARTS] = [const { None }; STARTS];
+    let mut designs: [Option<Result<Design, ExcitationError>>; PARALLEL_SEARCHES] =
+        [const { None }; PARALLEL_SEARCHES];
     std::thread::scope(|scope| {
         for (seed, found) in (1..).zip(&mut designs) {
             let search = &search;

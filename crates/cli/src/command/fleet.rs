@@ -30,12 +30,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// Minimum number of table rows; more if more are outside.
-const ROWS: usize = 5;
+const MIN_TABLE_ROWS: usize = 5;
 
 fn text(fleet: &Fleet) -> String {
     let (arms, parameters, outside) = (fleet.arms.len(), fleet.parameters.len(), fleet.outside());
     let furthest = fleet.furthest();
-    let rows = furthest.iter().take(outside.max(ROWS)).map(|(of, arm)| {
+    let rows = furthest.iter().take(outside.max(MIN_TABLE_ROWS)).map(|(of, arm)| {
         let digits = |value, uncertainty| to_uncertainty(value, uncertainty, 5);
         let uncertainty = arm.combined_standard_deviation;
         let answer = match (of.is_outside(arm), of.is_outside_for_certain(arm)) {

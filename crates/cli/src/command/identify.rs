@@ -108,8 +108,8 @@ struct RecordingLine {
 }
 
 /// Maximum number of recordings or pieces to compare with each other: the table is square.
-const COMPARED: usize = 12;
-const IDENTIFIED_ALONE: RangeInclusive<usize> = 2..=COMPARED;
+const MAX_COMPARED_RECORDINGS: usize = 12;
+const MAX_SEPARATE_IDENTIFICATIONS: RangeInclusive<usize> = 2..=MAX_COMPARED_RECORDINGS;
 
 /// Identifies each recording, or complete piece of one, alone, if there are several.
 fn recordings(
@@ -119,7 +119,7 @@ fn recordings(
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
-    if !IDENTIFIED_ALONE.contains(&measurements.len()) {
+    if !MAX_SEPARATE_IDENTIFICATIONS.contains(&measurements.len()) {
         return Vec::new();
     }
     let alone: Vec<Option<Estimate>> = (measurements.iter())
@@ -189,7 +189,7 @@ impl RecordingEntry {
 /// Returns the measurements. If none is identified alone, they are given away, because they are not
 /// needed again.
 fn take_measurements(parts: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
-    if !IDENTIFIED_ALONE.contains(&parts.len()) {
+    if !MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len()) {
         let pieces_taken = parts.drain(..);
         return pieces_taken.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
     }
@@ -326,7 +326,7 @@ fn print_json(
 /// Prints when each recording was made and which of its samples count.
 fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
     let mut last = None;
-    for piece in reported.iter().take(COMPARED) {
+    for piece in reported.iter().take(MAX_COMPARED_RECORDINGS) {
         if last.replace(piece.input) != Some(piece.input) {
             print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
         }
@@ -335,8 +335,8 @@ fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
             show(&format!("{name}: {text}\n"))?;
         }
     }
-    if reported.len() > COMPARED {
-        print(&format!("and {} more pieces\n", reported.len() - COMPARED))?;
+    if reported.len() > MAX_COMPARED_RECORDINGS {
+        print(&format!("and {} more pieces\n", reported.len() - MAX_COMPARED_RECORDINGS))?;
     }
     Ok(())
 }

@@ -12,14 +12,14 @@ use didim::service::status::fetch;
 use didim::signals::Signals;
 
 /// Default address: this machine only.
-const LISTEN: &str = "127.0.0.1:9752";
+const DEFAULT_ADDRESS: &str = "127.0.0.1:9752";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     service: WhichService,
     /// The address to listen at; the default answers only this machine
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = DEFAULT_ADDRESS)]
     listen: SocketAddr,
 }
 

@@ -20,11 +20,11 @@ use didim_lab::study::{
 };
 
 /// Tables of a study, for programs and for people.
-const JSON: &str = "study.json";
-const MARKDOWN: &str = "study.md";
+const JSON_FILE: &str = "study.json";
+const MARKDOWN_FILE: &str = "study.md";
 
 /// Interval of the progress lines if stderr is no terminal.
-const LINE_EVERY: Duration = Duration::from_secs(60);
+const LINE_INTERVAL: Duration = Duration::from_secs(60);
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -58,7 +58,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let shard = arguments.shard.unwrap_or(Shard::COMPLETE);
     let header = Header { shard, ..Header::from_grid(&grid) };
     let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
-    let tables = [JSON, MARKDOWN].map(|name| arguments.out.join(name));
+    let tables = [JSON_FILE, MARKDOWN_FILE].map(|name| arguments.out.join(name));
     check_outputs(&tables, &[&arguments.plan])?;
     let stop = stop_flag().map_err(CliError::failed)?;
     let threads = match arguments.jobs {
@@ -106,8 +106,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 fn write_tables(grid: &Grid, runs: &[Run], out: &Path) -> Result<Summary, CliError> {
     let summary = Summary::new(grid, runs);
     let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
-    write_text(&out.join(JSON), &json)?;
-    write_text(&out.join(MARKDOWN), &markdown(grid, &summary))?;
+    write_text(&out.join(JSON_FILE), &json)?;
+    write_text(&out.join(MARKDOWN_FILE), &markdown(grid, &summary))?;
     for (file, svg) in heat_maps(grid, &summary) {
         write_text(&out.join(file), &svg)?;
     }
@@ -165,7 +165,7 @@ impl Watcher {
         );
         let message = format!("{rate:.0} a minute, {remaining}");
         if !std::io::stderr().is_terminal() {
-            if self.last_line.elapsed() >= LINE_EVERY {
+            if self.last_line.elapsed() >= LINE_INTERVAL {
                 self.last_line = Instant::now();
                 let (done, runs) = (progress.done(), progress.runs);
                 print_note(&format!("didim: {done} of {runs} runs, {message}\n"));

@@ -20,9 +20,9 @@ use didim::signals::stop_flag;
 use screen::{View, draw};
 
 /// Interval of the requests, equal to the interval of the service's status.
-const REFRESH: Duration = Duration::from_secs(1);
+const REQUEST_INTERVAL: Duration = Duration::from_secs(1);
 /// Longest delay until a key, a signal or a status is noticed.
-const POLL: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -66,7 +66,7 @@ fn ask(paths: Paths) -> std::io::Result<Receiver<Answer>> {
     std::thread::Builder::new().name("ask".into()).spawn(move || {
         let mut next = Instant::now();
         while answers.send(fetch(&paths)).is_ok() {
-            next = (next + REFRESH).max(Instant::now());
+            next = (next + REQUEST_INTERVAL).max(Instant::now());
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
         }
     })?;
@@ -96,7 +96,7 @@ fn watch(
             view.scroll = view.scroll.min(scrolls);
         }
         changed = false;
-        if !event::poll(POLL)? {
+        if !event::poll(POLL_INTERVAL)? {
             continue;
         }
         match event::read()? {

@@ -209,14 +209,14 @@ impl JointController {
         };
         let gains: [(&'static str, f64); 5] = match self.law {
             ControlLaw::P { kp_per_rad, k_tau_nm } => {
-                [("kp_per_rad", kp_per_rad), ("k_tau_nm", k_tau_nm), NONE, NONE, NONE]
+                [("kp_per_rad", kp_per_rad), ("k_tau_nm", k_tau_nm), NO_GAIN, NO_GAIN, NO_GAIN]
             }
             ControlLaw::Pd { kp_per_rad, kd_s_per_rad, k_tau_nm } => [
                 ("kp_per_rad", kp_per_rad),
                 ("kd_s_per_rad", kd_s_per_rad),
                 ("k_tau_nm", k_tau_nm),
-                NONE,
-                NONE,
+                NO_GAIN,
+                NO_GAIN,
             ],
             ControlLaw::Pid {
                 kp_per_rad,
@@ -236,7 +236,7 @@ impl JointController {
                 ("kp_s_per_rad", kp_s_per_rad),
                 ("ki_per_rad", ki_per_rad),
                 ("k_tau_nm", k_tau_nm),
-                NONE,
+                NO_GAIN,
             ],
         };
         gains.into_iter().try_for_each(|(key, value)| not_negative(key, value))?;
@@ -255,7 +255,7 @@ impl JointController {
 }
 
 /// Fills the list of gains for a law with fewer gains.
-const NONE: (&str, f64) = ("", 0.0);
+const NO_GAIN: (&str, f64) = ("", 0.0);
 
 #[cfg(test)]
 mod tests {

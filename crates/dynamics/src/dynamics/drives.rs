@@ -36,7 +36,7 @@ struct Alike {
 
 impl Alike {
     fn chunks(&self) -> impl Iterator<Item = (SignModel, &[CoulombTerm])> {
-        self.terms.chunks(TOGETHER).map(|terms| (self.sign, terms))
+        self.terms.chunks(MAX_SIGNS).map(|terms| (self.sign, terms))
     }
 }
 
@@ -50,7 +50,7 @@ struct LawTerm {
 }
 
 /// Largest number of signs that are computed together.
-const TOGETHER: usize = MAX_JOINTS;
+const MAX_SIGNS: usize = MAX_JOINTS;
 
 /// Terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]
@@ -178,7 +178,7 @@ impl Drives {
             add(row, column, T::constant(factor) * dq[input]);
         }
         for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
-            let mut signs = [T::zero(); TOGETHER];
+            let mut signs = [T::zero(); MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
                 for &(joint, s) in &term.direction {
@@ -274,7 +274,7 @@ impl Drives {
             add(row, input, factor * parameters[column]);
         }
         for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
-            let mut signs = [0.0; TOGETHER];
+            let mut signs = [0.0; MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
                 *speed = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();

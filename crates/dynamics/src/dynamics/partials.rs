@@ -125,7 +125,7 @@ impl Moving {
     }
 }
 
-const UNIT: [Vector3<f64>; 3] = [
+const UNIT_VECTORS: [Vector3<f64>; 3] = [
     Vector3 { x: 1.0, y: 0.0, z: 0.0 },
     Vector3 { x: 0.0, y: 1.0, z: 0.0 },
     Vector3 { x: 0.0, y: 0.0, z: 1.0 },
@@ -259,7 +259,7 @@ impl Model {
         axes: &mut [Axis; MAX_JOINTS],
         links: &mut [Option<Moving>; MAX_JOINTS],
     ) {
-        let [x, y, z] = UNIT;
+        let [x, y, z] = UNIT_VECTORS;
         let (mut frame, mut origin) = ([x, y, z], Vector3::zero());
         let mut velocity = Twist::zero();
         let lifted = Vector3::constant(self.gravity_m_s2.map(|g| -g));

@@ -14,7 +14,7 @@ const LARGEST_ANGLE: f64 = 1e5;
 
 /// 1.5 · 2⁵²: added to a number of at most 2⁵¹, it leaves the nearest whole number in the lowest
 /// bits.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
+const ROUND_TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 
 /// π/2 in three parts, of which the first two have 33 bits, so that products with whole numbers up
 /// to 2²⁰ are exact (Cody and Waite, *Software Manual for the Elementary Functions*, 1980).
@@ -26,7 +26,7 @@ const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 
 /// (sin r − r)/r³ in r² for |r| ≤ π/4, a minimax polynomial (FreeBSD's `k_sin.c`), and
 /// (cos r − 1 + r²/2)/r⁴ (`k_cos.c`).
-const SIN: [f64; 6] = [
+const SIN_COEFFICIENTS: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
     -1.984_126_982_985_795e-4,
@@ -34,7 +34,7 @@ const SIN: [f64; 6] = [
     -2.505_076_025_340_686_3e-8,
     1.589_690_995_211_55e-10,
 ];
-const COS: [f64; 6] = [
+const COS_COEFFICIENTS: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,
     2.480_158_728_947_673e-5,
@@ -44,7 +44,7 @@ const COS: [f64; 6] = [
 ];
 
 /// 1/2! to 1/13!: e^r − 1 = r + r² (…) is off by r¹⁴/14! or 2e-17 for |r| ≤ ln 2 / 2.
-const EXP: [f64; 12] = [
+const EXP_COEFFICIENTS: [f64; 12] = [
     1.0 / 2.0,
     1.0 / 6.0,
     1.0 / 24.0,
@@ -72,12 +72,12 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
     // instructions: x = k π/2 + r
     let rounded: [f64; L] = each(
         #[inline(always)]
-        |l| angles[l] * FRAC_2_PI + ROUNDING,
+        |l| angles[l] * FRAC_2_PI + ROUND_TO_INTEGER,
     );
     let r: [f64; L] = each(
         #[inline(always)]
         |l| {
-            let k = rounded[l] - ROUNDING;
+            let k = rounded[l] - ROUND_TO_INTEGER;
             ((angles[l] - k * HALF_PI[0]) - k * HALF_PI[1]) - k * HALF_PI[2]
         },
     );
@@ -87,11 +87,14 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
     );
     let sin: [f64; L] = each(
         #[inline(always)]
-        |l| r[l] + r[l] * square[l] * polynomial(&SIN, square[l]),
+        |l| r[l] + r[l] * square[l] * polynomial(&SIN_COEFFICIENTS, square[l]),
     );
     let cos: [f64; L] = each(
         #[inline(always)]
-        |l| (1.0 - 0.5 * square[l]) + square[l] * square[l] * polynomial(&COS, square[l]),
+        |l| {
+            (1.0 - 0.5 * square[l])
+                + square[l] * square[l] * polynomial(&COS_COEFFICIENTS, square[l])
+        },
     );
     let quarters = |l: usize| rounded[l].to_bits();
     let mut sines = each(
@@ -123,7 +126,7 @@ fn in_quadrant(own: f64, other: f64, quarters: u64, sign: u64) -> f64 {
 }
 
 /// Beyond, the hyperbolic tangent is ±1 to the last bit.
-const SATURATED: f64 = 20.0;
+const TANH_SATURATION: f64 = 20.0;
 
 /// Hyperbolic tangents, each within 5e-16 of the true one relative to it.
 #[inline(always)]
@@ -133,24 +136,24 @@ pub(crate) fn tanh<const L: usize>(values: &[f64; L]) -> [f64; L] {
         |l| {
             // Not `min`, which would lose a NaN.
             let size = values[l].abs();
-            2.0 * if size > SATURATED { SATURATED } else { size }
+            2.0 * if size > TANH_SATURATION { TANH_SATURATION } else { size }
         },
     );
     // 2 |x| = k ln 2 + r, and e^(2|x|) − 1 = 2^k (e^r − 1) + 2^k − 1.
     let rounded = each::<L>(
         #[inline(always)]
-        |l| twice[l] * LOG2_E + ROUNDING,
+        |l| twice[l] * LOG2_E + ROUND_TO_INTEGER,
     );
     let r = each::<L>(
         #[inline(always)]
         |l| {
-            let k = rounded[l] - ROUNDING;
+            let k = rounded[l] - ROUND_TO_INTEGER;
             (twice[l] - k * LN_2[0]) - k * LN_2[1]
         },
     );
     let small = each::<L>(
         #[inline(always)]
-        |l| r[l] + r[l] * r[l] * polynomial(&EXP, r[l]),
+        |l| r[l] + r[l] * r[l] * polynomial(&EXP_COEFFICIENTS, r[l]),
     );
     each(
         #[inline(always)]

@@ -70,23 +70,23 @@ pub trait Scalar:
 }
 
 /// Numbers that go through an elementary function at once.
-const TOGETHER: usize = WIDTH;
+const GROUP_SIZE: usize = WIDTH;
 
 /// Returns [`TOGETHER`] of the numbers from `start` on, with zeros beyond the end.
 #[inline(always)]
-fn window(values: &[f64], start: usize) -> [f64; TOGETHER] {
+fn window(values: &[f64], start: usize) -> [f64; GROUP_SIZE] {
     let values = &values[start..];
     if let Some(window) = values.first_chunk() {
         return *window;
     }
-    let mut window = [0.0; TOGETHER];
+    let mut window = [0.0; GROUP_SIZE];
     window[..values.len()].copy_from_slice(values);
     window
 }
 
 /// Writes a window back, without the part beyond the end.
 #[inline(always)]
-fn set_window(values: &mut [f64], start: usize, window: &[f64; TOGETHER]) {
+fn set_window(values: &mut [f64], start: usize, window: &[f64; GROUP_SIZE]) {
     let values = &mut values[start..];
     match values.first_chunk_mut() {
         Some(values) => *values = *window,
@@ -118,8 +118,8 @@ impl Scalar for f64 {
             #[inline(always)]
             || {
                 // The last window overlaps the one before rather than being filled up.
-                let last = angles.len().saturating_sub(TOGETHER);
-                for start in (0..last).step_by(TOGETHER).chain([last]) {
+                let last = angles.len().saturating_sub(GROUP_SIZE);
+                for start in (0..last).step_by(GROUP_SIZE).chain([last]) {
                     let (sin, cos) = elementary::sin_cos(&window(angles, start));
                     set_window(sines, start, &sin);
                     set_window(cosines, start, &cos);
@@ -132,9 +132,9 @@ impl Scalar for f64 {
             #[inline(always)]
             || {
                 // The last window overlaps: it is read before the others are replaced.
-                let last = values.len().saturating_sub(TOGETHER);
+                let last = values.len().saturating_sub(GROUP_SIZE);
                 let of_last = elementary::tanh(&window(values, last));
-                for start in (0..last).step_by(TOGETHER) {
+                for start in (0..last).step_by(GROUP_SIZE) {
                     let tanh = elementary::tanh(&window(values, start));
                     set_window(values, start, &tanh);
                 }

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
 /// The word that leaves a limit open.
-const OPEN: &str = "unknown";
+const UNKNOWN_LIMIT: &str = "unknown";
 
 /// A number, or the word for an unknown one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ impl JsonSchema for RawLimit {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "anyOf": [{ "type": "number" }, { "const": OPEN }] })
+        json_schema!({ "anyOf": [{ "type": "number" }, { "const": UNKNOWN_LIMIT }] })
     }
 }
 
@@ -42,7 +42,7 @@ impl Visitor<'_> for OfLimit {
     type Value = RawLimit;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a number, or \"{OPEN}\" where no source gives it")
+        write!(f, "a number, or \"{UNKNOWN_LIMIT}\" where no source gives it")
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<RawLimit, E> {
@@ -56,7 +56,7 @@ impl Visitor<'_> for OfLimit {
 
     fn visit_str<E: Error>(self, word: &str) -> Result<RawLimit, E> {
         match word {
-            OPEN => Ok(RawLimit::Unknown),
+            UNKNOWN_LIMIT => Ok(RawLimit::Unknown),
             other => Err(E::invalid_value(serde::de::Unexpected::Str(other), &self)),
         }
     }

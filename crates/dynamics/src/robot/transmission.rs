@@ -9,7 +9,7 @@ use crate::MAX_JOINTS;
 type Matrix = [[f64; MAX_JOINTS]; MAX_JOINTS];
 
 /// Smallest ratio of singular values, rows scaled to their largest entry, of a usable matrix.
-const SINGULAR: f64 = 1e-9;
+const MIN_SINGULAR_VALUE_RATIO: f64 = 1e-9;
 
 /// Why a matrix cannot be a transmission.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -169,7 +169,7 @@ fn invert(joints: usize, ratio: &Matrix) -> Option<Matrix> {
         row /= largest;
     }
     let singular = scaled.singular_values();
-    if singular.min() < SINGULAR * singular.max() {
+    if singular.min() < MIN_SINGULAR_VALUE_RATIO * singular.max() {
         return None;
     }
     let inverse = matrix.try_inverse()?;

@@ -9,8 +9,8 @@ use super::messages::{JOINT_STATE, Message, after_first_s, files, malformed, wal
 use crate::uniform::mean_rate_hz;
 
 /// Stamps of a topic from which its rate is estimated.
-const STAMPS: usize = 1 << 20;
-const TEXT: &str = "std_msgs/msg/String";
+const MAX_RATE_STAMPS: usize = 1 << 20;
+const STRING_TYPE: &str = "std_msgs/msg/String";
 const ROBOT_DESCRIPTION: &str = "robot_description";
 
 /// Joint states of a topic that name the same joints.
@@ -57,7 +57,7 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
     for file in files(path)? {
         walk(&file, &mut |Message { kind, topic: name, log_ns, data }| {
             match kind {
-                TEXT if name.ends_with(ROBOT_DESCRIPTION) => {
+                STRING_TYPE if name.ends_with(ROBOT_DESCRIPTION) => {
                     let description = text(data).map_err(|_| malformed(&file, name, 1))?;
                     contents.robot_description.get_or_insert(description);
                 }
@@ -75,7 +75,7 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
                             with_effort.push(joint.clone());
                         }
                     }
-                    if header.len() < STAMPS {
+                    if header.len() < MAX_RATE_STAMPS {
                         header.push(state.stamp_ns);
                         log.push(log_ns);
                     }

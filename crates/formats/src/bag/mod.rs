@@ -26,7 +26,7 @@ use cdr::JointState;
 use messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
 
 /// Joints and topics that an error lists.
-const LISTED: usize = 12;
+const MAX_LISTED_NAMES: usize = 12;
 
 /// Findings on a topic.
 #[derive(Default)]
@@ -136,7 +136,7 @@ impl Topic {
         capacity: Capacity,
     ) -> Result<(), BagError> {
         for name in &state.name {
-            if self.joints.len() < LISTED && !self.joints.contains(name) {
+            if self.joints.len() < MAX_LISTED_NAMES && !self.joints.contains(name) {
                 self.joints.push(name.clone());
             }
         }

@@ -25,7 +25,7 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
         format!("int {name}_self_test(void)"),
     ];
     let mut body = String::new();
-    for ((part, says), head) in Part::TORQUES.into_iter().zip(&heads) {
+    for ((part, says), head) in Part::TORQUE_PARTS.into_iter().zip(&heads) {
         let (lines, results) = program.statements(part, Language::C)?;
         let results = results.iter().enumerate();
         let results = results.map(|(joint, result)| format!("tau[{joint}] = {result};"));

@@ -5,7 +5,7 @@
 use super::statements::Language;
 
 /// Prefix of the marker line before each function of the library; the function's name follows it.
-const NAMED: &str = "//// ";
+const FUNCTION_MARKER: &str = "//// ";
 
 /// Returns the functions that code calls, and those that they call. In C every name begins with a
 /// prefix, which `@` represents.
@@ -16,7 +16,7 @@ pub(super) fn called_by(code: &str, language: Language, prefix: &str) -> String 
     };
     let mut called = String::new();
     // Each calls those before it.
-    for function in library.split(NAMED).skip(1).collect::<Vec<_>>().into_iter().rev() {
+    for function in library.split(FUNCTION_MARKER).skip(1).collect::<Vec<_>>().into_iter().rev() {
         let Some((name, text)) = function.split_once('\n') else { continue };
         let call = format!("{prefix}{name}(");
         let calls = |text: &str| {

@@ -67,7 +67,7 @@ pub(super) enum Part {
 
 impl Part {
     /// Parts that are torques, with their descriptions.
-    pub(super) const TORQUES: [(Self, &str); 3] = [
+    pub(super) const TORQUE_PARTS: [(Self, &str); 3] = [
         (Self::RigidBody, "Torques of a motion, without friction and offsets."),
         (Self::Gravity, "Torques against gravity at rest, without friction and offsets."),
         (Self::Friction, "Friction and offsets."),
@@ -75,7 +75,7 @@ impl Part {
 }
 
 /// States that the self-test visits.
-const CHECKS: usize = 4;
+const SELF_TEST_STATES: usize = 4;
 
 impl<'a> Program<'a> {
     pub(super) fn new(model: CodeModel<'a>) -> Result<Self, CodeError> {
@@ -125,7 +125,8 @@ impl<'a> Program<'a> {
             .flat_map(|row| (0..=row).map(move |column| (row, column)))
             .map(|at| factor[at])
             .collect();
-        let checks = (0..CHECKS).map(|k| check(&dynamics, &minimal, &columns, covariance, k));
+        let checks =
+            (0..SELF_TEST_STATES).map(|k| check(&dynamics, &minimal, &columns, covariance, k));
         Ok(Self {
             prefix: identifier(robot.name()),
             rigid_body: torque_of(&dynamics, &functions, true),

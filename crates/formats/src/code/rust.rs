@@ -21,7 +21,7 @@ pub fn to_rust(model: CodeModel<'_>) -> Result<String, CodeError> {
         "friction(dq: &[f64; JOINTS])".to_owned(),
     ];
     let mut body = String::new();
-    for ((part, says), head) in Part::TORQUES.into_iter().zip(heads) {
+    for ((part, says), head) in Part::TORQUE_PARTS.into_iter().zip(heads) {
         let (lines, results) = program.statements(part, Language::Rust)?;
         // Writing to a String cannot fail.
         let _ = writeln!(body, "/// {says}\npub fn {head} -> [f64; JOINTS] {{");

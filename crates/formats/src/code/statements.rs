@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::tape::{Operation, Tape};
 
 /// A longer expression gets a name for its parts.
-const LONGEST: usize = 96;
+const MAX_EXPRESSION_LENGTH: usize = 96;
 
 /// Differences between C and Rust in writing the same computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,7 +134,7 @@ pub(super) fn statements(
             Operation::Tanh(_) | Operation::Sign(_) | Operation::DeadBandSign(..)
         );
         let is_constant = matches!(operation, Operation::Constant(_));
-        if !is_constant && (is_shared || is_call || expression.text.len() > LONGEST) {
+        if !is_constant && (is_shared || is_call || expression.text.len() > MAX_EXPRESSION_LENGTH) {
             let name = format!("t{names}");
             names += 1;
             lines.push(language.named(&name, &expression.text));

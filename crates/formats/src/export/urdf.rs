@@ -10,7 +10,7 @@ use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::xml::{escaped, within_comment};
 
 /// Value of an unknown limit in a URDF, which requires one.
-const OPEN: f64 = 0.0;
+const UNKNOWN_LIMIT: f64 = 0.0;
 
 /// The arm as a URDF: links `base_link`, `link_1`, …, joints `joint_1`, … along z of their frames.
 /// z of `world` is up.
@@ -71,8 +71,8 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
              \x20 <link name=\"link_{number}\">\n    {}\n  </link>\n",
             limits.position_min,
             limits.position_max,
-            limits.velocity_max.unwrap_or(OPEN),
-            limits.torque_max.unwrap_or(OPEN),
+            limits.velocity_max.unwrap_or(UNKNOWN_LIMIT),
+            limits.torque_max.unwrap_or(UNKNOWN_LIMIT),
             body.element("    "),
             place = origin(&pose(joint)),
         );

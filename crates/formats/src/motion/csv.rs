@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::error::MotionError;
 use super::file::{MotionFile, TABLE_HZ};
 
-const POSITION: &str = "joint_position_rad_";
+const POSITION_PREFIX: &str = "joint_position_rad_";
 
 /// The longest table of a motion that is read \[bytes\]: hours of it.
 const MOST_BYTES: u64 = 256 << 20;
@@ -20,7 +20,7 @@ const MOST_BYTES: u64 = 256 << 20;
 pub(super) fn write(file: &MotionFile<'_>) -> String {
     let n = file.motion.joints();
     let mut text = file.comments("#") + "time_s";
-    for what in [POSITION, "joint_velocity_rad_s_", "joint_acceleration_rad_s2_"] {
+    for what in [POSITION_PREFIX, "joint_velocity_rad_s_", "joint_acceleration_rad_s2_"] {
         for joint in 1..=n {
             let _ = write!(text, ",{what}{joint}");
         }
@@ -77,9 +77,9 @@ fn points(text: &str) -> Result<MotionPoints, String> {
     let place = |wanted: &str| names.iter().position(|name| *name == wanted);
     let time = place("time_s").ok_or("it has no column time_s")?;
     let joints: Vec<usize> =
-        (1..).map_while(|joint| place(&format!("{POSITION}{joint}"))).collect();
+        (1..).map_while(|joint| place(&format!("{POSITION_PREFIX}{joint}"))).collect();
     if joints.is_empty() {
-        return Err(format!("it has no column {POSITION}1"));
+        return Err(format!("it has no column {POSITION_PREFIX}1"));
     }
     let (mut times, mut positions) = (Vec::new(), Vec::new());
     for (line, text) in lines {

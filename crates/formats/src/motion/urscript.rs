@@ -11,7 +11,7 @@ use super::spline::coefficients;
 /// The program evaluates a spline in each cycle of the controller: a list of all points would be
 /// too large for it, and the series too slow. `servoj` does not heed the speed slider, so the
 /// program has a speed of its own.
-const LOOP: &str = "\
+const SERVO_LOOP: &str = "\
   movej(start, a = 0.5, v = 0.2)
   sleep(1.0)
   step = get_steptime()
@@ -71,7 +71,7 @@ pub(super) fn write(file: &MotionFile<'_>, series: &FourierSeries, name: &str) -
     for (joint, own) in lists.into_iter().enumerate() {
         let _ = writeln!(text, "  c{} = [{}]", JointIndex::new(joint), list(own, 8));
     }
-    text += LOOP;
+    text += SERVO_LOOP;
     let _ = writeln!(text, "{name}()");
     text
 }

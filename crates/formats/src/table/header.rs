@@ -86,7 +86,7 @@ impl Header {
 }
 
 /// Names that an error lists.
-const LISTED: usize = 24;
+const MAX_LISTED_NAMES: usize = 24;
 
 impl Header {
     /// Those of other programs, by their names; what is not asked for is passed over.
@@ -108,8 +108,8 @@ impl Header {
                     Ok(())
                 }
                 _ => {
-                    let more = if names.len() > LISTED { " …" } else { "" };
-                    let listed = names.iter().take(LISTED).map(String::as_str);
+                    let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
+                    let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
                     let listed = listed.collect::<Vec<_>>().join(" ") + more;
                     let (file, column) = (path.to_path_buf(), name.to_owned());
                     Err(TableError::NoSuchColumn { file, column, available: listed })

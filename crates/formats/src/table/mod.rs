@@ -111,7 +111,9 @@ fn record(
     let Table { side, axes, first_row, resolution_s, first_ns, .. } = table;
     // Off the grid by more than the digits that they are written with, times jitter.
     match table.grid(sample_rate_hz, path) {
-        Ok(Grid { rate_hz, off_s }) if off_s <= (2.0 * resolution_s).max(STILL / rate_hz) => {
+        Ok(Grid { rate_hz, off_s })
+            if off_s <= (2.0 * resolution_s).max(GRID_JITTER_SHARE / rate_hz) =>
+        {
             Ok(table.measurement(rate_hz).into())
         }
         Ok(_) | Err(TableError::NotUniform { .. }) => {
@@ -133,7 +135,7 @@ fn record(
 }
 
 /// The first bytes of what gzip compressed (RFC 1952).
-const GZIP: [u8; 2] = [0x1f, 0x8b];
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// The first bytes of a Parquet file.
 const PARQUET: [u8; 4] = *b"PAR1";
 
@@ -154,7 +156,7 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
         #[cfg(not(feature = "parquet"))]
         return Err(TableError::NoParquet { file: path.to_path_buf() });
     }
-    let input: Box<dyn BufRead> = if begin.starts_with(&GZIP) {
+    let input: Box<dyn BufRead> = if begin.starts_with(&GZIP_MAGIC) {
         Box::new(BufReader::new(MultiGzDecoder::new(file)))
     } else {
         Box::new(file)
@@ -224,7 +226,7 @@ struct IncompleteRows {
 
 /// Times that are off the grid by less than this share of a period are taken as on it when
 /// positions are differentiated.
-const STILL: f64 = 0.01;
+const GRID_JITTER_SHARE: f64 = 0.01;
 
 impl Table {
     fn grid(&self, declared: Option<f64>, path: &Path) -> Result<Grid, TableError> {

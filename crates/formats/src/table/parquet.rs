@@ -20,7 +20,7 @@ use crate::capacity::Capacity;
 use crate::guarded::guarded as guard;
 
 /// Values that are decoded at once.
-const BATCH: usize = 1 << 13;
+const BATCH_VALUES: usize = 1 << 13;
 
 /// Content of a column, by its type.
 enum Holds {
@@ -246,7 +246,7 @@ impl Numbers {
             read.clear();
             levels.clear();
             // Levels mark nulls; they are filled if a column may have nulls.
-            let (rows, ..) = from.read_records(BATCH, Some(&mut levels), None, &mut read)?;
+            let (rows, ..) = from.read_records(BATCH_VALUES, Some(&mut levels), None, &mut read)?;
             if rows == 0 {
                 return Ok(());
             }

@@ -8,7 +8,7 @@ use super::file::{Body, File, FileJoint, Inertial, Kind, Link, Rounded};
 use super::note::UrdfNote;
 
 /// Assumed range of a continuous joint either way \[rad\].
-const ENDLESS: f64 = 100.0 * core::f64::consts::TAU;
+const CONTINUOUS_RANGE_RAD: f64 = 100.0 * core::f64::consts::TAU;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,7 +327,7 @@ fn axis_of(
     let position = match joint.kind {
         Kind::Continuous => {
             notes.push(UrdfNote::Continuous { joint: name.clone() });
-            [-ENDLESS, ENDLESS]
+            [-CONTINUOUS_RANGE_RAD, CONTINUOUS_RANGE_RAD]
         }
         _ => [limit.lower, limit.upper],
     };

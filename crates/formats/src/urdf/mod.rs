@@ -24,7 +24,7 @@ use modified_dh::{Frame, Placed, place};
 /// Gravity, against z of the root of a URDF \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.81;
 
-const LINK: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
+const LINK_PARAMETERS: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
 
 /// The serial arm in a URDF.
 #[derive(Clone, Debug, PartialEq)]
@@ -209,7 +209,7 @@ impl UrdfArm {
         writeln!(out, "[nominal]")?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
             let number = number + 1;
-            for (name, value) in LINK.iter().zip(placed.parameters(axis.link_bodies())) {
+            for (name, value) in LINK_PARAMETERS.iter().zip(placed.parameters(axis.link_bodies())) {
                 writeln!(out, "{name}{number} = {value:?}")?;
             }
             for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {

@@ -10,11 +10,11 @@ use super::note::UrdfNote;
 
 /// Axes with a smaller sine between them count as parallel: their common normal would be hundreds
 /// of metres away, and the parameters with it. This is the accuracy of a twist.
-const PARALLEL: f64 = 1e-3;
+const PARALLEL_SINE: f64 = 1e-3;
 /// Least angle that is worth a note: printed numbers leave less.
 const NOTED: f64 = 1e-10;
 /// Lengths below this are those of axes that meet \[m\].
-const MEET: f64 = 1e-9;
+const INTERSECTION_DISTANCE_M: f64 = 1e-9;
 /// Rounding error of an angle or a length.
 const ROUNDING: f64 = 1e-14;
 
@@ -121,7 +121,7 @@ fn parallel(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
     for k in 1..axes.len() {
         let before = axes[k - 1].direction;
         let sine = before.cross(&axes[k].direction).norm();
-        if sine < PARALLEL {
+        if sine < PARALLEL_SINE {
             if sine > NOTED {
                 let joint = axes[k].name.clone();
                 notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
@@ -139,7 +139,7 @@ fn nearest(axis: &Axis, origin: &Vector3<f64>, x: &Vector3<f64>, z: &Vector3<f64
     let offset = origin - axis.point;
     let across = z.cross(x);
     let sine = axis.direction.dot(&across);
-    let along = match sine.abs() < PARALLEL {
+    let along = match sine.abs() < PARALLEL_SINE {
         true => offset.dot(&axis.direction),
         false => offset.dot(&across) / sine,
     };
@@ -157,9 +157,9 @@ fn common_normal(
     let cross = z.cross(&next.direction);
     let sine = cross.norm();
     let offset = next.point - foot;
-    if sine < PARALLEL {
+    if sine < PARALLEL_SINE {
         let across = offset - z * offset.dot(&z);
-        let x = if across.norm() > MEET { across.normalize() } else { before };
+        let x = if across.norm() > INTERSECTION_DISTANCE_M { across.normalize() } else { before };
         return (foot, (x - z * x.dot(&z)).normalize());
     }
     let x = cross / sine;
@@ -168,7 +168,8 @@ fn common_normal(
     let origin = foot + z * along;
     let d = offset.dot(&x);
     // Away from this axis; where both meet, the way that turns least.
-    let backwards = if d.abs() > MEET { d < 0.0 } else { x.dot(&before) < -ROUNDING };
+    let backwards =
+        if d.abs() > INTERSECTION_DISTANCE_M { d < 0.0 } else { x.dot(&before) < -ROUNDING };
     (origin, if backwards { -x } else { x })
 }
 

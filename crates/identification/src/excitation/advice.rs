@@ -12,13 +12,13 @@ use super::task::Task;
 use didim_dynamics::robot::Robot;
 
 /// Largest number of advised pieces. Beyond them a designed motion is shorter.
-const MOST_PIECES: usize = 4;
+const MAX_PIECES: usize = 4;
 /// Lengths of a piece, in multiples of a candidate, the shortest first.
-const LENGTHS: [usize; 3] = [1, 2, 4];
+const LENGTH_MULTIPLES: [usize; 3] = [1, 2, 4];
 /// Share of the sufficient deviation below which a decrease has no value.
 const NEED: f64 = 1.0 / 3.0;
 /// Smallest factor by which a piece has to reduce the wanted deviations to be worth its time.
-const LEAST_GAIN: f64 = 1.1;
+const MIN_GAIN: f64 = 1.1;
 
 /// Motion that adds missing information to a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,10 +70,10 @@ pub fn advise(
     let deviations = standard_deviations(&task.before).ok_or(unidentifiable)?;
     let count = deviations.len();
     let enough: Vec<f64> = values.iter().map(|value| enough * value.abs()).collect();
-    let longest = LENGTHS[LENGTHS.len() - 1] as f64;
+    let longest = LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1] as f64;
     let most = |k: usize| {
         let of_motion = tried.iter().map(|of| of.information[(k, k)]).fold(0.0, f64::max);
-        task.before[(k, k)] + MOST_PIECES as f64 * longest * of_motion
+        task.before[(k, k)] + MAX_PIECES as f64 * longest * of_motion
     };
     let (small, missing_names): (Vec<usize>, Vec<usize>) = (0..count)
         .filter(|&k| deviations[k] > enough[k])
@@ -82,7 +82,7 @@ pub fn advise(
     let mut information = task.before.clone();
     let mut part_list: Vec<Advised> = Vec::new();
     let mut now = deviations.clone();
-    while part_list.len() < MOST_PIECES {
+    while part_list.len() < MAX_PIECES {
         let wanted: Vec<(usize, f64)> = (missing_names.iter())
             .filter(|&&k| now[k] > enough[k])
             .map(|&k| (k, NEED * enough[k]))
@@ -97,7 +97,7 @@ pub fn advise(
         let best = tried.iter().enumerate().filter_map(|(at, of)| Some((at, value(of)?)));
         let Some((at, value)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
         let gain = objective.evaluate(&information).map_or(f64::INFINITY, |(now, _)| now - value);
-        if gain < LEAST_GAIN.ln() {
+        if gain < MIN_GAIN.ln() {
             break;
         }
         let best = tried.swap_remove(at);
@@ -106,11 +106,13 @@ pub fn advise(
             let then = standard_deviations(&with_added(&best, times as f64));
             then.map(|then| wanted.iter().filter(|&&(k, _)| then[k] <= enough[k]).count())
         };
-        let reachable = brought(LENGTHS[LENGTHS.len() - 1]);
-        let shortest =
-            LENGTHS.iter().find(|times| reachable > Some(0) && brought(**times) == reachable);
-        let excitations =
-            best.excitations.repeated(*shortest.unwrap_or(&LENGTHS[LENGTHS.len() - 1]));
+        let reachable = brought(LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1]);
+        let shortest = LENGTH_MULTIPLES
+            .iter()
+            .find(|times| reachable > Some(0) && brought(**times) == reachable);
+        let excitations = best
+            .excitations
+            .repeated(*shortest.unwrap_or(&LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1]));
         let series = excitations.series();
         let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
         if share > 1.0 {

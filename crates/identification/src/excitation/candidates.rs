@@ -8,7 +8,7 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::bounds::Bounds;
 use super::error::ExcitationError;
-use super::joint_excitation::{JointExcitation, JointExcitations, SPEED};
+use super::joint_excitation::{JointExcitation, JointExcitations, PEAK_SPEED};
 use super::limit_kind::LimitKind;
 use super::prediction::predicted_at;
 use super::random::uniform;
@@ -18,21 +18,21 @@ use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 /// Length of a candidate \[s\].
 pub(super) const PIECE_S: f64 = 5.0;
 /// Number of start postures: the middle of the ranges, and random ones.
-const POSTURES: usize = 4;
+const START_POSTURES: usize = 4;
 /// Share of the range about its middle that contains the random postures.
-const NEAR: f64 = 0.6;
+const POSTURE_RANGE_SHARE: f64 = 0.6;
 /// Number of repetitions in [`PIECE_S`], slow and fast: of one joint, and of two, which never
 /// repeat together.
-const ALONE: [usize; 4] = [1, 3, 6, 10];
-const TOGETHER: [[usize; 2]; 6] = [[2, 3], [3, 2], [5, 6], [6, 5], [1, 7], [7, 1]];
+const REPETITIONS_OF_ONE: [usize; 4] = [1, 3, 6, 10];
+const REPETITIONS_OF_TWO: [[usize; 2]; 6] = [[2, 3], [3, 2], [5, 6], [6, 5], [1, 7], [7, 1]];
 /// Numbers of samples per second at which candidates are evaluated, and checked against the limits
 /// \[Hz\].
-const WEIGHED_HZ: f64 = 50.0;
-const HELD_HZ: f64 = 100.0;
+const INFORMATION_HZ: f64 = 50.0;
+const LIMIT_CHECK_HZ: f64 = 100.0;
 /// Usable share of the limits. The remainder is for values between those samples.
-const MOST_SHARE: f64 = 0.985;
+const MAX_LIMIT_SHARE: f64 = 0.985;
 /// Number of attempts with a smaller amplitude.
-const TRIALS: usize = 12;
+const AMPLITUDE_TRIALS: usize = 12;
 
 /// Motion that may be advised.
 pub(super) struct Candidate {
@@ -47,9 +47,10 @@ pub(super) struct Candidate {
 pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, ExcitationError> {
     let joints = robot.joints();
     let grid: Vec<f64> = robot.chain().iter().map(|joint| step(joint.kind)).collect();
-    let alone = (0..joints).flat_map(|j| ALONE.map(|times| vec![(j, times)]));
+    let alone = (0..joints).flat_map(|j| REPETITIONS_OF_ONE.map(|times| vec![(j, times)]));
     let pairs = (0..joints).flat_map(|j| (j + 1..joints).map(move |k| (j, k)));
-    let together = pairs.flat_map(|(j, k)| TOGETHER.map(|[own, other]| vec![(j, own), (k, other)]));
+    let together =
+        pairs.flat_map(|(j, k)| REPETITIONS_OF_TWO.map(|[own, other]| vec![(j, own), (k, other)]));
     let patterns: Vec<Vec<(usize, usize)>> = alone.chain(together).collect();
     let count = task.columns.len();
     let before = DMatrix::zeros(count, count);
@@ -58,7 +59,7 @@ pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, E
     for posture in postures(&task.bounds, &grid) {
         for pattern in &patterns {
             let Some(excitations) = within(task, &grid, &posture, pattern) else { continue };
-            let information = predicted_at(&weighed, &excitations.series(), WEIGHED_HZ);
+            let information = predicted_at(&weighed, &excitations.series(), INFORMATION_HZ);
             candidates.push(Candidate { excitations, information });
         }
     }
@@ -81,8 +82,8 @@ fn postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
         let place = 0.5 * (low + high) + 0.5 * share * (high - low) * uniform(&mut random);
         (place / grid[joint]).round() * grid[joint]
     };
-    let share = |k: usize| if k == 0 { 0.0 } else { NEAR };
-    (0..POSTURES)
+    let share = |k: usize| if k == 0 { 0.0 } else { POSTURE_RANGE_SHARE };
+    (0..START_POSTURES)
         .map(|k| (0..grid.len()).map(|joint| sample_posture(joint, share(k))).collect())
         .collect()
 }
@@ -103,13 +104,13 @@ fn within(
             let most = |kind, per_way: f64| {
                 bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| of.half / per_way)
             };
-            let speed = most(LimitKind::Speed, 0.5 * SPEED * omega);
+            let speed = most(LimitKind::Speed, 0.5 * PEAK_SPEED * omega);
             let acceleration = most(LimitKind::Acceleration, omega * omega);
-            MOST_SHARE * (high - low).min(speed).min(acceleration)
+            MAX_LIMIT_SHARE * (high - low).min(speed).min(acceleration)
         })
         .collect();
     let mut factor = 1.0;
-    for _ in 0..TRIALS {
+    for _ in 0..AMPLITUDE_TRIALS {
         let mut begin = posture.to_vec();
         let mut excitation_list = Vec::new();
         for (&(joint, times), amplitude) in pattern.iter().zip(&amplitudes) {
@@ -131,8 +132,8 @@ fn within(
         }
         let excitation_list =
             JointExcitations { duration_s: PIECE_S, posture: begin, excitations: excitation_list };
-        let (share, ..) = bounds.share(&task.model, &excitation_list.series(), HELD_HZ);
-        if share <= MOST_SHARE {
+        let (share, ..) = bounds.share(&task.model, &excitation_list.series(), LIMIT_CHECK_HZ);
+        if share <= MAX_LIMIT_SHARE {
             return Some(excitation_list);
         }
         factor *= (0.95 / share).clamp(0.3, 0.95);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// A segment shorter than this is a point \[m²\].
-const POINT: f64 = 1e-18;
+const POINT_LENGTH_M2: f64 = 1e-18;
 
 /// Returns the points of two segments that are nearest to each other.
 pub(super) fn nearest(
@@ -14,7 +14,7 @@ pub(super) fn nearest(
     let (a, e) = (own.norm_squared(), other.norm_squared());
     let (c, f) = (own.dot(&between), other.dot(&between));
     let unit = |share: f64| share.clamp(0.0, 1.0);
-    let (s, t) = match (a > POINT, e > POINT) {
+    let (s, t) = match (a > POINT_LENGTH_M2, e > POINT_LENGTH_M2) {
         (false, false) => (0.0, 0.0),
         (false, true) => (0.0, unit(f / e)),
         (true, false) => (unit(-c / a), 0.0),

@@ -1,12 +1,12 @@
 //! Descent within a domain: L-BFGS (Nocedal and Wright, *Numerical Optimization*, ch. 7.2).
 
 /// Number of pairs of steps and gradient changes that represent the curvature.
-const MEMORY: usize = 20;
+const CURVATURE_PAIRS: usize = 20;
 /// Smallest accepted share of the decrease that the gradient predicts.
-const SUFFICIENT: f64 = 1e-4;
-const MOST_HALVINGS: u32 = 30;
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+const MAX_HALVINGS: u32 = 30;
 /// Length of the first step, in the units of the coordinates.
-const FIRST: f64 = 0.05;
+const FIRST_STEP: f64 = 0.05;
 
 struct Pair {
     step: Vec<f64>,
@@ -37,12 +37,12 @@ pub(super) fn descend(
         }
         let mut length = 1.0;
         let mut accepted = None;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             for ((next, x), d) in next.iter_mut().zip(&*x).zip(&direction) {
                 *next = x + length * d;
             }
             accepted = evaluate(&next, &mut next_gradient)
-                .filter(|found| *found <= value + SUFFICIENT * length * slope);
+                .filter(|found| *found <= value + SUFFICIENT_DECREASE * length * slope);
             if accepted.is_some() {
                 break;
             }
@@ -61,7 +61,7 @@ pub(super) fn descend(
         let curvature = dot(&step, &change);
         if curvature > 1e-10 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
             pairs.push(Pair { step, change, curvature });
-            if pairs.len() > MEMORY {
+            if pairs.len() > CURVATURE_PAIRS {
                 pairs.remove(0);
             }
         }
@@ -78,7 +78,7 @@ fn along(pairs: &[Pair], gradient: &[f64]) -> Vec<f64> {
     let mut direction: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let Some(last) = pairs.last() else {
         let norm = dot(gradient, gradient).sqrt();
-        direction.iter_mut().for_each(|d| *d *= FIRST / norm.max(f64::MIN_POSITIVE));
+        direction.iter_mut().for_each(|d| *d *= FIRST_STEP / norm.max(f64::MIN_POSITIVE));
         return direction;
     };
     let mut shares = Vec::with_capacity(pairs.len());

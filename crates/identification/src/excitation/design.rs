@@ -11,9 +11,9 @@ use super::task::Task;
 
 /// Number of samples per second at which limits are checked \[Hz\]: ten times the fastest output.
 pub const CHECK_HZ: f64 = 5000.0;
-const STAGES: u32 = 4;
+const BARRIER_STAGES: u32 = 4;
 /// Successive weights of the barrier.
-const WEIGHTS: [f64; STAGES as usize] = [0.1, 0.02, 0.004, 0.0008];
+const BARRIER_WEIGHTS: [f64; BARRIER_STAGES as usize] = [0.1, 0.02, 0.004, 0.0008];
 
 /// Progress of a design.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,8 +58,8 @@ pub fn design(
     let mut search = Search::new(task);
     let mut x = search.start(seed)?;
     let mut step = 0;
-    for (stage, weight) in (0..STAGES).zip(WEIGHTS) {
-        let steps_of_stage = steps * (stage + 1) / STAGES - steps * stage / STAGES;
+    for (stage, weight) in (0..BARRIER_STAGES).zip(BARRIER_WEIGHTS) {
+        let steps_of_stage = steps * (stage + 1) / BARRIER_STAGES - steps * stage / BARRIER_STAGES;
         let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(weight, x, gradient);
         if !descend(&mut x, steps_of_stage, evaluate, |_: &[f64]| {
             step += 1;

@@ -6,7 +6,7 @@ use didim_dynamics::robot::JointIndex;
 use super::series::{FourierSeries, JointSeries};
 
 /// Highest speed, relative to half the distance times ω: that of sin φ − ½ sin 2φ.
-pub(super) const SPEED: f64 = 1.299_038_105_676_658;
+pub(super) const PEAK_SPEED: f64 = 1.299_038_105_676_658;
 
 /// Single-joint excitation: a joint moves from its start to another position and back, a number of
 /// times.
@@ -61,7 +61,7 @@ impl JointExcitations {
     pub fn peaks(&self, excitation: &JointExcitation) -> [f64; 2] {
         let travel = (excitation.to - self.posture[excitation.joint]).abs();
         let omega = TAU * excitation.times as f64 / self.duration_s;
-        [0.5 * SPEED * travel * omega, travel * omega * omega]
+        [0.5 * PEAK_SPEED * travel * omega, travel * omega * omega]
     }
 
     /// Returns the same motion, repeated for this multiple of its length.

@@ -48,7 +48,7 @@ pub use joint_excitation::{JointExcitation, JointExcitations};
 pub use limit_kind::LimitKind;
 pub use prediction::{Predicted, information, predicted, rows};
 pub use series::{Course, FourierSeries, JointSeries, State};
-pub use shapes::{Corners, LEAST_GAP_M, Nearest, Other, Shapes};
+pub use shapes::{Corners, MIN_GAP_M, Nearest, Other, Shapes};
 pub use simulated::simulated;
 pub use sweep::{Pass, Sweep, Swept, sweep};
 pub use task::{Aim, Noise, Task};

@@ -13,7 +13,7 @@ pub(super) enum Objective {
 
 /// Power of the eigenvalues. Sums of these powers replace the largest and the smallest eigenvalue,
 /// which have no gradient if two are equal.
-const POWER: i32 = 4;
+const EIGENVALUE_POWER: i32 = 4;
 
 impl Objective {
     /// Returns the value, and G with df = tr(G dM); `None` if M is not positive definite.
@@ -39,10 +39,10 @@ impl Objective {
                 if smallest.is_nan() || smallest <= 0.0 {
                     return None;
                 }
-                let highs = values.map(|of| (of / largest).powi(POWER));
-                let lows = values.map(|of| (smallest / of).powi(POWER));
+                let highs = values.map(|of| (of / largest).powi(EIGENVALUE_POWER));
+                let lows = values.map(|of| (smallest / of).powi(EIGENVALUE_POWER));
                 let (high, low) = (highs.sum(), lows.sum());
-                let power = f64::from(POWER);
+                let power = f64::from(EIGENVALUE_POWER);
                 let value = 0.5 * ((largest / smallest).ln() + (high * low).ln() / power);
                 let by_value = DMatrix::from_diagonal(
                     &(highs / high - lows / low).zip_map(values, |slope, of| 0.5 * slope / of),
@@ -64,12 +64,12 @@ pub(super) fn covariance(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     };
     let inverse = scaled(&scaled(information).cholesky()?.inverse());
     // A Cholesky factor seems to distinguish dependent columns, by the noise of its last digits.
-    let is_undetermined = |k: usize| inverse[(k, k)] * information[(k, k)] < LEAST_IDENTIFIABLE;
+    let is_undetermined = |k: usize| inverse[(k, k)] * information[(k, k)] < MIN_IDENTIFIABLE;
     (0..inverse.nrows()).all(is_undetermined).then_some(inverse)
 }
 
 /// Largest 1/(1 − R²) of a column against all others. Beyond it they are the same.
-const LEAST_IDENTIFIABLE: f64 = 1e12;
+const MIN_IDENTIFIABLE: f64 = 1e12;
 
 #[cfg(test)]
 mod tests {

@@ -19,10 +19,10 @@ use didim_dynamics::robot::{JointIndex, SignModel};
 const SIGN_WIDTH: f64 = 0.1;
 /// Number of postures tried if the arm cannot rest in the middle of its ranges, and their largest
 /// distance from there.
-const POSTURES: usize = 200;
-const NEAR: f64 = 0.8;
+const REST_POSTURES: usize = 200;
+const REST_RANGE_SHARE: f64 = 0.8;
 /// Largest share of a limit that the first motion uses.
-const FIRST_SHARE: f64 = 0.7;
+const START_LIMIT_SHARE: f64 = 0.7;
 
 /// Value of the motions of a task.
 pub(super) struct Search<'a> {
@@ -85,7 +85,7 @@ impl<'a> Search<'a> {
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (posture, share) = self.posture(seed)?;
-        let enough = FIRST_SHARE.max(0.5 * (1.0 + share));
+        let enough = START_LIMIT_SHARE.max(0.5 * (1.0 + share));
         let mut x = posture.clone();
         for x in &mut x {
             *x += uniform(&mut random);
@@ -113,12 +113,12 @@ impl<'a> Search<'a> {
             return Ok((x, share));
         }
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        for _ in 0..POSTURES {
+        for _ in 0..REST_POSTURES {
             for mean in x.iter_mut().take(self.basis.joints()) {
-                *mean = NEAR * uniform(&mut random);
+                *mean = REST_RANGE_SHARE * uniform(&mut random);
             }
             let share = self.largest(&x).1;
-            if share < FIRST_SHARE {
+            if share < START_LIMIT_SHARE {
                 return Ok((x, share));
             }
         }

@@ -12,13 +12,13 @@ use didim_dynamics::dynamics::{LinkFrame, Model};
 use didim_dynamics::robot::{Capsule, JointKind, Robot};
 
 /// Smallest permitted gap between two shapes \[m\].
-pub const LEAST_GAP_M: f64 = 0.02;
+pub const MIN_GAP_M: f64 = 0.02;
 /// A gap has no effect if it is wider than the smallest one by this \[m\].
 const REACH_M: f64 = 0.1;
 /// Number of postures for finding shapes that are near in every posture.
-const POSTURES: usize = 1000;
+const PROXIMITY_POSTURES: usize = 1000;
 /// A link whose gap to a side varies by less than this over all of them stands there \[m\].
-const STANDS_M: f64 = 1e-3;
+const STAND_HEIGHT_M: f64 = 1e-3;
 
 /// Shape near a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,7 +42,7 @@ pub struct Nearest {
 
 /// Returns 1 at the smallest permitted gap, more below it, and 0 where the gap has no effect.
 pub(super) fn gap_share(gap_m: f64) -> f64 {
-    ((LEAST_GAP_M + REACH_M - gap_m) / REACH_M).max(0.0)
+    ((MIN_GAP_M + REACH_M - gap_m) / REACH_M).max(0.0)
 }
 
 /// Box in the frame of the base: its corners with the smallest and the largest coordinates \[m\].
@@ -114,7 +114,7 @@ impl Shapes {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut widest = vec![f64::NEG_INFINITY; self.pairs.len()];
         let mut narrowest = vec![f64::INFINITY; self.pairs.len()];
-        for _ in 0..POSTURES {
+        for _ in 0..PROXIMITY_POSTURES {
             let sample_at =
                 |low: f64, high: f64, share: f64| 0.5 * (low + high + share * (high - low));
             let q: Vec<f64> = (robot.limits())
@@ -129,9 +129,9 @@ impl Shapes {
         }
         // A link that never fits into the box is not excluded, because no such motion exists.
         let stands = |k: usize| {
-            matches!(self.pairs[k], Pair::Capsules(..)) || widest[k] - narrowest[k] < STANDS_M
+            matches!(self.pairs[k], Pair::Capsules(..)) || widest[k] - narrowest[k] < STAND_HEIGHT_M
         };
-        let near = |k: &usize| widest[*k] < LEAST_GAP_M && stands(*k);
+        let near = |k: &usize| widest[*k] < MIN_GAP_M && stands(*k);
         let (out, remaining_pairs): (Vec<usize>, Vec<usize>) =
             (0..self.pairs.len()).partition(near);
         self.always_near = out.iter().map(|k| self.named(&self.pairs[*k])).collect();

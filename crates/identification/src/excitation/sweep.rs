@@ -14,20 +14,20 @@ use didim_dynamics::trajectory::Reference;
 
 /// Number of speeds of a joint, a constant factor apart, and the lowest relative to the highest.
 /// That is about a fiftieth of the limit if half of the limit may be used.
-const SPEEDS: usize = 6;
-const LOWEST: f64 = 0.04;
+const SWEEP_SPEEDS: usize = 6;
+const LOWEST_SPEED_SHARE: f64 = 0.04;
 /// Smallest number of speeds of a joint that distinguishes friction laws.
-const FEWEST: usize = 3;
+const MIN_SWEEP_SPEEDS: usize = 3;
 /// Used share of the limits of the joint itself, which allows for rounding.
-const NEARLY: f64 = 0.999;
+const JOINT_LIMIT_SHARE: f64 = 0.999;
 /// Shortest time to reach a speed \[s\]. A limit may require longer.
 const BLEND_S: f64 = 0.2;
-const LONGER: f64 = 1.3;
-const TRIALS: usize = 16;
+const BLEND_GROWTH: f64 = 1.3;
+const BLEND_TRIALS: usize = 16;
 /// Number of positions of a joint's range that are tried to both sides, and the largest share of a
 /// limit at rest there. The remainder is for moving.
-const PLACES: usize = 100;
-const AT_REST: f64 = 0.95;
+const START_POSITIONS: usize = 100;
+const MAX_REST_SHARE: f64 = 0.95;
 
 /// Movement of a joint from one position to another at a constant speed, which it reaches and
 /// leaves smoothly.
@@ -87,11 +87,11 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
     let spans: Vec<[f64; 2]> =
         joints.iter().map(|joint| presliding(task, &posture, *joint)).collect();
     let mut longer = 1.0;
-    for _ in 0..TRIALS {
+    for _ in 0..BLEND_TRIALS {
         let mut sweep =
             Sweep { duration_s: 0.0, posture: posture.clone(), strokes: vec![], passes: vec![] };
         for (&joint, &presliding) in joints.iter().zip(&spans) {
-            if sweep.add(&task.bounds, joint, presliding, part_s, longer) < FEWEST {
+            if sweep.add(&task.bounds, joint, presliding, part_s, longer) < MIN_SWEEP_SPEEDS {
                 return Err(ExcitationError::NoSweep {
                     joint: JointIndex::new(joint),
                     seconds: part_s,
@@ -102,7 +102,7 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
         if share <= 1.0 {
             return Ok(Swept { sweep, used, nearest });
         }
-        longer *= LONGER;
+        longer *= BLEND_GROWTH;
     }
     let joint = JointIndex::new(joints.first().copied().unwrap_or_default());
     Err(ExcitationError::NoSweep { joint, seconds: part_s })
@@ -122,11 +122,17 @@ fn presliding(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
         task.bounds.share(&task.model, &FourierSeries { duration_s: 1.0, joints }, 1.0).0
     };
     let span = posture[joint];
-    let most = AT_REST.max(share(span));
+    let most = MAX_REST_SHARE.max(share(span));
     task.bounds.range(joint).map(|end| {
-        let place = |step: usize| span + (end - span) * AT_REST * step as f64 / PLACES as f64;
+        let place = |step: usize| {
+            span + (end - span) * MAX_REST_SHARE * step as f64 / START_POSITIONS as f64
+        };
         // The range itself gets no second margin.
-        (1..=PLACES).map(place).take_while(|place| share(*place) <= most).last().unwrap_or(span)
+        (1..=START_POSITIONS)
+            .map(place)
+            .take_while(|place| share(*place) <= most)
+            .last()
+            .unwrap_or(span)
     })
 }
 
@@ -140,8 +146,9 @@ impl Sweep {
         part_s: f64,
         longer: f64,
     ) -> usize {
-        let limit =
-            |kind| bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| NEARLY * of.half);
+        let limit = |kind| {
+            bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| JOINT_LIMIT_SHARE * of.half)
+        };
         let [top, acceleration, jerk] =
             [LimitKind::Speed, LimitKind::Acceleration, LimitKind::Jerk].map(limit);
         let blend = |speed: f64| {
@@ -151,9 +158,9 @@ impl Sweep {
         let mut left_s = part_s;
         let mut passes = Vec::new();
         // The fastest pass first. The slow ones get the remaining time.
-        for k in 0..SPEEDS {
-            let speed = top * LOWEST.powf(k as f64 / (SPEEDS - 1) as f64);
-            let own_s = left_s / (SPEEDS - k) as f64;
+        for k in 0..SWEEP_SPEEDS {
+            let speed = top * LOWEST_SPEED_SHARE.powf(k as f64 / (SWEEP_SPEEDS - 1) as f64);
+            let own_s = left_s / (SWEEP_SPEEDS - k) as f64;
             let part = ((own_s - 3.0 * blend(speed)) * speed / (2.0 * (high - low))).min(1.0);
             // The joint keeps the speed for as long as it takes to reach it.
             if part * (high - low) < 2.0 * speed * blend(speed) {

@@ -13,9 +13,9 @@ use didim_dynamics::robot::{FrictionLaw, FrictionTerms, JointIndex, ParameterKin
 
 /// Limit of singular values of the non-friction columns, relative to the largest; smaller ones are
 /// rounding errors.
-const ROUNDING: f64 = 1e-9;
+const RANK_TOLERANCE: f64 = 1e-9;
 /// Number of usual terms: fc, fv and off.
-const USUAL: usize = 3;
+const USUAL_TERMS: usize = 3;
 
 /// Accuracy with which a sweep identifies a friction term of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,7 +134,7 @@ fn prediction(
     };
     let indices: Vec<usize> = (0..kinds.len()).collect();
     let term = |k: usize| {
-        let others: Vec<usize> = (0..USUAL).filter(|usual| *usual != k).chain([k]).collect();
+        let others: Vec<usize> = (0..USUAL_TERMS).filter(|usual| *usual != k).chain([k]).collect();
         Term { kind: kinds[k], alone: deviation(&others, k), together: deviation(&indices, k) }
     };
     SweptJoint {
@@ -158,7 +158,7 @@ fn laws_to_predict(
         FrictionLaw::Cubic,
     ];
     let mut kinds =
-        Vec::from([ParameterKind::Fc, ParameterKind::Fv, ParameterKind::Off] as [_; USUAL]);
+        Vec::from([ParameterKind::Fc, ParameterKind::Fv, ParameterKind::Off] as [_; USUAL_TERMS]);
     let has = |law: &FrictionLaw| match law {
         FrictionLaw::Stribeck { .. } => usual.coulomb,
         FrictionLaw::Load => usual.coulomb && task.bounds.parameters.is_some(),
@@ -179,7 +179,7 @@ fn remove_others(friction: &mut DMatrix<f64>, others: &DMatrix<f64>) {
             column /= lengths[*k];
         }
         let svd = others.svd(true, false);
-        let least = ROUNDING * svd.singular_values.max();
+        let least = RANK_TOLERANCE * svd.singular_values.max();
         let significant: Vec<usize> =
             (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
         if let Some(u) = svd.u {

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix4};
 use super::body::Body;
 
 /// Length relative to the longest direction below which a direction counts as dependent.
-const DEPENDENT: f64 = 1e-9;
+const DEPENDENT_LENGTH: f64 = 1e-9;
 
 /// Positive definite matrix P. Symmetric n × n matrices are stored here as vectors of s = n (n+1)/2
 /// entries. These are the upper triangle by columns, with a factor √2 off the diagonal, so that
@@ -61,7 +61,7 @@ impl Block {
     pub(super) fn sum(terms: &[(usize, DMatrix<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
         let vectors: Vec<DVector<f64>> = terms.iter().map(|(_, term)| vector(term)).collect();
         let svd = DMatrix::from_columns(&vectors).svd(true, true);
-        let least = DEPENDENT * svd.singular_values.max();
+        let least = DEPENDENT_LENGTH * svd.singular_values.max();
         let rank = svd.rank(least);
         let spanned = svd.u.as_ref()?.columns(0, rank).into_owned();
         Some(Self {

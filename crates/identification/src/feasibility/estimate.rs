@@ -8,7 +8,7 @@ use didim_dynamics::robot::{Parameter, ParameterKind};
 
 /// Standard deviation of a nominal value relative to the value, the same as in the prior of nominal
 /// bodies.
-const LEAST_DATA_SHARE: f64 = 0.3;
+const MIN_DATA_SHARE: f64 = 0.3;
 /// Standard deviation of a nominal value of 0, in its unit.
 const KEPT_AT_ZERO: f64 = 1e-6;
 
@@ -42,7 +42,7 @@ pub struct FixedParameter {
 impl FixedParameter {
     /// Creates a base parameter that was fixed at its nominal value.
     pub fn nominal(name: String, value: f64) -> Self {
-        Self { name, value, deviation: (LEAST_DATA_SHARE * value.abs()).max(KEPT_AT_ZERO) }
+        Self { name, value, deviation: (MIN_DATA_SHARE * value.abs()).max(KEPT_AT_ZERO) }
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::block::Block;
 use super::body::Body;
 use super::error::FeasibilityError;
-use super::prior::{DENSITY_KG_M3, WEIGHT_OF_GEOMETRY};
+use super::prior::{DENSITY_KG_M3, GEOMETRIC_WEIGHT};
 use super::problem::{Problem, divergence};
 
 /// Body near an estimate.
@@ -42,7 +42,7 @@ pub fn nearest_body(
     let (whitened, target) =
         Problem::whiten(regrouping, values, covariance).ok_or(FeasibilityError::Covariance)?;
     let problem = Problem { blocks: vec![block], free: Vec::new(), whitened, target };
-    let point = problem.minimise(WEIGHT_OF_GEOMETRY)?.point;
+    let point = problem.minimise(GEOMETRIC_WEIGHT)?.point;
     let body = problem.parameters(&point);
     Ok(NearestBody {
         body: Body::from_parameters(core::array::from_fn(|k| body[k])),

@@ -11,15 +11,15 @@ use super::error::FeasibilityError;
 use super::problem::{Local, Point, Problem};
 
 /// Half the squared decrement at which a minimum is reached, relative to 1 + F.
-const REACHED: f64 = 1e-12;
+const DECREMENT_TOLERANCE: f64 = 1e-12;
 /// The same relative to λ, at larger weights than the requested one.
-const CENTRED: f64 = 0.1;
+const CENTRING_TOLERANCE: f64 = 0.1;
 /// Factor by which the weight falls at once.
-pub(super) const FALL: f64 = 4.0;
+pub(super) const WEIGHT_REDUCTION: f64 = 4.0;
 /// Largest part of the way to the boundary that a step may take.
-const TO_THE_BOUNDARY: f64 = 0.95;
+const BOUNDARY_SHARE: f64 = 0.95;
 /// Part of the expected decrease that a step has to achieve (Armijo).
-const ARMIJO: f64 = 1e-4;
+const ARMIJO_SHARE: f64 = 1e-4;
 /// Largest number of halvings before a step counts as failed.
 const MAX_HALVINGS: usize = 40;
 /// Largest number of Newton steps; the hardest known cases take 130.
@@ -74,11 +74,11 @@ impl Problem {
             let rounding =
                 8.0 * f64::EPSILON * (1.0 + self.target.norm()) * (1.0 + objective).sqrt();
             let remaining = 0.5 * step.decrement;
-            if at <= weight && remaining <= REACHED * (1.0 + objective) + rounding {
+            if at <= weight && remaining <= DECREMENT_TOLERANCE * (1.0 + objective) + rounding {
                 return Ok(Minimum { point, local, triangle: step.triangle, steps });
             }
-            if at > weight && remaining <= CENTRED * at {
-                at = weight.max(at / FALL);
+            if at > weight && remaining <= CENTRING_TOLERANCE * at {
+                at = weight.max(at / WEIGHT_REDUCTION);
                 continue;
             }
             let bound = objective + rounding;
@@ -103,7 +103,7 @@ impl Problem {
         let free = step.coordinates.rows(local.pull.len(), self.free.len());
         let least = |change: &DMatrix<f64>| change.symmetric_eigenvalues().min();
         let inward = changes.iter().map(least).fold(0.0, f64::min);
-        let mut part = if inward < 0.0 { (-TO_THE_BOUNDARY / inward).min(1.0) } else { 1.0 };
+        let mut part = if inward < 0.0 { (-BOUNDARY_SHARE / inward).min(1.0) } else { 1.0 };
         for _ in 0..MAX_HALVINGS {
             let next_factors = point.factors.iter().zip(&changes).map(|(own, change)| {
                 let n = own.nrows();
@@ -111,7 +111,8 @@ impl Problem {
             });
             if let Some(factors) = next_factors.collect::<Option<Vec<_>>>() {
                 let next = Point { factors, free: &point.free + free * part };
-                if self.objective(&next, weight) <= objective - ARMIJO * part * step.decrement {
+                if self.objective(&next, weight) <= objective - ARMIJO_SHARE * part * step.decrement
+                {
                     return Some(next);
                 }
             }

@@ -9,7 +9,7 @@ use super::error::FeasibilityError;
 use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 
 /// Mass of each link relative to the one before.
-const LIGHTER: f64 = 0.7;
+const LINK_MASS_RATIO: f64 = 0.7;
 /// Density of a link \[kg/m³\]: light metal with the air in it, and motors.
 pub(super) const DENSITY_KG_M3: f64 = 2000.0;
 /// Range of total masses of arms, from tweezers to cranes \[kg\].
@@ -18,12 +18,12 @@ const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
 const LAST_LENGTH_M: f64 = 0.1;
 /// Least extent of a nominal body. A thinner body has no interior from which a minimisation could
 /// start.
-const LEAST_EXTENT: f64 = 1e-9;
+const MIN_EXTENT: f64 = 1e-9;
 /// λ = 2/s² of the geometric prior, with relative standard deviation s = 1 in every direction of a
 /// body.
-pub(super) const WEIGHT_OF_GEOMETRY: f64 = 2.0;
+pub(super) const GEOMETRIC_WEIGHT: f64 = 2.0;
 /// s = 0.3.
-const WEIGHT_OF_NOMINAL: f64 = 22.0;
+const NOMINAL_WEIGHT: f64 = 22.0;
 
 /// Source of a prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Prior {
                 let ten = ParameterKind::LINK
                     .map(|kind| value(kind, JointIndex::new(link)).unwrap_or(0.0));
                 let body = Body::from_parameters(ten);
-                if body.least_extent().is_some_and(|extent| extent > LEAST_EXTENT) {
+                if body.least_extent().is_some_and(|extent| extent > MIN_EXTENT) {
                     Ok(body)
                 } else {
                     Err(FeasibilityError::NominalIsNoBody { link: link + 1 })
@@ -100,9 +100,10 @@ impl Prior {
             return Err(FeasibilityError::TotalMass { found: total_mass_kg });
         }
         let chain = robot.chain();
-        let shares: Vec<f64> = core::iter::successors(Some(1.0), |share| Some(share * LIGHTER))
-            .take(chain.len())
-            .collect();
+        let shares: Vec<f64> =
+            core::iter::successors(Some(1.0), |share| Some(share * LINK_MASS_RATIO))
+                .take(chain.len())
+                .collect();
         let unit = total_mass_kg / shares.iter().sum::<f64>();
         let link_bodies = shares.iter().enumerate().map(|(link, share)| {
             let tip = chain.get(link + 1).map_or(Vector3::z() * LAST_LENGTH_M, origin);
@@ -129,8 +130,8 @@ impl Prior {
     /// for geometry (s = 1), 22 for nominal parameters (s = 0.3).
     pub fn default_weight(&self) -> f64 {
         match self.source {
-            PriorSource::Nominal => WEIGHT_OF_NOMINAL,
-            PriorSource::Geometry { .. } => WEIGHT_OF_GEOMETRY,
+            PriorSource::Nominal => NOMINAL_WEIGHT,
+            PriorSource::Geometry { .. } => GEOMETRIC_WEIGHT,
         }
     }
 }

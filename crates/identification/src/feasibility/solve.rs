@@ -8,7 +8,7 @@ use super::drives::Drives;
 use super::error::FeasibilityError;
 use super::estimate::{Estimate, Rows};
 use super::judgement::{FeasibilityLimits, Judgement, Shift, negative, threshold};
-use super::newton::{FALL, Minimum};
+use super::newton::{Minimum, WEIGHT_REDUCTION};
 use super::outcome::{Class, Outcome, StandardParameter};
 use super::posterior::Posterior;
 use super::prior::Prior;
@@ -123,7 +123,7 @@ fn nearest(
         if at <= NEGLIGIBLE_WEIGHT || problem.cost(&point) > threshold + OUT_OF_REACH * at {
             return Ok((point, steps));
         }
-        at = NEGLIGIBLE_WEIGHT.max(at / FALL);
+        at = NEGLIGIBLE_WEIGHT.max(at / WEIGHT_REDUCTION);
         let next = problem.lower(at, at, point)?;
         steps += next.steps;
         point = next.point;

@@ -10,7 +10,7 @@ use super::spectrum::ResidualSpectrum;
 
 /// Least share of a column outside the others. With a smaller share, a column cannot be
 /// distinguished from rounding.
-const INDEPENDENT: f64 = 1e-6;
+const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
 
 /// Weighted solution compared with that of the model with further columns, `y = X θ + C c + ε`.
 #[derive(Clone, Debug)]
@@ -95,7 +95,7 @@ fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
         basis.take_out_of(column);
     }
     let chosen = orthonormalise(&mut outside, |column, remaining| {
-        lengths[column].is_finite() && remaining > INDEPENDENT * lengths[column]
+        lengths[column].is_finite() && remaining > MIN_INDEPENDENT_SHARE * lengths[column]
     });
     if chosen.len() < outside.ncols() {
         outside = outside.select_columns(&chosen);

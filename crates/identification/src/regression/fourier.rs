@@ -3,22 +3,23 @@
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
 /// Number of signals that are transformed side by side. Each has the same bits as alone.
-pub(super) const SIGNALS: usize = WIDTH;
+pub(super) const PARALLEL_SIGNALS: usize = WIDTH;
 
 /// Number of values in a class that is transformed at a time, and largest number of parts. Each
 /// class goes over all values of a signal.
 const AT_ONCE: usize = 4096;
-const MOST_PARTS: usize = 128;
+const MAX_PARTS: usize = 128;
 
 /// `SIGNALS` complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Complex {
-    pub(super) re: Lanes<SIGNALS>,
-    pub(super) im: Lanes<SIGNALS>,
+    pub(super) re: Lanes<PARALLEL_SIGNALS>,
+    pub(super) im: Lanes<PARALLEL_SIGNALS>,
 }
 
 impl Complex {
-    const ZERO: Self = Self { re: Lanes([0.0; SIGNALS]), im: Lanes([0.0; SIGNALS]) };
+    const ZERO: Self =
+        Self { re: Lanes([0.0; PARALLEL_SIGNALS]), im: Lanes([0.0; PARALLEL_SIGNALS]) };
 
     #[inline(always)]
     fn plus(self, other: Self) -> Self {
@@ -75,7 +76,7 @@ impl Fourier {
     /// Returns the number of parts of a transform, more than one if its values would take much
     /// memory.
     fn parts(&self) -> usize {
-        (self.length / AT_ONCE).clamp(1, MOST_PARTS)
+        (self.length / AT_ONCE).clamp(1, MAX_PARTS)
     }
 
     /// Returns the frequencies of a class in the order of [`of_class`](Self::of_class), counted
@@ -119,7 +120,7 @@ impl Fourier {
             #[inline(always)]
             || {
                 for first in (0..longest).step_by(values) {
-                    let parts: [&[f64]; SIGNALS] = core::array::from_fn(|l| {
+                    let parts: [&[f64]; PARALLEL_SIGNALS] = core::array::from_fn(|l| {
                         signals.get(l).and_then(|signal| signal.get(first..)).unwrap_or_default()
                     });
                     for (i, folded) in folded.iter_mut().enumerate().take(longest - first) {
@@ -231,7 +232,7 @@ mod tests {
     fn it_is_the_sum_that_it_stands_for() {
         for values in [1, 2, 3, 8, 100, 256] {
             let fourier = Fourier::for_values(values);
-            let signals: Vec<Vec<f64>> = (1..=SIGNALS)
+            let signals: Vec<Vec<f64>> = (1..=PARALLEL_SIGNALS)
                 .map(|s| (0..values).map(|k| ((k * 37 + s * 11) % 23) as f64 - 9.0).collect())
                 .collect();
             let slices: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();

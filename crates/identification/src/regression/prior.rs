@@ -11,10 +11,10 @@ use super::spectrum::ResidualSpectrum;
 
 /// Least share of the independent rows that has to remain after the fit. With fewer, the assumed
 /// noise is larger by no more than the inverse of this share.
-const LEAST_LEFT_OVER: f64 = 0.2;
+const MIN_RESIDUAL_SHARE: f64 = 0.2;
 
 /// Least share of a nuisance parameter's prior variance that informative data remove.
-const LEAST_CERTAINTY: f64 = 1e-3;
+const MIN_CERTAINTY: f64 = 1e-3;
 
 /// Solution of `y = X θ + C η + ε` for θ and η together, with prior knowledge of η.
 #[derive(Clone, Debug)]
@@ -63,11 +63,7 @@ impl JointSolution {
                 let variance = solution.colour.powi(2) * (1.0 - certainty) / certainty;
                 let value = solution.nuisance_parameters[*k] / certainty;
                 // If the data are nearly uninformative, rounding would decide.
-                if certainty > LEAST_CERTAINTY {
-                    value.abs() / (1.0 + variance).sqrt()
-                } else {
-                    0.0
-                }
+                if certainty > MIN_CERTAINTY { value.abs() / (1.0 + variance).sqrt() } else { 0.0 }
             };
             let furthest =
                 remaining.iter().copied().max_by(|a, b| deviations(a).total_cmp(&deviations(b)));
@@ -212,7 +208,7 @@ impl ResidualAnalysis<'_> {
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
         let rows = before.independent_rows() - width as f64;
         drop(before);
-        let share = ((rows - certainty) / rows).clamp(LEAST_LEFT_OVER, 1.0);
+        let share = ((rows - certainty) / rows).clamp(MIN_RESIDUAL_SHARE, 1.0);
         let mut remaining = self.solution.residuals.clone();
         self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
         remaining -= further.times(&nuisance);

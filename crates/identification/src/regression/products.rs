@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
 /// Number of values of a column that are computed side by side.
-const TOGETHER: usize = WIDTH;
+const VALUES_AT_ONCE: usize = WIDTH;
 
 /// Returns AᵀB of matrices with the same number of rows, for a product known to be symmetric. Zeros
 /// at the beginning or end of columns save time.
@@ -50,7 +50,7 @@ fn not_zero(columns: [&[f64]; 2]) -> Range<usize> {
     let last = columns.map(|column| column.iter().rposition(|value| *value != 0.0));
     let Some(first) = first.into_iter().flatten().min() else { return 0..0 };
     let end = last.into_iter().flatten().max().map_or(rows, |last| last + 1);
-    first - first % TOGETHER..end.next_multiple_of(TOGETHER).min(rows)
+    first - first % VALUES_AT_ONCE..end.next_multiple_of(VALUES_AT_ONCE).min(rows)
 }
 
 /// Returns column k and the one after it.
@@ -68,8 +68,10 @@ fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
 #[inline(always)]
 fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
     let mut sums = [[Lanes::zero(); 2]; 2];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<TOGETHER>(), b.as_chunks::<TOGETHER>());
-    let ((c, c_rest), (d, d_rest)) = (c.as_chunks::<TOGETHER>(), d.as_chunks::<TOGETHER>());
+    let ((a, a_rest), (b, b_rest)) =
+        (a.as_chunks::<VALUES_AT_ONCE>(), b.as_chunks::<VALUES_AT_ONCE>());
+    let ((c, c_rest), (d, d_rest)) =
+        (c.as_chunks::<VALUES_AT_ONCE>(), d.as_chunks::<VALUES_AT_ONCE>());
     for ((a, b), (c, d)) in a.iter().zip(b).zip(c.iter().zip(d)) {
         let (a, b, c, d) = (Lanes(*a), Lanes(*b), Lanes(*c), Lanes(*d));
         sums[0][0] += a * c;
@@ -77,7 +79,7 @@ fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
         sums[1][0] += a * d;
         sums[1][1] += b * d;
     }
-    let sum_of_all = |Lanes(sum): Lanes<TOGETHER>, remaining: &[f64], right: &[f64]| {
+    let sum_of_all = |Lanes(sum): Lanes<VALUES_AT_ONCE>, remaining: &[f64], right: &[f64]| {
         let rest = remaining.iter().zip(right).map(|(rest, right)| rest * right);
         rest.fold((sum[0] + sum[2]) + (sum[1] + sum[3]), |sum, product| sum + product)
     };
@@ -88,13 +90,13 @@ fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
 }
 
 /// Number of products side by side in a single sum, which waits for its own result.
-const ALONE: usize = 16;
+const PRODUCTS_AT_ONCE: usize = 16;
 
 #[inline(always)]
 fn dot(remaining: &[f64], right: &[f64]) -> f64 {
     let ((rest, left_rest), (right, right_rest)) =
-        (remaining.as_chunks::<ALONE>(), right.as_chunks::<ALONE>());
-    let mut sums = Lanes::<ALONE>::zero();
+        (remaining.as_chunks::<PRODUCTS_AT_ONCE>(), right.as_chunks::<PRODUCTS_AT_ONCE>());
+    let mut sums = Lanes::<PRODUCTS_AT_ONCE>::zero();
     for (rest, right) in rest.iter().zip(right) {
         sums += Lanes(*rest) * Lanes(*right);
     }
@@ -126,13 +128,13 @@ pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
 /// Computes C + factor A B. The sum of each entry goes over the columns of A in order.
 pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b: &DMatrix<f64>) {
     /// Number of rows at a time. The same number of columns of A stays in the nearest cache.
-    const ROWS: usize = 64;
+    const ROWS_AT_ONCE: usize = 64;
     let rows = a.nrows();
     vectorised(
         #[inline(always)]
         || {
-            for first in (0..rows).step_by(ROWS) {
-                let range = first..rows.min(first + ROWS);
+            for first in (0..rows).step_by(ROWS_AT_ONCE) {
+                let range = first..rows.min(first + ROWS_AT_ONCE);
                 for (b, c) in b.column_iter().zip(c.as_mut_slice().chunks_exact_mut(rows)) {
                     let c = &mut c[range.clone()];
                     for (b, a) in b.iter().zip(a.as_slice().chunks_exact(rows)) {

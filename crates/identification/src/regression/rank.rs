@@ -6,7 +6,7 @@ use super::error::RegressionError;
 
 /// Share of the null vector, relative to the largest share, above which a column takes part in a
 /// dependency. Smaller shares are rounding.
-const SHARE: f64 = 1e-6;
+const NULL_VECTOR_SHARE: f64 = 1e-6;
 
 /// Length of a column, relative to the longest one, below which it holds only rounding.
 /// Differentiating a constant twice at some kHz leaves this much. In SI units no parameter of an
@@ -15,7 +15,7 @@ const ZERO_COLUMN: f64 = 1e-12;
 
 /// Fraction of their norms to which dependent columns depend on each other. They differ by rounding
 /// alone: the filters leave this much of it in the columns of an arm at rest.
-const DEPENDENT: f64 = 1e-12;
+const DEPENDENCY_TOLERANCE: f64 = 1e-12;
 
 /// Largest number of iterations of a singular value decomposition. It is far more than ever needed,
 /// but bounded.
@@ -33,7 +33,7 @@ pub(super) fn check(
     inverse: Option<&DMatrix<f64>>,
     rows: usize,
 ) -> Result<(), RegressionError> {
-    let tolerance = (rows.max(r.ncols()) as f64 * f64::EPSILON).max(DEPENDENT);
+    let tolerance = (rows.max(r.ncols()) as f64 * f64::EPSILON).max(DEPENDENCY_TOLERANCE);
     let norms: Vec<f64> = r.column_iter().map(|column| column.norm()).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
     if !largest.is_finite() {
@@ -69,7 +69,7 @@ pub(super) fn check(
         .zip(v_t.row_iter())
         .filter(|(value, _)| **value <= limit)
         .flat_map(|(_, null)| {
-            let share = SHARE * null.amax();
+            let share = NULL_VECTOR_SHARE * null.amax();
             (0..null.len()).filter(move |&c| null[c].abs() > share).collect::<Vec<_>>()
         })
         .collect();

@@ -34,18 +34,18 @@ pub enum RobustLoss {
 const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 
 /// Share of its residual below which a row counts as downweighted.
-const DOWNWEIGHTED: f64 = 0.5;
+const DOWNWEIGHTED_SHARE: f64 = 0.5;
 
 /// Residuals of this share of the measurements are rounding. None of them is an outlier.
-const ROUNDING: f64 = 1e-7;
+const ROUNDING_SHARE: f64 = 1e-7;
 
 /// Least mean slope of ψ. With a smaller slope the remaining rows are inconclusive. For normal
 /// errors and the usual tuning it is 0.82 (Huber) and 0.76 (bisquare).
-const LEAST_SLOPE: f64 = 0.2;
+const MIN_SLOPE: f64 = 0.2;
 
 /// Convergence limit. The parameters change the equation of no joint by more than this share of its
 /// scale. The share of any standard deviation is no larger.
-const STANDSTILL: f64 = 1e-6;
+const CHANGE_TOLERANCE: f64 = 1e-6;
 
 /// Largest number of steps; about twenty are usual.
 const MAX_STEPS: usize = 200;
@@ -93,15 +93,15 @@ impl RobustLoss {
 
     /// Returns true if less than half of a residual of u scales counts.
     pub fn weighs_down(self, u: f64) -> bool {
-        self.weight_and_slope(u).0 < DOWNWEIGHTED
+        self.weight_and_slope(u).0 < DOWNWEIGHTED_SHARE
     }
 
     /// Returns the share of normal errors that is downweighted.
     pub fn normal_share_weighed_down(self) -> f64 {
         // ψ(u)/u = 1/2, solved for |u|.
         let half = match self {
-            Self::Huber { tuning } => tuning / DOWNWEIGHTED,
-            Self::Bisquare { tuning } => tuning * (1.0 - DOWNWEIGHTED.sqrt()).sqrt(),
+            Self::Huber { tuning } => tuning / DOWNWEIGHTED_SHARE,
+            Self::Bisquare { tuning } => tuning * (1.0 - DOWNWEIGHTED_SHARE.sqrt()).sqrt(),
         };
         2.0 * Normal::standard().sf(half)
     }
@@ -198,7 +198,7 @@ impl Observations {
             let solution = pseudo.weighted(noise_levels)?;
             let change = self.matrix().times(&(&solution.parameters - &parameters));
             let still = |(joint, scaling): (usize, &Scaling)| {
-                self.joint_of(&change, joint).norm() <= STANDSTILL * scaling.scale
+                self.joint_of(&change, joint).norm() <= CHANGE_TOLERANCE * scaling.scale
             };
             if scalings.iter().enumerate().all(still) {
                 let mut scaled_residuals = residuals;
@@ -230,10 +230,10 @@ impl Observations {
         let rows = self.rows_per_joint() as f64;
         let measured = self.joint_of(self.measurements(), joint).norm() / rows.sqrt();
         let median = median(own_rows.iter().map(|r| r.abs()).collect()).unwrap_or(0.0);
-        let scale = (median / NORMAL_MAD).max(ROUNDING * measured);
+        let scale = (median / NORMAL_MAD).max(ROUNDING_SHARE * measured);
         let slopes = own_rows.iter().map(|r| loss.weight_and_slope(r / scale).1);
         let mean = slopes.clone().sum::<f64>() / rows;
-        if mean < LEAST_SLOPE {
+        if mean < MIN_SLOPE {
             return Err(RegressionError::NotSettled { steps: 0 });
         }
         let variance = slopes.map(|slope| (slope - mean).powi(2)).sum::<f64>() / rows;

@@ -1,6 +1,6 @@
 //! Filter that the rows of an equation have passed, in the form that their spectra need.
 
-use super::fourier::{Fourier, SIGNALS};
+use super::fourier::{Fourier, PARALLEL_SIGNALS};
 use super::spectrum_shape::Band;
 
 /// Filter that the rows have passed, for records of a given number of rows. Frequencies are ratios
@@ -41,7 +41,9 @@ impl RowFilter {
         let none = || vec![0.0; self.inside];
         let mut all_transforms: Vec<_> = signals.iter().map(|_| [none(), none()]).collect();
         for class in 0..self.fourier.classes() {
-            for (signals, to) in signals.chunks(SIGNALS).zip(all_transforms.chunks_mut(SIGNALS)) {
+            for (signals, to) in
+                signals.chunks(PARALLEL_SIGNALS).zip(all_transforms.chunks_mut(PARALLEL_SIGNALS))
+            {
                 let transforms = self.fourier.of_class(class, signals);
                 let of_class = self.fourier.frequencies_of(class).zip(&transforms);
                 for (frequency, value) in of_class.filter(|(k, _)| *k < self.inside) {

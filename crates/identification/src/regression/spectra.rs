@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fourier::SIGNALS;
+use super::fourier::PARALLEL_SIGNALS;
 use super::observation_matrix::ObservationMatrix;
 use super::products::{product, symmetric_product};
 use super::row_filter::RowFilter;
 
 /// Number of frequencies at a time.
-const AT_ONCE: usize = 512;
+const FREQUENCIES_AT_ONCE: usize = 512;
 
 /// Transforms of columns whose rows are those of several joints. They are computed on demand,
 /// because all of them would take several times the memory of the columns.
@@ -111,8 +111,8 @@ impl<'a> Spectra<'a> {
     fn for_each_block_of(&self, class: usize, mut visit: impl FnMut(Block)) {
         let frequencies: Vec<usize> = self.filter.fourier.frequencies_of(class).collect();
         let transforms: Vec<_> = self.joints.iter().map(|of| self.transforms(class, of)).collect();
-        for first in (0..frequencies.len()).step_by(AT_ONCE) {
-            let some = first..frequencies.len().min(first + AT_ONCE);
+        for first in (0..frequencies.len()).step_by(FREQUENCIES_AT_ONCE) {
+            let some = first..frequencies.len().min(first + FREQUENCIES_AT_ONCE);
             visit(Block {
                 of_joints: self
                     .joints
@@ -139,8 +139,8 @@ impl<'a> Spectra<'a> {
     fn transforms(&self, class: usize, of: &OfJoint<'_>) -> Vec<f64> {
         let frequencies = self.filter.fourier.frequencies_of(class).count();
         let mut values = vec![0.0; 2 * frequencies * of.signals.len()];
-        let transformed = values.chunks_mut(2 * frequencies * SIGNALS);
-        for (signals, to) in of.signals.chunks(SIGNALS).zip(transformed) {
+        let transformed = values.chunks_mut(2 * frequencies * PARALLEL_SIGNALS);
+        for (signals, to) in of.signals.chunks(PARALLEL_SIGNALS).zip(transformed) {
             let transforms = self.filter.fourier.of_class(class, signals);
             for (signal, to) in to.chunks_exact_mut(2 * frequencies).enumerate() {
                 let (re, im) = to.split_at_mut(frequencies);

@@ -19,7 +19,7 @@ use didim_dynamics::numeric::vectorised;
 
 /// Largest share that the parameters may take out of the residuals at a frequency. The rest still
 /// allows a judgement.
-const MOST_EXPLAINED: f64 = 0.9;
+const MAX_EXPLAINED_SHARE: f64 = 0.9;
 
 /// Errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and the
 /// correlation between the joints.
@@ -79,7 +79,7 @@ impl<'a> ResidualSpectrum<'a> {
                 .zip(leverage)
                 .zip(&filter.power)
                 .map(|((square, leverage), filtered)| {
-                    let degrees = 1.0 - leverage.min(MOST_EXPLAINED);
+                    let degrees = 1.0 - leverage.min(MAX_EXPLAINED_SHARE);
                     square / (rows as f64 * degrees * filtered)
                 })
                 .collect();

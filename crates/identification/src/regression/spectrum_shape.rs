@@ -12,12 +12,12 @@ const MAX_ORDER: usize = 24;
 const TESTED_LAG_COUNT: usize = 12;
 
 /// Number of values of a spectrum that are computed side by side.
-const TOGETHER: usize = WIDTH;
+const VALUES_AT_ONCE: usize = WIDTH;
 
 /// Number of groups of lags from 0 that are computed side by side.
 const LAG_GROUPS: usize = (if MAX_ORDER > TESTED_LAG_COUNT { MAX_ORDER } else { TESTED_LAG_COUNT }
     + 1)
-.div_ceil(TOGETHER);
+.div_ceil(VALUES_AT_ONCE);
 
 /// Common data of spectra on one band.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub(super) struct Band {
     /// periodogram.
     turn: Vec<f64>,
     /// cos φ and sin φ of the required spectrum values, and their number.
-    directions: Vec<[Lanes<TOGETHER>; 2]>,
+    directions: Vec<[Lanes<VALUES_AT_ONCE>; 2]>,
     count: usize,
 }
 
@@ -38,7 +38,7 @@ impl Band {
             .map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos())
             .collect();
         let phases: Vec<[f64; 2]> = phases.map(|phi| [phi.cos(), phi.sin()]).collect();
-        let directions = phases.chunks(TOGETHER).map(|phases| {
+        let directions = phases.chunks(VALUES_AT_ONCE).map(|phases| {
             let part =
                 |which: usize| Lanes::from_fn(|l| phases.get(l).map_or(1.0, |phi| phi[which]));
             [part(0), part(1)]
@@ -49,7 +49,7 @@ impl Band {
     /// Returns `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, with the ends of the sum halved.
     fn autocovariances(&self, periodogram: &[f64], lag_count: usize) -> Vec<f64> {
         let last = periodogram.len().saturating_sub(1);
-        let mut sums = [Lanes::<TOGETHER>::zero(); LAG_GROUPS];
+        let mut sums = [Lanes::<VALUES_AT_ONCE>::zero(); LAG_GROUPS];
         vectorised(
             #[inline(always)]
             || {
@@ -145,7 +145,7 @@ impl SmoothSpectrum {
 
     /// Returns g(φ) at the φ of the band.
     pub(super) fn values(&self, band: &Band) -> Vec<f64> {
-        let mut values = Vec::with_capacity(band.directions.len() * TOGETHER);
+        let mut values = Vec::with_capacity(band.directions.len() * VALUES_AT_ONCE);
         vectorised(
             #[inline(always)]
             || {

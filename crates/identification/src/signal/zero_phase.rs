@@ -6,7 +6,7 @@ use didim_dynamics::numeric::{Lanes, vectorised};
 
 /// Number of samples that pass all sections before the next ones, small enough for the nearest
 /// cache.
-const BLOCK: usize = 256;
+const BLOCK_SAMPLES: usize = 256;
 
 /// Number of samples that continue the signal at each end, point-mirrored about its end value
 /// (SciPy's `padtype="odd"`). The filter then starts on samples that move like the signal.
@@ -128,7 +128,7 @@ impl<'a, const L: usize> State<'a, L> {
     /// Filters samples in place, in the order of the slice.
     #[inline(always)]
     fn forward(&mut self, samples: &mut [[f64; L]]) {
-        for block in samples.chunks_mut(BLOCK) {
+        for block in samples.chunks_mut(BLOCK_SAMPLES) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut());
             }
@@ -138,7 +138,7 @@ impl<'a, const L: usize> State<'a, L> {
     /// Filters samples in place, last one first.
     #[inline(always)]
     fn backward(&mut self, samples: &mut [[f64; L]]) {
-        for block in samples.rchunks_mut(BLOCK) {
+        for block in samples.rchunks_mut(BLOCK_SAMPLES) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut().rev());
             }

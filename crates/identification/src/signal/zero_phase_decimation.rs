@@ -25,11 +25,11 @@ use super::sections::SecondOrderSections;
 use didim_dynamics::numeric::{WIDTH, vectorised};
 
 /// Largest share of its initial state that a mode may keep after the start of the backward pass.
-const FORGOTTEN: f64 = 1e-18;
+const MAX_INITIAL_SHARE: f64 = 1e-18;
 
 /// Ratio of the blocks in a backward pass to the blocks that it needs to begin. All but one of
 /// these parts are new.
-const BACK_AT_ONCE: usize = 5;
+const BACKWARD_BLOCK: usize = 5;
 
 /// Filter that is evaluated, forward and backward, at one sample of each block.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl ZeroPhaseDecimator {
         let groups = modes.modes.chunks(WIDTH);
         let groups = groups.map(|modes| ModeGroup::new(modes, samples)).collect();
         let slowest = modes.modes.iter().map(|mode| mode.pole.norm()).fold(0.0, f64::max);
-        let blocks = FORGOTTEN.ln() / (slowest.ln() * (samples + 1) as f64);
+        let blocks = MAX_INITIAL_SHARE.ln() / (slowest.ln() * (samples + 1) as f64);
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -103,7 +103,7 @@ impl ZeroPhaseDecimator {
             differences: DMatrix::zeros(wanted.len(), if with_differences { signals } else { 0 }),
             wanted,
         };
-        let at_once = self.memory.saturating_mul(BACK_AT_ONCE).min(blocks);
+        let at_once = self.memory.saturating_mul(BACKWARD_BLOCK).min(blocks);
         let mut passed = Passed {
             begin: 0,
             unfiltered: Vec::with_capacity(at_once * signals),

@@ -7,7 +7,7 @@ use super::result::MethodResult;
 use super::trial::Trial;
 
 /// Half-width of a confidence interval, in standard deviations, as in the paper.
-pub const SIGMAS: f64 = 3.0;
+pub const INTERVAL_DEVIATIONS: f64 = 3.0;
 
 /// Number of estimates of one result that lie in the confidence intervals of another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -60,7 +60,7 @@ impl Agreement {
 
 /// Returns true if a value lies within 3 σ of an estimate; false for a value that is not a number.
 pub(crate) fn lies_in(value: f64, interval: &ParameterEstimate) -> bool {
-    (value - interval.value).abs() <= SIGMAS * interval.standard_deviation
+    (value - interval.value).abs() <= INTERVAL_DEVIATIONS * interval.standard_deviation
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod run;
 mod trial;
 
 pub(crate) use agreement::lies_in;
-pub use agreement::{Agreement, SIGMAS};
+pub use agreement::{Agreement, INTERVAL_DEVIATIONS};
 pub use held_out::{HeldOut, TorqueErrors};
 pub use input::ComparisonInput;
 pub(crate) use limits::mean;

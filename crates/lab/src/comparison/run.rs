@@ -21,7 +21,7 @@ use didim::analysis::identify::identify_measurement;
 const MAX_ENTRIES: usize = 1 << 24;
 
 /// Maximum number of methods that run at once, for any number of cores: each may hold a gigabyte.
-const MAX_AT_ONCE: usize = 4;
+const MAX_PARALLEL_TASKS: usize = 4;
 
 /// One task of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +95,7 @@ pub fn compare(
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     std::thread::scope(|scope| {
         // The calling thread also works.
-        for _ in 1..cores.min(MAX_AT_ONCE).min(tasks.len()) {
+        for _ in 1..cores.min(MAX_PARALLEL_TASKS).min(tasks.len()) {
             scope.spawn(work);
         }
         work();

@@ -4,7 +4,7 @@ use super::view::View;
 use crate::comparison::{Agreement, Framework, MethodResult, Trial, title};
 
 /// Largest difference of equal errors, as a fraction of the torque.
-const TIE: f64 = 1e-3;
+const TIE_TOLERANCE: f64 = 1e-3;
 
 /// Names the methods that agree with IDIM-LS in every parameter, those that predict best, and those
 /// without a result. Methods without the decimation filter are for comparison only.
@@ -54,7 +54,7 @@ fn best(view: &View<'_>) -> Option<String> {
         .filter(|(_, error)| error.is_finite())
         .collect();
     let least = errors.iter().map(|(_, error)| *error).min_by(f64::total_cmp)?;
-    let best = errors.iter().filter(|(_, error)| *error <= least + TIE);
+    let best = errors.iter().filter(|(_, error)| *error <= least + TIE_TOLERANCE);
     let best: Vec<String> = best.map(|(name, _)| name.clone()).collect();
     let error = format!("{:.2} % on what was held out", 100.0 * least);
     (errors.len() > 1).then(|| match best.len() {

@@ -12,14 +12,14 @@ use didim::text::escape;
 const PANEL_WIDTH: f64 = 150.0;
 const PANEL_HEIGHT: f64 = 84.0;
 /// Free space around the curves of a panel, on each side.
-const GAP: f64 = 6.0;
+const CURVE_MARGIN: f64 = 6.0;
 /// Width of the method names, left of their panels.
-const LABELS: f64 = 112.0;
+const LABEL_WIDTH: f64 = 112.0;
 /// Height of the heading, its explanation and the joint names.
-const HEADER: f64 = 76.0;
+const HEADER_HEIGHT: f64 = 76.0;
 /// The autocorrelation at the lower and upper end of a panel.
-const LOW: f64 = -0.5;
-const HIGH: f64 = 1.0;
+const AXIS_LOW: f64 = -0.5;
+const AXIS_HIGH: f64 = 1.0;
 /// The paper's intervals.
 const BAND_DEVIATIONS: f64 = 2.0;
 
@@ -43,8 +43,8 @@ pub fn autocorrelation_figure(view: &View<'_>) -> String {
     let joints = fits.iter().map(|(_, fit)| fit.equation_residuals.len()).max().unwrap_or(0);
     #[expect(clippy::cast_precision_loss, reason = "a few joints and methods")]
     let (width, height) = (
-        LABELS + PANEL_WIDTH * joints.max(4) as f64 + GAP,
-        HEADER + PANEL_HEIGHT * fits.len() as f64 + GAP,
+        LABEL_WIDTH + PANEL_WIDTH * joints.max(4) as f64 + CURVE_MARGIN,
+        HEADER_HEIGHT + PANEL_HEIGHT * fits.len() as f64 + CURVE_MARGIN,
     );
     let heading = format!("Autocorrelation of the residuals, {}", view.comparison.robot);
     let mut svg = String::new();
@@ -59,13 +59,13 @@ pub fn autocorrelation_figure(view: &View<'_>) -> String {
          to 1</text>",
         escape(&heading)
     );
-    let mut x = LABELS;
+    let mut x = LABEL_WIDTH;
     for joint in 1..=joints {
         let middle = x + PANEL_WIDTH / 2.0;
         let _ = write!(svg, r#"<text class="middle" x="{middle}" y="68">joint {joint}</text>"#);
         x += PANEL_WIDTH;
     }
-    let mut y = HEADER;
+    let mut y = HEADER_HEIGHT;
     for (name, fit) in fits {
         let (title, rows) = (y + 34.0, y + 52.0);
         let _ = write!(
@@ -75,7 +75,7 @@ pub fn autocorrelation_figure(view: &View<'_>) -> String {
             escape(&name),
             fit.equation_residuals.first().map_or(0, Vec::len)
         );
-        let mut x = LABELS;
+        let mut x = LABEL_WIDTH;
         for residual in &fit.equation_residuals {
             let _ = write!(svg, r#"<g transform="translate({x} {y})">"#);
             draw_panel(&mut svg, residual, fit);
@@ -89,16 +89,21 @@ pub fn autocorrelation_figure(view: &View<'_>) -> String {
 }
 
 fn draw_panel(svg: &mut String, residual: &[f64], fit: &Fit) {
-    let (wide, tall) = (PANEL_WIDTH - 2.0 * GAP, PANEL_HEIGHT - 2.0 * GAP);
+    let (wide, tall) = (PANEL_WIDTH - 2.0 * CURVE_MARGIN, PANEL_HEIGHT - 2.0 * CURVE_MARGIN);
     let autocorrelations = autocorrelation(residual, fit.white_noise.len());
     #[expect(clippy::cast_precision_loss, reason = "a few dozen lags")]
     let step = wide / (autocorrelations.len() as f64 + 0.5);
     // Values outside the panel are drawn at its edge.
-    let height = |value: f64| GAP + (HIGH - value.clamp(LOW, HIGH)) / (HIGH - LOW) * tall;
-    let _ =
-        write!(svg, r#"<rect class="frame" x="{GAP}" y="{GAP}" width="{wide}" height="{tall}"/>"#);
+    let height = |value: f64| {
+        CURVE_MARGIN
+            + (AXIS_HIGH - value.clamp(AXIS_LOW, AXIS_HIGH)) / (AXIS_HIGH - AXIS_LOW) * tall
+    };
+    let _ = write!(
+        svg,
+        r#"<rect class="frame" x="{CURVE_MARGIN}" y="{CURVE_MARGIN}" width="{wide}" height="{tall}"/>"#
+    );
     let mut stems = String::new();
-    let mut x = GAP + 0.75 * step;
+    let mut x = CURVE_MARGIN + 0.75 * step;
     for (value, noise) in autocorrelations.iter().zip(&fit.white_noise) {
         let half = BAND_DEVIATIONS * noise.deviation;
         let (top, bottom) = (height(noise.mean + half), height(noise.mean - half));
@@ -123,7 +128,7 @@ fn draw_panel(svg: &mut String, residual: &[f64], fit: &Fit) {
     let zero = height(0.0);
     let _ = write!(
         svg,
-        r#"<line class="axis" x1="{GAP}" x2="{:.1}" y1="{zero:.1}" y2="{zero:.1}"/>{stems}"#,
-        GAP + wide
+        r#"<line class="axis" x1="{CURVE_MARGIN}" x2="{:.1}" y1="{zero:.1}" y2="{zero:.1}"/>{stems}"#,
+        CURVE_MARGIN + wide
     );
 }

@@ -10,7 +10,7 @@ use crate::comparison::{Framework, PublishedFigures, mean};
 /// Row: its name, its value in a result, and its published value.
 type Row = (&'static str, fn(&Estimate) -> Option<String>, fn(&PublishedFigures) -> Option<String>);
 
-const ROWS: &[Row] = &[
+const FIGURE_ROWS: &[Row] = &[
     (
         "μ max",
         |e| Some(number(e.unweighted_singular_values.max, 4)),
@@ -51,7 +51,7 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
     let columns = view.columns(framework);
     let mut header = vec![String::new()];
     header.extend(View::header(&columns));
-    let mut rows: Vec<Vec<Cell>> = ROWS
+    let mut rows: Vec<Vec<Cell>> = FIGURE_ROWS
         .iter()
         .map(|(name, own, published)| row(name, &columns, |c| own(c.estimate), *published))
         .collect();

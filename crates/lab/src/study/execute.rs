@@ -11,7 +11,7 @@ use super::run::{run, simulated};
 use super::{Run, Shard, Store, StudyError};
 
 /// Interval of progress reports while no run ends.
-const TICK: Duration = Duration::from_secs(1);
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
 /// One arm of a grid cell with one seed, and the methods that have not run on it yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ pub fn execute(
         }
         drop(sender);
         loop {
-            match events.recv_timeout(TICK) {
+            match events.recv_timeout(PROGRESS_INTERVAL) {
                 Ok(Event::Simulated(time)) => progress.simulated(time),
                 Ok(Event::Identified(method, run, time)) => {
                     if let Err(error) = store.add(&run) {

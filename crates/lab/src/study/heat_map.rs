@@ -8,15 +8,15 @@ use super::summary::{CellSummary, Summary};
 use didim::text::escape;
 
 /// Maximum width, unless a panel is wider.
-const WIDTH: f64 = 860.0;
+const MAX_WIDTH: f64 = 860.0;
 /// Height above the panels: heading, explanation, legend.
-const HEADER: f64 = 108.0;
-const ROW: f64 = 22.0;
+const HEADER_HEIGHT: f64 = 108.0;
+const ROW_HEIGHT: f64 = 22.0;
 /// Height of a panel's title above the column names.
 const PANEL_TITLE: f64 = 22.0;
-const GAP: f64 = 20.0;
+const PANEL_GAP: f64 = 20.0;
 /// Approximate width of a character.
-const CHARACTER: f64 = 6.6;
+const CHARACTER_WIDTH: f64 = 6.6;
 
 /// Lightness falls from class to class, so that the map is readable without colour; on a dark
 /// background it rises. A number has the text colour that contrasts with its class.
@@ -63,7 +63,7 @@ impl<'a> Layout<'a> {
         let row_axis = (0..axes.len()).rev().max_by_key(|axis| levels(*axis));
         let column_axes: Vec<usize> = (0..axes.len()).filter(|a| Some(*a) != row_axis).collect();
         let columns: usize = column_axes.iter().map(|axis| levels(*axis)).product();
-        let wide = |name: &str| name.chars().count() as f64 * CHARACTER;
+        let wide = |name: &str| name.chars().count() as f64 * CHARACTER_WIDTH;
         let longest = |axis: usize| {
             axes[axis].level.iter().fold(0.0_f64, |most, level| most.max(wide(&level.name)))
         };
@@ -77,7 +77,7 @@ impl<'a> Layout<'a> {
         let label_width = names.fold(row_axis.map_or(0.0, longest), f64::max) + 16.0;
         let titles = grid.plan.method.iter().map(|method| 1.1 * wide(method.name()));
         let panel_width = titles.fold(columns as f64 * column_width, f64::max);
-        let fitting = ((WIDTH - label_width) / (panel_width + GAP)).floor().max(1.0);
+        let fitting = ((MAX_WIDTH - label_width) / (panel_width + PANEL_GAP)).floor().max(1.0);
         let panels = grid.plan.method.len();
         let panels_abreast = (1..=panels).rev().find(|n| *n as f64 <= fitting).unwrap_or(1);
         Self {
@@ -113,10 +113,11 @@ impl<'a> Layout<'a> {
         let methods = &self.grid.plan.method;
         let panel_width = self.panel_width;
         let names = PANEL_TITLE + 18.0 * self.column_axes.len() as f64;
-        let panel_height = names + ROW * self.rows as f64 + GAP;
+        let panel_height = names + ROW_HEIGHT * self.rows as f64 + PANEL_GAP;
         let width =
-            (self.label_width + self.panels_abreast as f64 * (panel_width + GAP)).max(620.0);
-        let height = HEADER + panel_height * methods.len().div_ceil(self.panels_abreast) as f64;
+            (self.label_width + self.panels_abreast as f64 * (panel_width + PANEL_GAP)).max(620.0);
+        let height =
+            HEADER_HEIGHT + panel_height * methods.len().div_ceil(self.panels_abreast) as f64;
         let heading = format!("{}: {}", self.grid.plan.name, measure.title);
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
@@ -129,8 +130,8 @@ impl<'a> Layout<'a> {
         legend(&mut svg, measure);
         for (index, method) in methods.iter().enumerate() {
             let (across, down) = (index % self.panels_abreast, index / self.panels_abreast);
-            let x = self.label_width + across as f64 * (panel_width + GAP);
-            let y = HEADER + down as f64 * panel_height;
+            let x = self.label_width + across as f64 * (panel_width + PANEL_GAP);
+            let y = HEADER_HEIGHT + down as f64 * panel_height;
             let _ = write!(svg, r#"<g transform="translate({x:.1} {y:.1})">"#);
             let title = escape(method.name());
             let _ = write!(svg, r#"<text class="title" y="12">{title}</text>"#);
@@ -140,7 +141,7 @@ impl<'a> Layout<'a> {
                 summary.cells.get(cell)
             };
             for row in 0..self.rows {
-                let top = names + ROW * row as f64;
+                let top = names + ROW_HEIGHT * row as f64;
                 if let (Some(axis), 0) = (self.row_axis, across) {
                     let name = escape(&self.grid.plan.axis[axis].level[row].name);
                     let _ = write!(
@@ -189,7 +190,7 @@ impl<'a> Layout<'a> {
         remaining: f64,
         top: f64,
     ) {
-        let (wide, tall) = (self.column_width - 2.0, ROW - 2.0);
+        let (wide, tall) = (self.column_width - 2.0, ROW_HEIGHT - 2.0);
         let place =
             format!(r#"x="{remaining:.1}" y="{top:.1}" width="{wide:.1}" height="{tall:.1}""#);
         let (x, y) = (remaining + 0.5 * wide, top + 14.0);

@@ -26,23 +26,23 @@ pub(super) struct Scale {
     digits: Option<usize>,
 }
 
-const SHARE: Scale = Scale {
+const SHARE_SCALE: Scale = Scale {
     bounds: [0.0, 20.0, 40.0, 60.0, 80.0, 99.999],
     names: ["0", "to 20", "to 40", "to 60", "to 80", "to 99", "100"],
     digits: None,
 };
-const TORQUE: Scale = Scale {
+const TORQUE_SCALE: Scale = Scale {
     bounds: [0.03, 0.1, 0.3, 1.0, 3.0, 10.0],
     names: ["to 0.03", "to 0.1", "to 0.3", "to 1", "to 3", "to 10", "more"],
     digits: Some(2),
 };
-const DEVIATION: Scale = Scale {
+const DEVIATION_SCALE: Scale = Scale {
     bounds: [1.2, 1.5, 2.0, 5.0, 10.0, 30.0],
     names: ["to 1.2", "to 1.5", "to 2", "to 5", "to 10", "to 30", "more"],
     digits: Some(2),
 };
 
-const SIMULATIONS: Scale = Scale {
+const SIMULATION_SCALE: Scale = Scale {
     bounds: [0.0, 3.0, 5.0, 8.0, 12.0, 20.0],
     names: ["0", "to 3", "to 5", "to 8", "to 12", "to 20", "more"],
     digits: Some(2),
@@ -55,42 +55,42 @@ pub(super) const MEASURES: [Measure; 6] = [
         title: "Torque deviation, median [%]",
         meaning: "‖X(θ̂ − θ)‖ / ‖Xθ‖ along the planned motion: how wrong the model is, in torque",
         value: |cell| Some(100.0 * cell.figures.as_ref()?.torque_deviation_median),
-        scale: &TORQUE,
+        scale: &TORQUE_SCALE,
     },
     Measure {
         file: "rms-deviation.svg",
         title: "Deviation of the parameters, rms [σ]",
         meaning: "(estimate − truth)/σ over all parameters and results: 1 where σ is what it says",
         value: |cell| Some(cell.figures.as_ref()?.rms_deviation),
-        scale: &DEVIATION,
+        scale: &DEVIATION_SCALE,
     },
     Measure {
         file: "converged.svg",
         title: "Converged [% of the runs]",
         meaning: "runs that gave a result, and no local minimum",
         value: |cell| cell.share(cell.converged),
-        scale: &SHARE,
+        scale: &SHARE_SCALE,
     },
     Measure {
         file: "simulations.svg",
         title: "Closed-loop simulations of a result",
         meaning: "on average, those that failed on the way included",
         value: |cell| Some(cell.figures.as_ref()?.simulations),
-        scale: &SIMULATIONS,
+        scale: &SIMULATION_SCALE,
     },
     Measure {
         file: "applicable.svg",
         title: "Applicable [% of the runs]",
         meaning: "results that the verdict lets pass",
         value: |cell| cell.share(cell.applicable),
-        scale: &SHARE,
+        scale: &SHARE_SCALE,
     },
     Measure {
         file: "wrongly-accepted.svg",
         title: "Wrongly accepted [% of the runs]",
         meaning: "wrong results that the verdict lets pass: its misses",
         value: |cell| cell.share(cell.wrongly_accepted),
-        scale: &SHARE,
+        scale: &SHARE_SCALE,
     },
 ];
 

@@ -16,14 +16,14 @@ pub struct Shard {
 
 /// Text that names no part. The message shows the correct form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a part of a study is I/N, with N from 1 to {} and I from 0 to N − 1", Shard::MOST)]
+#[error("a part of a study is I/N, with N from 1 to {} and I from 0 to N − 1", Shard::MAX_PARTS)]
 pub struct NotAShard;
 
 impl Shard {
     /// All runs.
     pub const COMPLETE: Self = Self { index: 0, of: 1 };
     /// The most parts.
-    const MOST: u32 = 100_000;
+    const MAX_PARTS: u32 = 100_000;
 
     /// True if it contains all runs.
     pub fn is_whole(&self) -> bool {
@@ -55,7 +55,7 @@ impl FromStr for Shard {
         let (index, of) = text.split_once('/').ok_or(NotAShard)?;
         let [index, of] = [index.parse(), of.parse()].map(|number| number.unwrap_or(u32::MAX));
         let shard = Self { index, of };
-        if index < of && of <= Self::MOST { Ok(shard) } else { Err(NotAShard) }
+        if index < of && of <= Self::MAX_PARTS { Ok(shard) } else { Err(NotAShard) }
     }
 }
 

@@ -7,11 +7,11 @@ pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
     let text = text.trim();
     let compact: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     let lower = compact.to_lowercase();
-    const NODE: &str = "$nodeid";
+    const NODE_VARIABLE: &str = "$nodeid";
     if !lower.contains('$') {
         return constant(&lower).ok_or_else(|| expected(text));
     }
-    let other = match (lower.strip_prefix(NODE), lower.strip_suffix(NODE)) {
+    let other = match (lower.strip_prefix(NODE_VARIABLE), lower.strip_suffix(NODE_VARIABLE)) {
         (Some(""), _) => return Ok(node.into()),
         (Some(rest), _) => rest.strip_prefix('+'),
         (None, Some(rest)) => rest.strip_suffix('+'),

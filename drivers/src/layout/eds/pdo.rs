@@ -7,9 +7,9 @@ use crate::frame::FrameId;
 /// The longest PDO on classic CAN \[bits\].
 const MAX_BITS: u64 = 64;
 /// Bit 31 of a COB-ID: the PDO does not exist.
-const INVALID: u64 = 1 << 31;
+const INVALID_BIT: u64 = 1 << 31;
 /// Bit 29 of a COB-ID: the identifier has 29 bits.
-const EXTENDED: u64 = 1 << 29;
+const EXTENDED_ID_BIT: u64 = 1 << 29;
 
 /// Sender of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ pub(in crate::layout) struct Sent {
 }
 
 /// Remedy for a file without the transmission settings of a PDO.
-const REMEDY: &str =
+const NO_SETTINGS_REMEDY: &str =
     "the layout needs the identifier and the transmission type; take a DCF that has them";
 
 impl Pdo {
@@ -160,7 +160,8 @@ impl Pdo {
     /// The PDO does not exist, or is sent by events.
     pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
         let Sent { id } = self.transmitted(dictionary)?;
-        let kind = dictionary.required(self.direction.first().0 + self.number, 2, REMEDY)?;
+        let kind =
+            dictionary.required(self.direction.first().0 + self.number, 2, NO_SETTINGS_REMEDY)?;
         match (self.direction, kind.number) {
             (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Sent { id }),
             (Direction::Transmit, 0) => Err(dictionary.refuse(
@@ -192,7 +193,7 @@ impl Pdo {
         dictionary: &Dictionary<'_>,
     ) -> Result<Sent, EdsError> {
         let index = self.direction.first().0 + self.number;
-        let cob_id = dictionary.required(index, 1, REMEDY)?;
+        let cob_id = dictionary.required(index, 1, NO_SETTINGS_REMEDY)?;
         let refuse = |sub, reason: String| EdsError::Pdo {
             file: dictionary.file.to_owned(),
             section: name(index, sub),
@@ -200,7 +201,7 @@ impl Pdo {
             node: dictionary.node,
             reason,
         };
-        if cob_id.number & INVALID != 0 {
+        if cob_id.number & INVALID_BIT != 0 {
             return Err(refuse(
                 1,
                 format!(
@@ -221,7 +222,7 @@ pub(in crate::layout) fn identifier(cob_id: u64) -> Result<FrameId, String> {
     if cob_id > u64::from(u32::MAX) {
         return Err(format!("0x{cob_id:X} has more than 32 bits"));
     }
-    let id = if cob_id & EXTENDED != 0 {
+    let id = if cob_id & EXTENDED_ID_BIT != 0 {
         FrameId::extended(number).ok()
     } else {
         u16::try_from(number).ok().and_then(|number| FrameId::standard(number).ok())

@@ -9,21 +9,22 @@ use super::super::eds::Object;
 use super::super::spec::SlaveSpec;
 use super::{Area, Command, Network, NetworkError, Slave, encoding_of};
 use crate::ethercat::{
-    Capture, Datagram, EthercatFrame, FMMU, FPRD, FPRW, FPWR, LRD, LRW, LWR, MAILBOX,
+    Capture, Datagram, EthercatFrame, FMMU_REGISTERS, FPRD, FPRW, FPWR, LRD, LRW, LWR,
+    MAILBOX_START,
 };
 
 /// Largest number of stored objects of all slaves, and of cyclic datagrams.
-const MOST_OBJECTS: usize = 1 << 16;
-const MOST_COMMANDS: usize = 256;
+const MAX_OBJECTS: usize = 1 << 16;
+const MAX_COMMANDS: usize = 256;
 
 /// The mailbox protocol CANopen over EtherCAT, and its services.
-const COE: u8 = 3;
+const COE_PROTOCOL: u8 = 3;
 const SDO_REQUEST: u16 = 2;
 const SDO_RESPONSE: u16 = 3;
 
 /// Objects that assign the outputs and the inputs of a slave.
-const OUTPUTS: u16 = 0x1C12;
-const INPUTS: u16 = 0x1C13;
+const OUTPUT_ASSIGNMENT: u16 = 0x1C12;
+const INPUT_ASSIGNMENT: u16 = 0x1C13;
 
 /// A memory management unit: the place of its slave in logical memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,19 +96,19 @@ impl Learnt {
                 self.commands.iter_mut().find(|available| is_seen(available))
             {
                 common_objects.3 |= with_clock;
-            } else if self.commands.len() < MOST_COMMANDS {
+            } else if self.commands.len() < MAX_COMMANDS {
                 self.commands.push((seen.0, seen.1, seen.2, with_clock));
             }
-        } else if is_write && FMMU.contains(&datagram.register()) {
+        } else if is_write && FMMU_REGISTERS.contains(&datagram.register()) {
             self.units(datagram);
-        } else if datagram.register() >= MAILBOX && (is_write || datagram.command == FPRD) {
+        } else if datagram.register() >= MAILBOX_START && (is_write || datagram.command == FPRD) {
             self.mailbox(datagram);
         }
     }
 
     /// Reads a write to one or several memory management units.
     fn units(&mut self, datagram: &Datagram<'_>) {
-        let offset = datagram.register() - FMMU.start;
+        let offset = datagram.register() - FMMU_REGISTERS.start;
         if !offset.is_multiple_of(16) {
             return;
         }
@@ -127,7 +128,7 @@ impl Learnt {
                 reads: kind & 1 != 0,
                 writes: kind & 2 != 0,
             };
-            if self.fmmus.len() < MOST_OBJECTS {
+            if self.fmmus.len() < MAX_OBJECTS {
                 self.fmmus.insert(place, unit);
             }
         }
@@ -138,7 +139,7 @@ impl Learnt {
         let station = datagram.station();
         let (header, rest) = datagram.data.split_first_chunk::<6>()?;
         let length = usize::from(u16::from_le_bytes([header[0], header[1]]));
-        let message = rest.get(..length).filter(|_| header[5] & 0x0F == COE)?;
+        let message = rest.get(..length).filter(|_| header[5] & 0x0F == COE_PROTOCOL)?;
         let service = u16::from_le_bytes(*message.first_chunk()?) >> 12;
         let [command, low, high, sub] = *message.get(2..)?.first_chunk()?;
         let index = u16::from_le_bytes([low, high]);
@@ -149,7 +150,7 @@ impl Learnt {
                 let data = data_of(command, message.get(6..)?)?;
                 let complete = command & 0x10 != 0;
                 let asked = Transfer { index, sub, complete, data: data.to_vec() };
-                if is_kept(index) && self.asked.len() < MOST_OBJECTS {
+                if is_kept(index) && self.asked.len() < MAX_OBJECTS {
                     self.asked.insert(station, asked);
                 }
             }
@@ -177,7 +178,7 @@ impl Learnt {
         }
         let value = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, b| word << 8 | u32::from(*b));
         let mut put = |sub, value| {
-            if self.objects.len() < MOST_OBJECTS {
+            if self.objects.len() < MAX_OBJECTS {
                 self.objects.insert((station, *index, sub), value);
             }
         };
@@ -193,7 +194,7 @@ impl Learnt {
             (1, entries) => entries,
             _ => return,
         };
-        let size = if matches!(*index, INPUTS | OUTPUTS) { 2 } else { 4 };
+        let size = if matches!(*index, INPUT_ASSIGNMENT | OUTPUT_ASSIGNMENT) { 2 } else { 4 };
         for (sub, entry) in (1..=u8::MAX).zip(entries.chunks_exact(size)) {
             put(sub, value(entry));
         }
@@ -231,7 +232,8 @@ impl Learnt {
             Area { first_bit, ..area }
         };
         let name = spec.label();
-        let (inputs, outputs) = (place(area(INPUTS), true), place(area(OUTPUTS), false));
+        let (inputs, outputs) =
+            (place(area(INPUT_ASSIGNMENT), true), place(area(OUTPUT_ASSIGNMENT), false));
         Ok(Slave { name, inputs, outputs })
     }
 
@@ -310,7 +312,7 @@ impl Learnt {
 
 /// Returns true for objects that describe PDOs.
 fn is_kept(index: u16) -> bool {
-    matches!(index, OUTPUTS | INPUTS | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
+    matches!(index, OUTPUT_ASSIGNMENT | INPUT_ASSIGNMENT | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
 }
 
 /// Returns the data of a transfer in one message, or `None` for a segmented one.

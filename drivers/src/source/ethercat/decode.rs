@@ -6,7 +6,9 @@ use super::Seen;
 use super::clock::CycleClock;
 use crate::ethercat::{AL_STATUS, BRD, Datagram, EthercatFrame};
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
-use crate::layout::{AL_STATUS_BITS, Gathered, ProcessData, ProcessDatagram, SYNC, WRONG_COUNTER};
+use crate::layout::{
+    AL_STATUS_BITS, Gathered, ProcessData, ProcessDatagram, SYNC_FRAME, WRONG_COUNTER,
+};
 
 /// Converts packets to frames. Nothing is allocated after [`Decoder::new`].
 #[derive(Debug)]
@@ -98,7 +100,7 @@ impl Decoder {
                 continue;
             }
             if number == 0 {
-                self.ready.push_back(frame(&SYNC, &[], None).with_stamp(stamp_ns));
+                self.ready.push_back(frame(&SYNC_FRAME, &[], None).with_stamp(stamp_ns));
             }
             for gathered in &plan.inputs {
                 let inputs = frame(gathered, datagram.data, Some(state));

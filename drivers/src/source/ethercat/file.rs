@@ -15,7 +15,7 @@ use crate::source::{
 };
 
 /// Name of the only interface of a capture.
-const INTERFACE: &str = "ethercat";
+const INTERFACE_NAME: &str = "ethercat";
 
 /// Process data of a capture (pcap, pcapng), as frames of a layout.
 ///
@@ -56,7 +56,7 @@ impl<R: BufRead> CaptureSource<R> {
         Ok(Self {
             capture,
             decoder: Decoder::new(plan.clone()),
-            interfaces: InterfaceName::new(INTERFACE).into_iter().collect(),
+            interfaces: InterfaceName::new(INTERFACE_NAME).into_iter().collect(),
             ended: false,
             failure: None,
             counters: SourceCounters::default(),

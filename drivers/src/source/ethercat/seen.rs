@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX};
+use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX_START};
 
 /// Counts of the packets and datagrams seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +30,7 @@ impl Seen {
     pub(super) fn returned(&mut self, datagram: &Datagram<'_>) {
         self.logical += u64::from(datagram.is_logical());
         let is_mailbox =
-            matches!(datagram.command, FPRD | FPWR | FPRW) && datagram.register() >= MAILBOX;
+            matches!(datagram.command, FPRD | FPWR | FPRW) && datagram.register() >= MAILBOX_START;
         self.mailbox += u64::from(is_mailbox);
     }
 }

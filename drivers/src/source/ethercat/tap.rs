@@ -7,14 +7,14 @@ use std::time::Instant;
 use super::EthercatError;
 use super::decode::Decoder;
 use crate::clock::HardwareClock;
-use crate::ethercat::ETHERCAT;
+use crate::ethercat::ETHERCAT_TYPE;
 use crate::frame::Frame;
 use crate::layout::CompiledLayout;
 use crate::socket::{
     PACKET_BYTES, ReceiveBuffer, Socket, device_state, monotonic_ns, wait_readable,
 };
 use crate::source::listening::{
-    DropCounter, Listening, MOST_CALLS, ask_for_stamps_and_drops, realtime_now_ns, receive,
+    DropCounter, Listening, MAX_CALLS, ask_for_stamps_and_drops, realtime_now_ns, receive,
     set_receive_buffer, stamp_ns,
 };
 use crate::source::retry::{self, Retry};
@@ -165,7 +165,7 @@ impl Listening for TapSource {
                 };
                 let used = self.decoder.handle_packet(message.bytes, captured_ns);
                 self.counters.passed_over += u64::from(!used);
-            } else if calls < MOST_CALLS && self.fill() {
+            } else if calls < MAX_CALLS && self.fill() {
                 calls += 1;
             } else {
                 break;
@@ -192,7 +192,7 @@ impl Listening for TapSource {
     fn retry_in(&self) -> Option<Duration> {
         match &self.opened {
             None => Some(self.retry.remaining(Instant::now())),
-            Some(_) => (!self.up).then_some(retry::FIRST),
+            Some(_) => (!self.up).then_some(retry::FIRST_DELAY),
         }
     }
 
@@ -251,7 +251,7 @@ fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatE
     ask_for_stamps_and_drops(&socket).map_err(failed("ask for stamps"))?;
     let granted_bytes =
         set_receive_buffer(&socket, wanted_bytes).map_err(failed("set the receive buffer"))?;
-    socket.bind_packets(device, ETHERCAT).map_err(failed("bind"))?;
+    socket.bind_packets(device, ETHERCAT_TYPE).map_err(failed("bind"))?;
     Ok(Opened { socket, device, granted_bytes })
 }
 
@@ -300,7 +300,7 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         assert!(tap.receive_buffer_bytes() > 0 && tap.stamp_clock() == StampClock::Own);
         let wire = Socket::packets().unwrap();
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
-        wire.bind_packets(device, ETHERCAT).unwrap();
+        wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
         let mut capture = Capture::new(CAPTURE, Path::new("a"));
         while let Some(packet) = capture.next_packet().unwrap() {
             wire.send(packet.bytes).unwrap();

@@ -3,7 +3,7 @@
 use super::bytes::Bytes;
 use super::error::Corruption;
 use super::info::McapInfo;
-use super::{TOPIC, joint_states, message, op};
+use super::{TOPIC_PREFIX, joint_states, message, op};
 use crate::frame::Frame;
 use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
 
@@ -96,7 +96,7 @@ impl Content {
         if !ours || self.channels.iter().any(|(available, _)| *available == id) {
             return Ok(());
         }
-        let name = topic.strip_prefix(TOPIC).and_then(|name| InterfaceName::new(name).ok());
+        let name = topic.strip_prefix(TOPIC_PREFIX).and_then(|name| InterfaceName::new(name).ok());
         let name = name.ok_or_else(|| Corruption::Topic(topic.chars().take(64).collect()))?;
         let index = index_of(&mut self.interfaces, name, self.listed)?;
         self.channels.push((id, index));

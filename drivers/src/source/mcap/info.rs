@@ -11,12 +11,12 @@ pub const METADATA_NAME: &str = "didim";
 /// Longest metadata record that is read \[bytes\].
 const MAX_METADATA: usize = 1 << 20;
 
-const VERSION: &str = "version";
-const CELL: &str = "cell";
-const CONFIGURATION: &str = "configuration";
-const OFFSET: &str = "offset_ns";
-const INTERFACES: &str = "interfaces";
-const RUN: &str = "run";
+const VERSION_KEY: &str = "version";
+const CELL_KEY: &str = "cell";
+const CONFIGURATION_KEY: &str = "configuration";
+const OFFSET_KEY: &str = "offset_ns";
+const INTERFACES_KEY: &str = "interfaces";
+const RUN_KEY: &str = "run";
 
 /// Origin of the frames, and the time base of their stamps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,12 +43,12 @@ impl McapInfo {
         let mut map = self.more.clone();
         map.extend(
             [
-                (VERSION, self.version.clone()),
-                (CELL, self.cell.clone()),
-                (CONFIGURATION, self.configuration.clone()),
-                (RUN, self.run.clone()),
-                (OFFSET, self.offset_ns.to_string()),
-                (INTERFACES, names.join(" ")),
+                (VERSION_KEY, self.version.clone()),
+                (CELL_KEY, self.cell.clone()),
+                (CONFIGURATION_KEY, self.configuration.clone()),
+                (RUN_KEY, self.run.clone()),
+                (OFFSET_KEY, self.offset_ns.to_string()),
+                (INTERFACES_KEY, names.join(" ")),
             ]
             .map(|(key, value)| (key.to_owned(), value)),
         );
@@ -66,12 +66,12 @@ impl McapInfo {
         while !pairs.0.is_empty() {
             let (key, value) = (pairs.text()?, pairs.text()?.to_owned());
             match key {
-                VERSION => info.version = value,
-                CELL => info.cell = value,
-                CONFIGURATION => info.configuration = value,
-                RUN => info.run = value,
-                OFFSET => offset = value.parse().ok(),
-                INTERFACES => {
+                VERSION_KEY => info.version = value,
+                CELL_KEY => info.cell = value,
+                CONFIGURATION_KEY => info.configuration = value,
+                RUN_KEY => info.run = value,
+                OFFSET_KEY => offset = value.parse().ok(),
+                INTERFACES_KEY => {
                     let names = value.split_whitespace();
                     info.interfaces =
                         names.map(InterfaceName::new).collect::<Result<_, _>>().ok()?;

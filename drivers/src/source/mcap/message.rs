@@ -27,7 +27,7 @@ uint8[<=64] data
 pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Number of bytes before the data.
-pub(super) const HEAD: usize = 4 + 16;
+pub(super) const HEAD_BYTES: usize = 4 + 16;
 
 /// Appends the frame.
 pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {

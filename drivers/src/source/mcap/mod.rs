@@ -47,7 +47,7 @@ pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 const MAX_RECORD: u64 = 32 << 20;
 
 /// Prefix of topics.
-const TOPIC: &str = "/can/";
+const TOPIC_PREFIX: &str = "/can/";
 
 /// Opcodes of records (the specification's table).
 mod op {

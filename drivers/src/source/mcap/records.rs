@@ -8,7 +8,7 @@ use super::{MAGIC, MAX_RECORD, op};
 
 /// Initial capacity for records: larger than the chunks of this program, so that further reading
 /// allocates nothing.
-const CAPACITY: usize = 1 << 20;
+const RECORD_CAPACITY: usize = 1 << 20;
 
 /// Kind of the end of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl<R: Read> Records<R> {
             }
             _ => return Err(McapError::NotMcap { path: path.into() }),
         }
-        let body = Vec::with_capacity(CAPACITY);
+        let body = Vec::with_capacity(RECORD_CAPACITY);
         let next = MAGIC.len() as u64;
         Ok(Self { reader, path: path.into(), next, offset: next, body, end: None })
     }

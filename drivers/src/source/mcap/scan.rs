@@ -14,7 +14,7 @@ use super::{MAGIC, op};
 const MAX_METADATA: u64 = 1 << 20;
 
 /// Size of a chunk's head with the longest relevant name of a compression \[bytes\].
-const CHUNK_HEAD: u64 = 40 + 16;
+const CHUNK_HEAD_BYTES: u64 = 40 + 16;
 
 /// One chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +79,7 @@ impl McapScan {
                     scan.end = FileEnd::Finished;
                     return Ok(scan);
                 }
-                op::CHUNK => length.min(CHUNK_HEAD),
+                op::CHUNK => length.min(CHUNK_HEAD_BYTES),
                 op::METADATA if scan.info.is_none() && length <= MAX_METADATA => length,
                 _ => 0,
             };

@@ -6,14 +6,14 @@ use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::write::{NoSeek, WriteOptions, Writer};
 
 use super::info::{METADATA_NAME, McapInfo};
-use super::{JointState, TOPIC, joint_states, message};
+use super::{JointState, TOPIC_PREFIX, joint_states, message};
 use crate::frame::{Frame, MAX_PAYLOAD};
 
 /// Chunks are closed at this size, or when a caller needs them on disk \[bytes\].
-const CHUNK: u64 = 128 << 10;
+const CHUNK_SIZE: u64 = 128 << 10;
 
 /// Size of a message without its payload \[bytes\]: record, message, and its entry in the index.
-const MESSAGE_BYTES: u64 = 9 + 22 + message::HEAD as u64 + 16;
+const MESSAGE_BYTES: u64 = 9 + 22 + message::HEAD_BYTES as u64 + 16;
 
 /// Size of a chunk without its messages, with its entries in both indexes, for each interface.
 const CHUNK_BYTES: u64 = 256;
@@ -88,7 +88,7 @@ impl<W: Write> McapWriter<W> {
             .compression(None)
             .profile("ros2")
             .library(library)
-            .chunk_size(Some(CHUNK))
+            .chunk_size(Some(CHUNK_SIZE))
             // Chunks are collected in memory and written as a unit.
             .disable_seeking(true);
         let mut writer = options.create(NoSeek::new(out))?;
@@ -100,10 +100,10 @@ impl<W: Write> McapWriter<W> {
         let schema = writer.add_schema(message::SCHEMA_NAME, message::SCHEMA_ENCODING, schema)?;
         let mut channels = Vec::with_capacity(info.interfaces.len());
         for name in &info.interfaces {
-            let (topic, none) = (format!("{TOPIC}{name}"), Default::default());
+            let (topic, none) = (format!("{TOPIC_PREFIX}{name}"), Default::default());
             channels.push(writer.add_channel(schema, &topic, message::MESSAGE_ENCODING, &none)?);
         }
-        let message = Vec::with_capacity(message::HEAD + MAX_PAYLOAD);
+        let message = Vec::with_capacity(message::HEAD_BYTES + MAX_PAYLOAD);
         let ends = END_BYTES + 3 * message::SCHEMA.len() as u64 + described as u64;
         let bytes = ends + CHUNK_BYTES + 3 * CHANNEL_BYTES * channels.len() as u64;
         let info = info.clone();
@@ -165,7 +165,7 @@ impl<W: Write> McapWriter<W> {
         self.writer.write_to_known_channel(header, &self.message)?;
         self.in_chunk += most_bytes;
         self.bytes += most_bytes;
-        if self.in_chunk > CHUNK {
+        if self.in_chunk > CHUNK_SIZE {
             self.flush()?;
         }
         Ok(())
@@ -178,7 +178,7 @@ impl<W: Write> McapWriter<W> {
 
     /// Returns the same upper bound for a state of these joints.
     pub fn joints_bytes(names: &[String]) -> u64 {
-        MESSAGE_BYTES - message::HEAD as u64 + joint_states::most_bytes(names)
+        MESSAGE_BYTES - message::HEAD_BYTES as u64 + joint_states::most_bytes(names)
     }
 
     /// Closes the chunk and passes it to the output.

@@ -12,7 +12,7 @@ use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
 use crate::socket::{Message, ReceiveBuffer, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::SourceCounters;
-use crate::source::listening::{DropCounter, MOST_CALLS, realtime_now_ns, stamp_ns};
+use crate::source::listening::{DropCounter, MAX_CALLS, realtime_now_ns, stamp_ns};
 use crate::source::retry::{self, Retry};
 
 /// Granted settings and counters of an interface.
@@ -106,7 +106,7 @@ impl Link {
     pub(super) fn retry_in(&self) -> Option<Duration> {
         match self.state {
             State::Up => None,
-            State::Down => Some(retry::FIRST),
+            State::Down => Some(retry::FIRST_DELAY),
             State::Gone(retry) => Some(retry.remaining(Instant::now())),
         }
     }
@@ -137,7 +137,7 @@ impl Link {
     /// Takes frames from the kernel if none are left; does not wait.
     pub(super) fn fill(&mut self) {
         self.reopen_when_due();
-        for _ in 0..MOST_CALLS {
+        for _ in 0..MAX_CALLS {
             let Some(opened) = self.opened.as_ref().filter(|_| self.head.is_none()) else {
                 return;
             };

@@ -14,7 +14,7 @@ use crate::source::{
 };
 
 /// Number of bytes at the start of a file that identify its kind.
-const BEGIN: u64 = 256;
+const DETECTION_BYTES: u64 = 256;
 
 /// Frames of a candump log, in the order of its lines.
 ///
@@ -42,7 +42,8 @@ impl TextLog {
     /// Returns true if a file begins like a log.
     pub fn is_one(path: &Path) -> bool {
         let mut begin = Vec::new();
-        let read = File::open(path).and_then(|file| file.take(BEGIN).read_to_end(&mut begin));
+        let read =
+            File::open(path).and_then(|file| file.take(DETECTION_BYTES).read_to_end(&mut begin));
         let first = begin.trim_ascii_start();
         read.is_ok() && (first.starts_with(b"(") || !Format::detect(first).ends_lines())
     }

@@ -188,7 +188,7 @@ fn names_that_are_not_ours_neither_count_nor_go() {
 fn a_result_is_stored_even_if_its_copy_and_the_oldest_are_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
     // Folders with the names of files: they are neither replaced nor removed, for root as well.
-    fs::create_dir(folder.path().join(LATEST)).unwrap();
+    fs::create_dir(folder.path().join(LATEST_FILE)).unwrap();
     fs::create_dir(folder.path().join("result-00000000.json")).unwrap();
     let mut store = Store::open(folder.path(), 1).unwrap();
     for index in 1..3 {

@@ -11,7 +11,7 @@ use super::line::{HISTORY_SCHEMA, HistoryLine};
 use crate::archive::store::error::{StoreError, io_error, write};
 use crate::files::remove_leftovers;
 
-pub(super) const NAME: &str = "history.jsonl";
+pub(super) const FILE_NAME: &str = "history.jsonl";
 /// Maximum length of a line \[bytes\]: 1,000 parameters and a note take a tenth of it.
 pub(super) const MAX_LINE: u64 = 1 << 20;
 
@@ -45,7 +45,7 @@ pub enum HistoryError {
 /// # Errors
 /// [`HistoryError`].
 pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryError> {
-    let path = folder.join(NAME);
+    let path = folder.join(FILE_NAME);
     let file = File::open(&path).map_err(|cause| match cause.kind() {
         io::ErrorKind::NotFound => HistoryError::None { folder: folder.to_owned() },
         _ => HistoryError::Io { path: path.clone(), cause },
@@ -147,8 +147,8 @@ impl HistoryFile {
         keep: usize,
         recent: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
-        let path = folder.join(NAME);
-        remove_leftovers(folder, |name| name == NAME)
+        let path = folder.join(FILE_NAME);
+        remove_leftovers(folder, |name| name == FILE_NAME)
             .map_err(io_error("clean up the folder", folder))?;
         let mut last = VecDeque::new();
         let scan = match File::open(&path) {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{HistoryError, MAX_LINE, NAME, understand};
+use super::file::{FILE_NAME, HistoryError, MAX_LINE, understand};
 use super::line::HistoryLine;
 use crate::archive::store::timestamp::Timestamp;
 
@@ -52,7 +52,7 @@ pub struct HistoryFollower {
 impl HistoryFollower {
     /// Follows the history in a results folder: all of it, or the lines after a mark.
     pub fn new(folder: &Path, mark: Option<HistoryMark>) -> Self {
-        Self { path: folder.join(NAME), mark, place: None, passed_over: 0 }
+        Self { path: folder.join(FILE_NAME), mark, place: None, passed_over: 0 }
     }
 
     /// Returns the next line, or `None` as long as there is none. A history may have been shortened

@@ -19,7 +19,7 @@ pub(super) struct Survey {
 
 impl Survey {
     /// State of the arm at its baseline.
-    pub(super) const NONE: Self =
+    pub(super) const BASELINE_STATE: Self =
         Self { mass: Some(Uncertain { value: 0.0, standard_deviation: 0.0 }), seen: false };
 
     pub(super) fn from_load(found: &FoundLoad) -> Self {
@@ -86,12 +86,12 @@ mod tests {
 
     #[test]
     fn a_load_counts_when_two_looks_agree() {
-        let mut track = LoadTrack::from(Survey::NONE);
+        let mut track = LoadTrack::from(Survey::BASELINE_STATE);
         assert_eq!(track.handle_look(survey(0.1, 0.05)), None);
         // The load is picked up during one survey, and complete in the next.
         assert_eq!(track.handle_look(survey(1.0, 0.1)), None);
         assert!(track.suspects());
-        assert_eq!(track.handle_look(survey(2.0, 0.05)), Some(Survey::NONE));
+        assert_eq!(track.handle_look(survey(2.0, 0.05)), Some(Survey::BASELINE_STATE));
         assert_eq!(track.level(), survey(2.0, 0.05));
         assert_eq!(track.handle_look(survey(2.1, 0.05)), None);
         // Put down.
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn what_is_odd_once_or_on_either_side_is_no_change() {
-        let mut track = LoadTrack::from(Survey::NONE);
+        let mut track = LoadTrack::from(Survey::BASELINE_STATE);
         for value in [1.0, 0.0, 1.0, -1.0, 1.0, 0.1] {
             assert_eq!(track.handle_look(survey(value, 0.1)), None, "{value}");
         }
@@ -112,10 +112,10 @@ mod tests {
     #[test]
     fn where_no_mass_is_reported_it_counts_whether_a_load_is_seen() {
         let seen = |seen| Survey { mass: None, seen };
-        let mut track = LoadTrack::from(Survey::NONE);
+        let mut track = LoadTrack::from(Survey::BASELINE_STATE);
         assert_eq!(track.handle_look(seen(false)), None);
         assert_eq!(track.handle_look(seen(true)), None);
-        assert_eq!(track.handle_look(seen(true)), Some(Survey::NONE));
+        assert_eq!(track.handle_look(seen(true)), Some(Survey::BASELINE_STATE));
         assert_eq!(track.level(), seen(true));
     }
 }

@@ -20,9 +20,9 @@ use crate::live::worker::state::SharedEstimation;
 use crate::window::Window;
 
 /// Maximum time until a set or cleared baseline is noticed.
-const LOOK_EVERY: Duration = Duration::from_millis(500);
+const BASELINE_POLL_INTERVAL: Duration = Duration::from_millis(500);
 /// Interval at which a wait for the thread checks if it is over.
-const POLL: Duration = Duration::from_millis(2);
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 /// Message while there is no baseline.
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
 
@@ -84,7 +84,7 @@ impl LoadWatch {
                 return Ok(());
             }
             self.shared.count_iteration();
-            std::thread::sleep(POLL);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -94,7 +94,7 @@ impl LoadWatch {
         drop(self.parts);
         while !self.thread.is_finished() && !stop.load(Ordering::Relaxed) {
             self.shared.count_iteration();
-            std::thread::sleep(POLL);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 }
@@ -114,7 +114,7 @@ impl Watcher {
         Self {
             watch,
             baseline: None,
-            track: LoadTrack::from(Survey::NONE),
+            track: LoadTrack::from(Survey::BASELINE_STATE),
             shared,
             changes: LogRate::default(),
         }
@@ -123,7 +123,7 @@ impl Watcher {
     fn run(&mut self, parts: &Receiver<Piece>) {
         self.look_for_baseline();
         loop {
-            match parts.recv_timeout(LOOK_EVERY) {
+            match parts.recv_timeout(BASELINE_POLL_INTERVAL) {
                 Ok(Piece { window, identifier }) => {
                     self.look_for_baseline();
                     if let Some(baseline) = &self.baseline
@@ -153,7 +153,7 @@ impl Watcher {
             }
         };
         self.baseline = baseline;
-        self.track = LoadTrack::from(Survey::NONE);
+        self.track = LoadTrack::from(Survey::BASELINE_STATE);
         report(&self.shared, |status| {
             *status = LoadStatus {
                 why_not: Some(why_not),

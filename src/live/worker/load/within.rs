@@ -8,7 +8,7 @@ use crate::live::worker::open::look_samples;
 use crate::window::Window;
 
 /// Maximum number of parts into which a window is split.
-const PARTS: usize = 16;
+const MAX_PARTS: usize = 16;
 
 /// Finds the payload of an arm during a window. `None` if the configuration searches for no load.
 pub(in crate::live::worker) fn load_of_window(
@@ -38,7 +38,7 @@ fn change(identifier: &Identifier, baseline: &Baseline, window: &Window) -> Opti
 fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
     let Window { number, sample_rate_hz, samples, counted, end, .. } = window;
     let (before, after) = (counted.start, samples.len() - counted.end);
-    let parts = (counted.len() / look_samples(*sample_rate_hz)).clamp(1, PARTS);
+    let parts = (counted.len() / look_samples(*sample_rate_hz)).clamp(1, MAX_PARTS);
     let length = counted.len() / parts;
     (0..parts).map(move |part| {
         let first = part * length;

@@ -10,9 +10,9 @@ use super::HistoryReport;
 use crate::text::to_uncertainty;
 
 /// Width and height of a small curve.
-const SIZE: (f64, f64) = (180.0, 24.0);
+const CURVE_SIZE: (f64, f64) = (180.0, 24.0);
 /// Free margin at its edges, so that the last point is not clipped.
-const EDGE: f64 = 3.0;
+const CURVE_MARGIN: f64 = 3.0;
 
 /// Creates a row per parameter; those that use most of their bands come first.
 pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
@@ -64,7 +64,7 @@ fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
 
 /// Creates the curve. It is hidden from screen readers, because the row's numbers say the same.
 fn curve(report: &HistoryReport<'_>, name: &str) -> Markup {
-    let (width, height) = SIZE;
+    let (width, height) = CURVE_SIZE;
     let view = format!("0 0 {width} {height}");
     html! {
         svg.spark viewBox=(view) width=(width) height=(height) aria-hidden="true" {
@@ -84,15 +84,15 @@ fn draw(report: &HistoryReport<'_>, name: &str) -> String {
     let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     let span = (high - low).max(1e-9 * high.abs()).max(1e-12);
     let days = (last - first).max(1e-6);
-    let x = |at: f64| EDGE + (at - first) / days * (SIZE.0 - 2.0 * EDGE);
-    let y = |value: f64| EDGE + (high - value) / span * (SIZE.1 - 2.0 * EDGE);
+    let x = |at: f64| CURVE_MARGIN + (at - first) / days * (CURVE_SIZE.0 - 2.0 * CURVE_MARGIN);
+    let y = |value: f64| CURVE_MARGIN + (high - value) / span * (CURVE_SIZE.1 - 2.0 * CURVE_MARGIN);
     // Writing to a String cannot fail.
     if let Some([bottom, top]) = band {
         let _ = write!(
             svg,
             r#"<rect class="shade" x="0" y="{:.1}" width="{}" height="{:.1}"/>"#,
             y(top),
-            SIZE.0,
+            CURVE_SIZE.0,
             y(bottom) - y(top)
         );
     }

@@ -7,14 +7,14 @@ use crate::window::NoteError;
 pub const MAX_REQUEST: usize = 512;
 
 /// Valid request lines, shown in errors.
-const REQUESTS: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, baseline \
+const VALID_REQUESTS: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, baseline \
     set [N]|clear, reload";
 
 /// Error of a line that is not a valid request. Write one of the listed requests.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// The command is unknown.
-    #[error("unknown command; known: {REQUESTS}")]
+    #[error("unknown command; known: {VALID_REQUESTS}")]
     Unknown,
     /// The line is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]

@@ -22,15 +22,15 @@ const fn page(
     CommandPage { command, description, examples, files, see_also }
 }
 
-const SHARED: [&str; 2] = ["/usr/share/didim/config", "example cells, robots and layouts"];
-const STATE: [&str; 2] = [
+const SHARED_FILES: [&str; 2] = ["/usr/share/didim/config", "example cells, robots and layouts"];
+const STATE_FILES: [&str; 2] = [
     "/var/lib/didim",
     "results, history, baseline and recordings, unless the cell names another folder",
 ];
-const RUNTIME: [&str; 2] =
+const RUNTIME_FILES: [&str; 2] =
     ["/run/didim", "the sockets of the service, unless the cell names another folder"];
-const CELL: [&str; 2] = ["/etc/didim/cell.toml", "the cell of the service"];
-const FILES_OF_CELLS: &[[&str; 2]] = &[SHARED];
+const SERVICE_CELL: [&str; 2] = ["/etc/didim/cell.toml", "the cell of the service"];
+const FILES_OF_CELLS: &[[&str; 2]] = &[SHARED_FILES];
 
 pub(super) const PAGES: &[CommandPage] = &[
     page(
@@ -50,7 +50,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ],
             ["didim run --cell cell.toml", "identify it while it works"],
         ],
-        &[CELL, SHARED, STATE, RUNTIME],
+        &[SERVICE_CELL, SHARED_FILES, STATE_FILES, RUNTIME_FILES],
         &["didim-cell(5)", "didim-robot(5)", "didim-parameters(7)"],
     ),
     page(
@@ -76,7 +76,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "the half with the bus of a service in two",
             ],
         ],
-        &[CELL, STATE, RUNTIME],
+        &[SERVICE_CELL, STATE_FILES, RUNTIME_FILES],
         &["didim-cell(5)", "didim-check(1)", "didim-status(1)", "didim-history(1)"],
     ),
     page(
@@ -105,7 +105,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "the stored result of a kept recording",
             ],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-run(1)", "didim-identify(1)"],
     ),
     page(
@@ -142,7 +142,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             "didim predict --cell cell.toml --result result.json --input other.csv",
             "how well it predicts another motion",
         ]],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-identify(1)", "didim-parameters(7)"],
     ),
     page(
@@ -154,7 +154,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             --declared-mass-kg 2.5",
             "and compare with the mass that is declared",
         ]],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-identify(1)", "didim-note(1)"],
     ),
     page(
@@ -183,7 +183,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "as C, on standard output",
             ],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-robot(5)", "didim-identify(1)"],
     ),
     page(
@@ -202,7 +202,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "the motions as files too, next-1.csv and so on",
             ],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-design(1)", "didim-identify(1)", "didim-parameters(7)"],
     ),
     page(
@@ -257,7 +257,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "inside a box, with a page to look at",
             ],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-advise(1)", "didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
     ),
     page(
@@ -338,28 +338,28 @@ pub(super) const PAGES: &[CommandPage] = &[
         "status",
         "Asks the running service on its status socket; with two processes, both halves.",
         &[["didim status --json", "everything, as one object"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-top(1)", "didim-metrics(1)"],
     ),
     page(
         "metrics",
         "Serves the status of a running service over HTTP, in the text format of Prometheus.",
         &[["didim metrics --listen 127.0.0.1:9752", "to this machine only"]],
-        &[RUNTIME, ["/etc/default/didim-metrics", "arguments of the unit"]],
+        &[RUNTIME_FILES, ["/etc/default/didim-metrics", "arguments of the unit"]],
         &["didim-status(1)"],
     ),
     page(
         "top",
         "Shows the status of a running service anew every second. q ends it.",
         &[["didim top --cell cell.toml", "of the service of this cell"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-status(1)", "didim-parameters(7)"],
     ),
     page(
         "window",
         "Sets the beginning or the end of a window of the running service.",
         &[["didim window identify", "identify the samples recorded so far"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-cell(5)", "didim-note(1)"],
     ),
     page(
@@ -367,7 +367,7 @@ pub(super) const PAGES: &[CommandPage] = &[
         "Makes the running service read its cell file again. Changes of the bus are refused, \
          with the key, because they need a restart.",
         &[["didim reload", "after the cell file was changed"]],
-        &[RUNTIME, CELL],
+        &[RUNTIME_FILES, SERVICE_CELL],
         &["didim-cell(5)", "didim-check(1)"],
     ),
     page(
@@ -384,14 +384,14 @@ pub(super) const PAGES: &[CommandPage] = &[
         "capture start",
         "Begins a capture. It ends by `capture stop`, or at the limits of the cell.",
         &[["didim capture start gripper", "with a name"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-capture(1)", "didim-cell(5)"],
     ),
     page(
         "capture stop",
         "Ends the capture that runs.",
         &[["didim capture stop", "the file follows some seconds later"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-capture(1)"],
     ),
     page(
@@ -399,7 +399,7 @@ pub(super) const PAGES: &[CommandPage] = &[
         "Stores facts that the bus does not carry, with the open window or with the next \
          identified one.",
         &[["didim note --payload-kg 2.5 --temperature-c 31", "payload and temperature"]],
-        &[RUNTIME],
+        &[RUNTIME_FILES],
         &["didim-history(1)", "didim-payload(1)"],
     ),
     page(
@@ -411,7 +411,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim history --report history.html", "every parameter, in one HTML file"],
             ["didim history --out history.parquet", "every parameter, for a database"],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-baseline(1)", "didim-parameters(7)"],
     ),
     page(
@@ -437,28 +437,28 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim baseline set", "the arm is as it should be"],
             ["didim baseline show", "reference of later results"],
         ],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-history(1)", "didim-cell(5)"],
     ),
     page(
         "baseline set",
         "Takes the last result that is usable for monitoring, or the one whose number is given.",
         &[["didim baseline set", "the last result"], ["didim baseline set 42", "result 42"]],
-        &[STATE, RUNTIME],
+        &[STATE_FILES, RUNTIME_FILES],
         &["didim-baseline(1)", "didim-history(1)"],
     ),
     page(
         "baseline clear",
         "Removes the baseline: later results are not compared.",
         &[["didim baseline clear", "compare with none"]],
-        &[STATE, RUNTIME],
+        &[STATE_FILES, RUNTIME_FILES],
         &["didim-baseline(1)"],
     ),
     page(
         "baseline show",
         "Prints the parameters of the baseline with their standard deviations.",
         &[["didim baseline show", "of the service on this machine"]],
-        &[STATE],
+        &[STATE_FILES],
         &["didim-baseline(1)", "didim-parameters(7)"],
     ),
     page(
@@ -469,7 +469,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim check --cell /etc/didim/cell.toml", "this cell on this machine"],
             ["didim check --cell cell.toml --other-machine", "the cell alone"],
         ],
-        &[CELL, SHARED],
+        &[SERVICE_CELL, SHARED_FILES],
         &["didim-cell(5)", "didim-robot(5)", "didim-run(1)"],
     ),
 ];

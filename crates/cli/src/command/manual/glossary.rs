@@ -4,10 +4,10 @@ use didim_dynamics::robot::JointKind::{Prismatic, Revolute};
 use didim_dynamics::robot::ParameterKind::{self, *};
 
 use super::page::{Block, Page};
-use didim::report::names::{NAMES, meaning};
+use didim::report::names::{NAME_PARTS, meaning};
 
 /// Every kind, in the order of a model.
-pub(super) const KINDS: [ParameterKind; 22] = [
+pub(super) const PARAMETER_KINDS: [ParameterKind; 22] = [
     Xx,
     Xy,
     Xz,
@@ -64,13 +64,13 @@ pub(super) fn page() -> Page {
             ),
             Block::Table {
                 head: head(&["symbol", "unit", "meaning"]),
-                rows: KINDS.iter().map(row).collect(),
+                rows: PARAMETER_KINDS.iter().map(row).collect(),
             },
             Block::Heading("Names".to_owned()),
             text("A name is a symbol and a number, and may end in `r`."),
             Block::Table {
                 head: head(&["name", "meaning"]),
-                rows: NAMES.iter().map(|row| head(row)).collect(),
+                rows: NAME_PARTS.iter().map(|row| head(row)).collect(),
             },
         ],
         files: &[],

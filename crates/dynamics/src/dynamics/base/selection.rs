@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use super::error::BaseParametersError;
 
 /// Least length of the part outside the basis of an independent column of unit length.
-const INDEPENDENT: f64 = 1e-7;
+const MIN_INDEPENDENT_LENGTH: f64 = 1e-7;
 /// Largest length of that part for a dependent column. Between both limits, no decision is
 /// possible.
-const DEPENDENT: f64 = 1e-10;
+const MAX_DEPENDENT_LENGTH: f64 = 1e-10;
 /// Length relative to the longest column below which a column has no effect.
 const NO_EFFECT: f64 = 1e-12;
 
@@ -43,10 +43,10 @@ pub fn select_columns(
     for &column in preference.iter().filter(|column| !without_effect.contains(column)) {
         let outside = outside(&basis, unit(column));
         let length = outside.norm();
-        if length > INDEPENDENT {
+        if length > MIN_INDEPENDENT_LENGTH {
             basis.push(outside / length);
             chosen.push(column);
-        } else if length > DEPENDENT {
+        } else if length > MAX_DEPENDENT_LENGTH {
             return Err(BaseParametersError::AmbiguousRank { length });
         }
     }
@@ -67,7 +67,9 @@ pub fn select_columns(
         let Some(share) = share else {
             return Err(BaseParametersError::RankMismatch { chosen: chosen.len(), rank });
         };
-        for (row, &share) in share.iter().enumerate().filter(|(_, share)| share.abs() > DEPENDENT) {
+        for (row, &share) in
+            share.iter().enumerate().filter(|(_, share)| share.abs() > MAX_DEPENDENT_LENGTH)
+        {
             regrouping[(row, column)] = share * lengths[column] / lengths[chosen[row]];
         }
     }
@@ -86,10 +88,10 @@ fn rank(mut columns: Vec<DVector<f64>>) -> Result<usize, BaseParametersError> {
         // rounding.
         let pivot = outside(&basis, columns.swap_remove(index));
         let length = pivot.norm();
-        if length <= DEPENDENT {
+        if length <= MAX_DEPENDENT_LENGTH {
             break;
         }
-        if length <= INDEPENDENT {
+        if length <= MIN_INDEPENDENT_LENGTH {
             return Err(BaseParametersError::AmbiguousRank { length });
         }
         let pivot = pivot / length;

@@ -8,10 +8,10 @@ use didim_dynamics::SignalTiming;
 use didim_dynamics::control::ControlTiming;
 
 /// Two delays this close are the same \[s\].
-const SAME_DELAY_S: f64 = 1e-9;
+const DELAY_TOLERANCE_S: f64 = 1e-9;
 
 /// A shift this close to a whole sample is one: it is a product of rounded times.
-const WHOLE_SAMPLE: f64 = 1e-9;
+const SAMPLE_TOLERANCE: f64 = 1e-9;
 
 /// Returns the shift of the logged torque, in samples, that makes it the torque of the simulated
 /// sample.
@@ -38,7 +38,7 @@ pub(super) fn torque_shift_samples(
 ) -> Result<f64, IdentificationError> {
     if let ControlTiming::Sampled { computation_delay_s, .. } = controller {
         let is_held = logged.hold_s > 0.0;
-        if is_held && (logged.delay_s - computation_delay_s).abs() > SAME_DELAY_S {
+        if is_held && (logged.delay_s - computation_delay_s).abs() > DELAY_TOLERANCE_S {
             return Err(IdentificationError::TorqueDelay {
                 logged_s: logged.delay_s,
                 simulated_s: computation_delay_s,
@@ -48,7 +48,7 @@ pub(super) fn torque_shift_samples(
     let shift_s = logged.mean_delay_s() - controller.mean_time_after_sample_s();
     let shift = shift_s * sample_rate_hz;
     let rounded = shift.round();
-    Ok(if (shift - rounded).abs() < WHOLE_SAMPLE { rounded } else { shift })
+    Ok(if (shift - rounded).abs() < SAMPLE_TOLERANCE { rounded } else { shift })
 }
 
 /// Returns the measured torques of the rows, shifted to the simulated samples.

@@ -9,12 +9,12 @@ use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
 /// Smallest inertia of a joint, as a share of the largest: an estimate on its way may have none,
 /// and gains that follow it must not vanish.
-const SMALLEST_SHARE: f64 = 1e-3;
+const MIN_INERTIA_SHARE: f64 = 1e-3;
 
 /// An arm has at least this share of the inertia that the links of [`missing_inertia`] have, and
 /// gets twice as much from one trial to the next.
-const LEAST_ADDED: f64 = 1e-3;
-const MOST_TRIALS: i32 = 40;
+const MIN_ADDED_INERTIA: f64 = 1e-3;
+const MAX_TRIALS: i32 = 40;
 
 /// Returns the inertia J_j of every joint \[kg·m², or kg of a prismatic one\] while the others move
 /// freely, 1/(M⁻¹)_jj: over the given postures (postures × joints) one over the mean of (M⁻¹)_jj
@@ -36,7 +36,7 @@ pub fn mean_joint_inertia(model: &Model, parameters: &[f64], postures: &DMatrix<
         }
     });
     let inertia = mobility.map(|sum| counted / sum);
-    let floor = SMALLEST_SHARE * inertia.iter().copied().fold(0.0, f64::max);
+    let floor = MIN_INERTIA_SHARE * inertia.iter().copied().fold(0.0, f64::max);
     inertia.iter().map(|inertia| inertia.max(floor)).collect()
 }
 
@@ -56,7 +56,7 @@ pub(super) fn missing_inertia(
     for_each_mass_matrix(model, &selection.standard(parameters), postures, |mass| {
         diagonal += mass.diagonal().abs() / postures.nrows() as f64;
     });
-    let floor = SMALLEST_SHARE * diagonal.max();
+    let floor = MIN_INERTIA_SHARE * diagonal.max();
     let mut balls = vec![0.0; robot.parameters().parameters().len()];
     for (joint, own) in diagonal.iter().enumerate() {
         ball(robot, joint).for_each(|column| balls[column] = own.max(floor));
@@ -71,10 +71,10 @@ pub(super) fn missing_inertia(
     };
     // With a margin as large as the final one.
     let enough = |added: f64, share: f64| definite(&(parameters + &balls * (added * share)));
-    if enough(LEAST_ADDED, -1.0) {
+    if enough(MIN_ADDED_INERTIA, -1.0) {
         return DVector::zeros(parameters.len());
     }
-    let mut trials = (0..MOST_TRIALS).map(|trial| LEAST_ADDED * 2.0_f64.powi(trial));
+    let mut trials = (0..MAX_TRIALS).map(|trial| MIN_ADDED_INERTIA * 2.0_f64.powi(trial));
     // If inertias are not selected, it may never become definite: the simulation reports it.
     let added = trials.find(|added| enough(*added, 0.5)).unwrap_or(0.0);
     balls * added

@@ -19,7 +19,7 @@ use didim_dynamics::simulation::NoiseConfig;
 const MOTION_BAND: f64 = 0.4;
 
 /// Chooses the noise: the same for every experiment, so that the same input gives the same result.
-const SEED: u64 = 1;
+const NOISE_SEED: u64 = 1;
 
 /// Torques of the loop with these parameters under half the noise of the positions and all of it,
 /// the same noise otherwise, each samples × joints \[N·m\]. None under a continuous controller,
@@ -36,7 +36,7 @@ pub(super) fn noisy_torques(
     let level = motor_noise(context, outliers)?;
     let noises = [0.5, 1.0].map(|share| NoiseConfig {
         motor_position_rad: Some(level.iter().map(|level| share * level).collect()),
-        ..NoiseConfig::with_seed(SEED)
+        ..NoiseConfig::with_seed(NOISE_SEED)
     });
     Ok(simulator.torques_with_noise(parameters, noises)?.ok())
 }

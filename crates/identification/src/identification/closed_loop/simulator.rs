@@ -19,15 +19,15 @@ use didim_dynamics::trajectory::SampledReference;
 
 /// A record's sample period this close to a whole multiple of the controller's, relative to it, is
 /// one: rates and periods are written with few digits.
-const WHOLE_MULTIPLE: f64 = 1e-6;
+const MULTIPLE_TOLERANCE: f64 = 1e-6;
 
 /// A controller computes no more often per sample of the record.
-const MOST_PERIODS: f64 = 200.0;
+const MAX_PERIODS: f64 = 200.0;
 
 /// Factor on the bandwidth of a substitute controller that does not hold the arm, and the largest
 /// number of such reductions.
-const SLOWER: f64 = 0.7;
-const MOST_SLOWED: u32 = 6;
+const BANDWIDTH_REDUCTION: f64 = 0.7;
+const MAX_BANDWIDTH_REDUCTIONS: u32 = 6;
 
 /// Everything about the loop but the estimate.
 pub(super) struct Simulator<'a> {
@@ -161,14 +161,15 @@ impl<'a> Simulator<'a> {
     /// Impossible gains of the loop.
     pub(super) fn slow_down(&mut self) -> Result<bool, IdentificationError> {
         let is_stand_in = matches!(self.controller, SimulatedController::Bandwidth { .. });
-        if !is_stand_in || self.slowed == MOST_SLOWED {
+        if !is_stand_in || self.slowed == MAX_BANDWIDTH_REDUCTIONS {
             return Ok(false);
         }
         self.slowed += 1;
         let setup = |error| IdentificationError::Setup(SetupError::Control(error));
-        self.controller = self.controller.clone().with_bandwidth(SLOWER).map_err(setup)?;
+        self.controller =
+            self.controller.clone().with_bandwidth(BANDWIDTH_REDUCTION).map_err(setup)?;
         if let Some(fixed) = self.fixed.take() {
-            self.fixed = Some(fixed.with_bandwidth(SLOWER).map_err(setup)?);
+            self.fixed = Some(fixed.with_bandwidth(BANDWIDTH_REDUCTION).map_err(setup)?);
         }
         Ok(true)
     }
@@ -329,8 +330,8 @@ pub(super) fn periods_per_sample(
     let periods = sample_period_s / controller_period_s;
     let whole_periods = periods.round();
     // More is a mistake of units, and takes hours to simulate.
-    if (1.0..=MOST_PERIODS).contains(&whole_periods)
-        && (periods - whole_periods).abs() <= WHOLE_MULTIPLE * whole_periods
+    if (1.0..=MAX_PERIODS).contains(&whole_periods)
+        && (periods - whole_periods).abs() <= MULTIPLE_TOLERANCE * whole_periods
     {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         return Ok(whole_periods as usize);

@@ -12,7 +12,7 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::{JointIndex, ParameterKind, Transmission};
 
 /// Inertias of a load below this share of the largest are none.
-const RANK: f64 = 1e-9;
+const RANK_TOLERANCE: f64 = 1e-9;
 
 /// `g_k t_k = U_k u + l_k` with the rows of drive 1 first, then drive 2, …: t is the torque by the
 /// configured gains, g the correction of these gains, u the arm's base parameters and the unknowns
@@ -183,6 +183,7 @@ fn basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let singular = qr.r().svd(true, false);
     let Some(u) = singular.u else { return DMatrix::zeros(columns.nrows(), 0) };
     let largest = singular.singular_values.max();
-    let significant = (0..u.ncols()).filter(|k| singular.singular_values[*k] > RANK * largest);
+    let significant =
+        (0..u.ncols()).filter(|k| singular.singular_values[*k] > RANK_TOLERANCE * largest);
     qr.q() * u.select_columns(&significant.collect::<Vec<_>>())
 }

@@ -9,9 +9,9 @@ use crate::identification::payload::Distance;
 use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter, Solution};
 
 /// Most steps of the refinement; three are usual.
-const STEPS: usize = 50;
+const MAX_STEPS: usize = 50;
 /// A step below this number of standard deviations is none.
-const AT_REST: f64 = 1e-4;
+const STEP_TOLERANCE: f64 = 1e-4;
 
 /// Gains and unknowns by [`Equation::total_least_squares`].
 pub(super) struct TotalLeastSquares {
@@ -95,7 +95,7 @@ impl Equation {
         let n = free.len();
         let mut inverse = start.gains.map(|gain| 1.0 / gain);
         let mut unknowns = start.unknowns.clone();
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let system = self.linear(&inverse, &unknowns, None)?;
             let solution = self.solved(&system, &inverse, &unknowns)?;
             let sigma = solution.standard_deviations();
@@ -105,7 +105,7 @@ impl Equation {
             let largest_shift = shifts.fold(0.0, f64::max);
             free.iter().zip(estimates.iter()).for_each(|(drive, value)| inverse[*drive] = *value);
             unknowns = estimates.rows(n, estimates.len() - n).into_owned();
-            if largest_shift < AT_REST {
+            if largest_shift < STEP_TOLERANCE {
                 let analysis = ResidualAnalysis::new(&system, &solution, filter);
                 let (mut covariance, mut values) =
                     (analysis.covariance(), solution.parameters.clone());
@@ -118,7 +118,7 @@ impl Equation {
                 return Ok(Estimate { values, covariance, residuals });
             }
         }
-        Err(GainsError::NotSettled { steps: STEPS })
+        Err(GainsError::NotSettled { steps: MAX_STEPS })
     }
 
     /// Returns the distance of the configured centre of the load from the one in the records;

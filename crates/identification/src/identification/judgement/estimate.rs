@@ -317,11 +317,11 @@ pub struct FitMotion {
 
 impl FitMotion {
     /// Rows that are kept at most: twice what a panel has pixels.
-    const MOST: usize = 1000;
+    const MAX_PLOT_ROWS: usize = 1000;
 
     /// Creates it from a motion whose rows are these samples at these times.
     pub(super) fn new(motion: &Motion, samples: &[usize], time_s: &[f64]) -> Self {
-        let every = samples.len().div_ceil(Self::MOST).max(1);
+        let every = samples.len().div_ceil(Self::MAX_PLOT_ROWS).max(1);
         let rows = || samples.iter().copied().step_by(every);
         let joints = 0..motion.position.ncols();
         Self {

@@ -13,7 +13,7 @@ use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, relative_errors};
 
 /// States that are looked at.
-const STATES: usize = 1500;
+const STATE_COUNT: usize = 1500;
 
 /// The same states for every result of an arm.
 const SEED: u64 = 1;
@@ -53,8 +53,8 @@ impl Extrapolation {
             for (joint, [error, torque]) in squares.iter_mut().enumerate() {
                 let [own, further] =
                     [&rows, &nuisance_columns].map(|of| of.rows(joint * count, count));
-                *error += solution.squared_error(own, further) / STATES as f64;
-                *torque += predicted.rows(joint * count, count).norm_squared() / STATES as f64;
+                *error += solution.squared_error(own, further) / STATE_COUNT as f64;
+                *torque += predicted.rows(joint * count, count).norm_squared() / STATE_COUNT as f64;
             }
         }
         let (relative_error, relative_error_per_joint) = relative_errors(&squares);
@@ -69,11 +69,11 @@ impl Extrapolation {
 /// The states are processed in blocks, so that their matrices stay in the nearest caches.
 fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
     /// Number of samples in a block; a divisor of all.
-    const BLOCK: usize = 250;
+    const BLOCK_SAMPLES: usize = 250;
     let all_states = states.matrices();
-    (0..STATES).step_by(BLOCK).map(move |first| {
+    (0..STATE_COUNT).step_by(BLOCK_SAMPLES).map(move |first| {
         let [position, velocity, acceleration] =
-            all_states.each_ref().map(|of| of.rows(first, BLOCK).into_owned());
+            all_states.each_ref().map(|of| of.rows(first, BLOCK_SAMPLES).into_owned());
         Motion::from_matrices(position, velocity, acceleration)
     })
 }
@@ -84,7 +84,7 @@ fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let joints = context.robot.joints();
     let mut uniform = |ranges: &[[f64; 2]]| {
-        let mut values = DMatrix::zeros(STATES, joints);
+        let mut values = DMatrix::zeros(STATE_COUNT, joints);
         for (mut column, [low, high]) in values.column_iter_mut().zip(ranges) {
             let range = Uniform::new_inclusive(low.min(*high), low.max(*high));
             for value in &mut column {

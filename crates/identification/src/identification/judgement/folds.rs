@@ -8,29 +8,29 @@ use crate::identification::observation::Motion;
 use crate::identification::problem::Context;
 
 /// Number of folds of a motion that does not consist of several recordings.
-const FOLDS: usize = 5;
+const FOLD_COUNT: usize = 5;
 
 /// Smallest number of recordings for which each is a fold. With two, each alone would have to
 /// identify everything.
-const RECORDINGS: usize = 3;
+const MIN_RECORDINGS: usize = 3;
 
 /// Largest number of folds. More recordings share them.
-const MOST: usize = 32;
+const MAX_FOLDS: usize = 32;
 
 /// Two states are the same if every position and speed agrees within the sum of two shares. One is
 /// this share of its change between rows, the other is a share of its standard deviation along the
 /// motion.
-const SAME: f64 = 0.6;
-const REPEATABLE: [f64; 2] = [0.02, 0.05];
+const SAME_STATE_SHARE: f64 = 0.6;
+const REPEATABLE_SHARES: [f64; 2] = [0.02, 0.05];
 
 /// Rows at most this far apart are one passage through a state.
-const ONE_PASSAGE: usize = 25;
+const PASSAGE_ROWS: usize = 25;
 
 /// Cell number beyond which all cells are one.
-const FAR: f64 = 1e15;
+const MAX_CELL_NUMBER: f64 = 1e15;
 
 /// A joint moves when it is faster than this share of its highest speed.
-const MOVING: f64 = 0.1;
+const MOVING_SHARE: f64 = 0.1;
 
 /// Motion split into folds of equal length. Repeated motion counts once.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,10 +57,10 @@ impl Folds {
         let mut recordings = of_row.clone();
         recordings.sort_unstable();
         recordings.dedup();
-        if recordings.len() < RECORDINGS {
+        if recordings.len() < MIN_RECORDINGS {
             return cut;
         }
-        let count = recordings.len().min(MOST);
+        let count = recordings.len().min(MAX_FOLDS);
         let number = |of: usize| recordings.partition_point(|before| *before < of) % count;
         Self { of_row: of_row.into_iter().map(number).collect(), count, ..cut }
     }
@@ -77,7 +77,7 @@ impl Folds {
             let around = (a - 1..=a + 1).flat_map(|a| (b - 1..=b + 1).map(move |b| [a, b]));
             let before = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
             let matching = before.filter(|&first| {
-                row - firsts[first] > ONE_PASSAGE && states.same(firsts[first], row)
+                row - firsts[first] > PASSAGE_ROWS && states.same(firsts[first], row)
             });
             let match_of = matching.min();
             if states.moves(row) {
@@ -91,11 +91,11 @@ impl Folds {
             }));
         }
         let distinct = firsts.len();
-        let of_row = like.iter().map(|first| first * FOLDS / distinct.max(1)).collect();
+        let of_row = like.iter().map(|first| first * FOLD_COUNT / distinct.max(1)).collect();
         let first_like = like.into_iter().map(|first| firsts[first]).collect();
         let repeat_count =
             if moving_first > 0.0 { f64::max(moving / moving_first, 1.0) } else { 1.0 };
-        Self { of_row, first_like, count: FOLDS, distinct, repeats: repeat_count }
+        Self { of_row, first_like, count: FOLD_COUNT, distinct, repeats: repeat_count }
     }
 }
 
@@ -128,11 +128,13 @@ impl States {
             ];
             let highest = signals[1].amax();
             for (moving, speed) in moving.iter_mut().zip(&signals[1]) {
-                *moving |= speed.abs() > MOVING * highest;
+                *moving |= speed.abs() > MOVING_SHARE * highest;
             }
-            for (k, share) in REPEATABLE.into_iter().enumerate() {
+            for (k, share) in REPEATABLE_SHARES.into_iter().enumerate() {
                 let repeatable = share * signals[k].variance().sqrt();
-                reach.push(signals[k + 1].map(|rate| SAME * rate.abs() / rows_hz + repeatable));
+                reach.push(
+                    signals[k + 1].map(|rate| SAME_STATE_SHARE * rate.abs() / rows_hz + repeatable),
+                );
             }
             let [position, velocity, _] = signals;
             values.extend([position, velocity]);
@@ -165,7 +167,9 @@ impl States {
         self.finest.map(|column| {
             let widest = self.widest[column];
             #[expect(clippy::cast_possible_truncation, reason = "casts saturate, and far inside")]
-            let cell = (self.values[(row, column)] / widest).floor().clamp(-FAR, FAR) as i64;
+            let cell = (self.values[(row, column)] / widest)
+                .floor()
+                .clamp(-MAX_CELL_NUMBER, MAX_CELL_NUMBER) as i64;
             // A constant value is the same everywhere.
             if widest > 0.0 { cell } else { 0 }
         })

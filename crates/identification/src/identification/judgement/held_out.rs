@@ -15,7 +15,7 @@ use crate::regression::{Observations, relative_errors};
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some
 /// eight.
-pub(crate) const REACH_ROWS: usize = 10;
+pub(crate) const NEIGHBOUR_ROWS: usize = 10;
 
 /// Torques of the pieces of the motion, each predicted with parameters that were found without it
 /// and without what is like it.
@@ -92,15 +92,17 @@ fn without_each(
     torque: &Observations,
     residuals: &DVector<f64>,
 ) -> Option<Vec<DVector<f64>>> {
-    if folds.distinct < folds.count * REACH_ROWS {
+    if folds.distinct < folds.count * NEIGHBOUR_ROWS {
         return None;
     }
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
     // Folds that each row is in or near, one bit for each.
     let mut near = vec![0_u64; rows];
     for (row, piece) in folds.of_row.iter().enumerate() {
-        let end = rows.min(row + REACH_ROWS + 1);
-        near[row.saturating_sub(REACH_ROWS)..end].iter_mut().for_each(|near| *near |= 1 << piece);
+        let end = rows.min(row + NEIGHBOUR_ROWS + 1);
+        near[row.saturating_sub(NEIGHBOUR_ROWS)..end]
+            .iter_mut()
+            .for_each(|near| *near |= 1 << piece);
     }
     let levels = torque.noise_levels(residuals);
     // The equation of the rows of each kind, which is part of several.

@@ -6,14 +6,14 @@ use crate::identification::observation::Motion;
 use crate::regression::{Observations, ResidualAnalysis};
 
 /// An arm rests while no joint is faster than this share of its highest speed.
-const REST: f64 = 0.02;
+const REST_SPEED_SHARE: f64 = 0.02;
 
 /// Moves of fewer rows belong to the one before.
-const FEWEST_ROWS: usize = 5;
+const MIN_ROWS: usize = 5;
 
 /// A motion without rests, or with more than so many moves, is cut into slices of equal length.
-const MOST_MOVES: usize = 30;
-const SLICES: usize = 10;
+const MAX_MOVES: usize = 30;
+const MOTION_SLICES: usize = 10;
 
 /// Share of the information about each parameter that comes from each move.
 ///
@@ -73,8 +73,9 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let speed = |k: usize, joint: usize| motion.velocity(k, joint).abs();
     let highest = |joint: usize| (first..=last).map(|k| speed(k, joint)).fold(0.0, f64::max);
     let highest: Vec<f64> = (0..motion.position.ncols()).map(highest).collect();
-    let rests =
-        |k: usize| highest.iter().enumerate().all(|(joint, most)| speed(k, joint) <= REST * most);
+    let rests = |k: usize| {
+        highest.iter().enumerate().all(|(joint, most)| speed(k, joint) <= REST_SPEED_SHARE * most)
+    };
     // The middle of each rest, as a row.
     let mut ends = Vec::new();
     let mut begun = None;
@@ -95,7 +96,7 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let mut moves: Vec<Range<usize>> = Vec::new();
     let mut start = 0;
     for end in ends.into_iter().chain([samples.len()]) {
-        if end - start >= FEWEST_ROWS {
+        if end - start >= MIN_ROWS {
             moves.push(start..end);
             start = end;
         }
@@ -103,10 +104,10 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     if let Some(last) = moves.last_mut() {
         last.end = samples.len();
     }
-    if (2..=MOST_MOVES).contains(&moves.len()) {
+    if (2..=MAX_MOVES).contains(&moves.len()) {
         return (true, moves);
     }
-    let slices = SLICES.min(samples.len());
+    let slices = MOTION_SLICES.min(samples.len());
     let slice_begin = |slice: usize| slice * samples.len() / slices;
     (false, (0..slices).map(|slice| slice_begin(slice)..slice_begin(slice + 1)).collect())
 }
@@ -165,7 +166,7 @@ mod tests {
         let samples: Vec<usize> = (0..1000).step_by(10).collect();
         let (between_rests, found) = moves(&motion, &samples);
         assert!(!between_rests);
-        assert_eq!(found.len(), SLICES);
+        assert_eq!(found.len(), MOTION_SLICES);
         assert!(found.windows(2).all(|pair| pair[0].end == pair[1].start));
     }
 

@@ -8,7 +8,7 @@ use crate::identification::problem::{Context, IdentificationError};
 use didim_dynamics::numeric::WIDTH;
 
 /// Shares of the residuals that are below each quantile.
-const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
+const QUANTILE_LEVELS: [f64; 3] = [0.99, 0.999, 0.9999];
 
 /// Quantiles of the absolute residuals of one joint \[N·m or N\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -88,7 +88,7 @@ impl Largest {
 
     /// Returns the number of values from the smallest quantile up.
     fn needed(count: usize) -> usize {
-        count - Self::place(count, QUANTILES[0])
+        count - Self::place(count, QUANTILE_LEVELS[0])
     }
 
     /// Returns the index, in rising order, of the value that this share of all values stays below.
@@ -118,10 +118,10 @@ impl Largest {
         }
     }
 
-    fn quantiles(mut self) -> [f64; QUANTILES.len()] {
+    fn quantiles(mut self) -> [f64; QUANTILE_LEVELS.len()] {
         self.forget();
         self.values.sort_unstable_by(f64::total_cmp);
         let forgotten = self.count - self.values.len();
-        QUANTILES.map(|share| self.values[Self::place(self.count, share) - forgotten])
+        QUANTILE_LEVELS.map(|share| self.values[Self::place(self.count, share) - forgotten])
     }
 }

@@ -97,8 +97,8 @@ impl Uncertainty {
             |k: usize| low_passed.iter().map(|of| of.shifted[k].powi(2)).sum::<f64>();
         let combined_by = |solution: &JointSolution| {
             // A configured value that the data contradict does not limit the error of the estimate.
-            let unstated =
-                solution.without_contradicted(&columns.has_prior(), Tolerances::CONTRADICTED);
+            let unstated = solution
+                .without_contradicted(&columns.has_prior(), Tolerances::CONTRADICTION_DEVIATIONS);
             let after = unstated.covariance.view((own, own), (all - own, all - own));
             let mean_shift = sensitivity * &unstated.nuisance_parameters;
             let spread: DMatrix<f64> = sensitivity * after;

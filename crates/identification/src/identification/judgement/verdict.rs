@@ -386,8 +386,8 @@ fn contradicted<'a>(
 ) -> impl Iterator<Item = Reason> {
     freedoms.filter_map(|found| {
         let quantity = found.quantity?;
-        let least =
-            Tolerances::CONTRADICTED * quantity.configured.hypot(quantity.standard_deviation);
+        let least = Tolerances::CONTRADICTION_DEVIATIONS
+            * quantity.configured.hypot(quantity.standard_deviation);
         (found.relative_torque >= DUST && quantity.value.abs() > least)
             .then(|| Reason::Contradicted { nuisance: found.clone() })
     })

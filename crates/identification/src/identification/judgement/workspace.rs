@@ -9,17 +9,17 @@ use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
 use didim_dynamics::robot::Robot;
 
 /// Number of postures that are tried.
-const POSTURES: u32 = 1000;
+const POSTURE_COUNT: u32 = 1000;
 
 /// Number of postures that are examined among those with an indefinite mass matrix: those with the
 /// smallest eigenvalues.
-const MOST: usize = 128;
+const MAX_EXAMINED_POSTURES: usize = 128;
 
 /// Number of postures per evaluation of the dynamics, a divisor of their total number.
-const TOGETHER: usize = WIDTH;
+const POSTURES_AT_ONCE: usize = WIDTH;
 
 /// Bases of the low-discrepancy sequence, one per joint.
-const PRIMES: [u32; didim_dynamics::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
+const SEQUENCE_BASES: [u32; didim_dynamics::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
 
 /// Posture where the mass matrix is not positive definite.
 pub(super) struct Indefinite {
@@ -51,7 +51,7 @@ pub(super) fn indefinite_posture(
         })
         .collect();
     postures.sort_by(|(_, one, _), (_, other, _)| one.total_cmp(other));
-    postures.truncate(MOST);
+    postures.truncate(MAX_EXAMINED_POSTURES);
     // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
     let (count, n) = (postures.len(), robot.joints());
     let twice = |of: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(2 * count, n, of);
@@ -85,11 +85,11 @@ fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, 
     let n = robot.joints();
     let standard: Vec<_> = standard.iter().map(|&value| Lanes::constant(value)).collect();
     let mut workspace = Workspace::new();
-    let mut mass = vec![Lanes::<TOGETHER>::zero(); n * n];
+    let mut mass = vec![Lanes::<POSTURES_AT_ONCE>::zero(); n * n];
     let mut postures = Vec::new();
-    for first in (1..=POSTURES).step_by(TOGETHER) {
-        let limits = robot.limits().zip(PRIMES);
-        let q: Vec<Lanes<TOGETHER>> = limits
+    for first in (1..=POSTURE_COUNT).step_by(POSTURES_AT_ONCE) {
+        let limits = robot.limits().zip(SEQUENCE_BASES);
+        let q: Vec<Lanes<POSTURES_AT_ONCE>> = limits
             .map(|(limit, prime)| {
                 let mut indices = first..;
                 Lanes::from_fn(|_| {
@@ -100,7 +100,7 @@ fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, 
             .collect();
         model.mass_matrix(&mut workspace, &standard, &q, &mut mass);
         let mass_at = |l: usize| DMatrix::from_fn(n, n, |i, j| mass[i * n + j].0[l]);
-        for l in (0..TOGETHER).filter(|l| Cholesky::new(mass_at(*l)).is_none()) {
+        for l in (0..POSTURES_AT_ONCE).filter(|l| Cholesky::new(mass_at(*l)).is_none()) {
             postures.push((q.iter().map(|q| q.0[l]).collect(), mass_at(l)));
         }
     }

@@ -124,13 +124,14 @@ impl FilteredPositions {
 
 /// Number of samples that are transposed at once, between joint after joint and side by side. They
 /// fit in the nearest cache.
-const CACHED: usize = 64;
+const CACHED_SAMPLES: usize = 64;
 
 /// Writes the joints' signals sample by sample.
 fn side_by_side(signals: &DMatrix<f64>, lanes: &mut [[f64; MAX_JOINTS]]) {
-    for (block, lanes) in lanes.chunks_mut(CACHED).enumerate() {
+    for (block, lanes) in lanes.chunks_mut(CACHED_SAMPLES).enumerate() {
         for (joint, signal) in signals.column_iter().enumerate() {
-            for (lanes, value) in lanes.iter_mut().zip(&signal.as_slice()[block * CACHED..]) {
+            for (lanes, value) in lanes.iter_mut().zip(&signal.as_slice()[block * CACHED_SAMPLES..])
+            {
                 lanes[joint] = *value;
             }
         }
@@ -140,9 +141,9 @@ fn side_by_side(signals: &DMatrix<f64>, lanes: &mut [[f64; MAX_JOINTS]]) {
 /// Returns the signals of this number of joints, samples × joints.
 fn one_after_the_other(lanes: &[[f64; MAX_JOINTS]], joints: usize) -> DMatrix<f64> {
     let mut signals = DMatrix::zeros(lanes.len(), joints);
-    for (block, lanes) in lanes.chunks(CACHED).enumerate() {
+    for (block, lanes) in lanes.chunks(CACHED_SAMPLES).enumerate() {
         for (joint, mut signal) in signals.column_iter_mut().enumerate() {
-            let signal = &mut signal.as_mut_slice()[block * CACHED..];
+            let signal = &mut signal.as_mut_slice()[block * CACHED_SAMPLES..];
             for (value, lanes) in signal.iter_mut().zip(lanes) {
                 *value = lanes[joint];
             }

@@ -9,7 +9,7 @@ use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
 /// Order in which parameters are chosen, by index among the ten: mass and centre, which are needed
 /// first, then inertia. Later ones are regrouped into earlier ones.
-const PREFERENCE: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
+const CHOICE_ORDER: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
 
 /// Sums of the ten parameters that motions of an arm make identifiable, like [`BaseParameters`] for
 /// a whole arm.
@@ -47,7 +47,7 @@ impl LoadSums {
         if !names.is_empty() {
             return Err(PayloadError::NotIdentified { names });
         }
-        let sums = select_columns(&load_columns, &PREFERENCE)?;
+        let sums = select_columns(&load_columns, &CHOICE_ORDER)?;
         if sums.fixed.is_empty() {
             return Err(PayloadError::Unseen);
         }
@@ -66,7 +66,7 @@ impl LoadSums {
     /// # Errors
     /// [`PayloadError::Unseen`].
     pub fn identifiable_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
-        let preference = PREFERENCE.into_iter().filter_map(|parameter| self.place(parameter));
+        let preference = CHOICE_ORDER.into_iter().filter_map(|parameter| self.place(parameter));
         // If rounding decides, the regression reports the fault.
         let preference: Vec<usize> = preference.collect();
         let Ok(identifiable) = select_columns(&self.along(matrix), &preference) else {

@@ -21,10 +21,10 @@ use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
 /// Smallest noise of a joint, as a share of its torque.
-const LEAST_NOISE: f64 = 1e-6;
+const MIN_NOISE: f64 = 1e-6;
 /// Factor on the rows of a joint at rest. It makes them negligible compared with those of the
 /// others.
-const FAINT: f64 = 1e-6;
+const REST_ROW_FACTOR: f64 = 1e-6;
 
 /// Arm without load, from a result.
 #[derive(Clone, Copy, Debug)]
@@ -174,7 +174,9 @@ fn with_errors(
         of_arm = of_arm.resize_horizontally(width + errors.ncols(), 0.0);
         of_arm.columns_mut(width, errors.ncols()).copy_from(errors);
         for rows in standing_rows(stands, arm) {
-            of_arm.view_mut((rows.start, width), (rows.len(), errors.ncols())).scale_mut(FAINT);
+            of_arm
+                .view_mut((rows.start, width), (rows.len(), errors.ncols()))
+                .scale_mut(REST_ROW_FACTOR);
         }
     }
     of_arm
@@ -183,7 +185,7 @@ fn with_errors(
 /// Returns the least noise of each joint \[N·m or N\], as a share of its measured torque.
 fn noise_floors(stands: &[bool], arm: &Observations) -> Vec<f64> {
     let torques = arm.rms_per_joint(&arm.measured());
-    let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { LEAST_NOISE };
+    let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { MIN_NOISE };
     torques.iter().zip(stands).map(floor).collect()
 }
 
@@ -231,8 +233,8 @@ impl<'a> Equation<'a> {
         mut unexplained: DVector<f64>,
     ) -> Result<Self, PayloadError> {
         for rows in standing_rows(stands, arm) {
-            matrix.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
-            unexplained.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
+            matrix.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
+            unexplained.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
         }
         let system = Observations::new(sums.along(&matrix), unexplained, arm.joints());
         let system = system.map_err(|error| sums.named(error))?;

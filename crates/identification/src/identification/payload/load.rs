@@ -74,8 +74,8 @@ impl Load {
         limits: &PayloadLimits,
     ) -> Self {
         // Indices among the ten.
-        const MX: usize = 6;
-        const M: usize = 9;
+        const MX_INDEX: usize = 6;
+        const M_INDEX: usize = 9;
 
         let (ten, covariance) = sums.ten(values, covariance);
         // With its gradient, which contains everything it depends on.
@@ -88,22 +88,23 @@ impl Load {
             is_identifiable
                 .then(|| Uncertain { value, standard_deviation: variance.max(0.0).sqrt() })
         };
-        let m = ten[M];
-        let mass_kg = uncertain(m, &[(M, 1.0)]);
+        let m = ten[M_INDEX];
+        let mass_kg = uncertain(m, &[(M_INDEX, 1.0)]);
         let Some(mass) = mass_kg.filter(|mass| mass.is_seen(limits)) else {
             return Self { mass_kg, centre_m: [None; 3], inertia_kg_m2: [None; 6] };
         };
-        let c = [0, 1, 2].map(|k| ten[MX + k] / mass.value);
-        let centre = |k: usize| uncertain(c[k], &[(MX + k, 1.0 / m), (M, -c[k] / m)]);
+        let c = [0, 1, 2].map(|k| ten[MX_INDEX + k] / mass.value);
+        let centre = |k: usize| uncertain(c[k], &[(MX_INDEX + k, 1.0 / m), (M_INDEX, -c[k] / m)]);
         // I − m (cᵀc 1 − c cᵀ)
         let inertia = |entry: usize, [i, j]: [usize; 2]| {
             if i == j {
                 let [a, b] = [(i + 1) % 3, (i + 2) % 3];
                 let square = c[a].powi(2) + c[b].powi(2);
-                let terms = [(MX + a, -2.0 * c[a]), (MX + b, -2.0 * c[b]), (M, square)];
+                let terms =
+                    [(MX_INDEX + a, -2.0 * c[a]), (MX_INDEX + b, -2.0 * c[b]), (M_INDEX, square)];
                 uncertain(ten[entry] - m * square, &[(entry, 1.0), terms[0], terms[1], terms[2]])
             } else {
-                let terms = [(MX + i, c[j]), (MX + j, c[i]), (M, -c[i] * c[j])];
+                let terms = [(MX_INDEX + i, c[j]), (MX_INDEX + j, c[i]), (M_INDEX, -c[i] * c[j])];
                 uncertain(
                     ten[entry] + m * c[i] * c[j],
                     &[(entry, 1.0), terms[0], terms[1], terms[2]],

@@ -119,15 +119,15 @@ impl Comparison {
         covariance: &DMatrix<f64>,
         limits: &PayloadLimits,
     ) -> Result<Option<Self>, PayloadError> {
-        const MASS: usize = 9;
-        const FIRST_MOMENT: usize = 6;
+        const MASS_INDEX: usize = 9;
+        const FIRST_MOMENT_INDICES: usize = 6;
 
-        let mass = sums.alone(MASS);
+        let mass = sums.alone(MASS_INDEX);
         // Sums with their weights, and the declared total.
         let of_mass = declared.mass_kg.zip(mass).map(|(kg, m)| (vec![(m, 1.0)], kg));
         let of_centre = [0, 1, 2].map(|k| {
             let (centre, m) = (declared.centre_m?, mass?);
-            Some((vec![(sums.alone(FIRST_MOMENT + k)?, 1.0), (m, -centre[k])], 0.0))
+            Some((vec![(sums.alone(FIRST_MOMENT_INDICES + k)?, 1.0), (m, -centre[k])], 0.0))
         });
         let rows: Vec<_> = core::iter::once(&of_mass).chain(&of_centre).flatten().collect();
         if rows.is_empty() {

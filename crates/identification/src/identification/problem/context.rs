@@ -15,7 +15,7 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Robot};
 
 /// Entries of an observation matrix without decimation, those included that are 0: 160 MB at most.
-const MOST_ENTRIES: usize = 20_000_000;
+const MAX_ENTRIES: usize = 20_000_000;
 
 /// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the
 /// loads about the share by which friction grows with them, a few hundredths.
@@ -91,7 +91,7 @@ impl<'a> Context<'a> {
         if rows <= parameters {
             return Err(IdentificationError::TooFewRows { rows, parameters });
         }
-        if decimation.is_none() && rows * parameters > MOST_ENTRIES {
+        if decimation.is_none() && rows * parameters > MAX_ENTRIES {
             return Err(IdentificationError::TooManyRows { rows, parameters });
         }
         let model = Model::new(robot);

@@ -51,7 +51,7 @@ impl Default for Tolerances {
 impl Tolerances {
     /// A configured value is contradicted if the data put it further away than this number of
     /// standard deviations.
-    pub(crate) const CONTRADICTED: f64 = 3.0;
+    pub(crate) const CONTRADICTION_DEVIATIONS: f64 = 3.0;
 
     /// Checks that each is finite and greater than 0: no value is perfectly certain.
     ///

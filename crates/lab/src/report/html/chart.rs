@@ -6,18 +6,18 @@ use didim_identification::identification::{Method, ParameterEstimate, SingularVa
 use maud::{Markup, PreEscaped, html};
 
 use super::class;
-use crate::comparison::SIGMAS;
+use crate::comparison::INTERVAL_DEVIATIONS;
 use didim::text::significant;
 
 /// Width of a drawing in a table, height of a line, and total margin of the height.
-const WIDTH: f64 = 240.0;
-const LINE: f64 = 6.0;
-const AROUND: f64 = 4.0;
+const CHART_WIDTH: f64 = 240.0;
+const LINE_HEIGHT: f64 = 6.0;
+const VERTICAL_MARGIN: f64 = 4.0;
 /// Half of the scale range, in standard deviations of the reference.
-const REACH: f64 = 8.0;
+const SCALE_DEVIATIONS: f64 = 8.0;
 
 fn place(deviations: f64) -> f64 {
-    ((deviations / REACH + 1.0) / 2.0 * WIDTH).clamp(0.0, WIDTH)
+    ((deviations / SCALE_DEVIATIONS + 1.0) / 2.0 * CHART_WIDTH).clamp(0.0, CHART_WIDTH)
 }
 
 /// Draws the numbers of the interval scale.
@@ -41,25 +41,26 @@ pub(super) fn intervals(
     estimates: &[(Method, &ParameterEstimate)],
 ) -> Markup {
     #[expect(clippy::cast_precision_loss, reason = "a handful of methods")]
-    let height = LINE * estimates.len() as f64 + 2.0 * AROUND;
+    let height = LINE_HEIGHT * estimates.len() as f64 + 2.0 * VERTICAL_MARGIN;
     let scaled = |value: f64| (value - reference.value) / reference.standard_deviation;
     let mut svg = String::new();
     let _ = write!(
         svg,
         "<rect class=\"band\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{height}\"/><line \
          class=\"axis\" x1=\"{2:.1}\" x2=\"{2:.1}\" y1=\"0\" y2=\"{height}\"/>",
-        place(-SIGMAS),
-        place(SIGMAS) - place(-SIGMAS),
+        place(-INTERVAL_DEVIATIONS),
+        place(INTERVAL_DEVIATIONS) - place(-INTERVAL_DEVIATIONS),
         place(0.0)
     );
-    if let Some(x) = truth.map(scaled).filter(|x| x.abs() <= REACH) {
+    if let Some(x) = truth.map(scaled).filter(|x| x.abs() <= SCALE_DEVIATIONS) {
         let x = place(x);
         let _ =
             write!(svg, r#"<line class="truth" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{height}"/>"#);
     }
     for ((method, estimate), k) in estimates.iter().zip(0_u32..) {
-        let (x, y) = (scaled(estimate.value), AROUND + LINE * (f64::from(k) + 0.5));
-        let spread = SIGMAS * estimate.standard_deviation / reference.standard_deviation;
+        let (x, y) = (scaled(estimate.value), VERTICAL_MARGIN + LINE_HEIGHT * (f64::from(k) + 0.5));
+        let spread =
+            INTERVAL_DEVIATIONS * estimate.standard_deviation / reference.standard_deviation;
         if !(x + spread).is_finite() {
             continue;
         }
@@ -69,11 +70,11 @@ pub(super) fn intervals(
             svg,
             r#"<line class="spread {class}" x1="{low:.1}" x2="{high:.1}" y1="{y}" y2="{y}"/>"#
         );
-        if x.abs() <= REACH {
+        if x.abs() <= SCALE_DEVIATIONS {
             let _ =
                 write!(svg, r#"<circle class="{class}" cx="{:.1}" cy="{y}" r="2.6"/>"#, place(x));
         } else {
-            let (tip, back) = if x > 0.0 { (WIDTH, WIDTH - 7.0) } else { (0.0, 7.0) };
+            let (tip, back) = if x > 0.0 { (CHART_WIDTH, CHART_WIDTH - 7.0) } else { (0.0, 7.0) };
             let _ = write!(
                 svg,
                 r#"<path class="arrow {class}" d="M{tip} {y}L{back} {:.1}L{back} {:.1}Z"/>"#,
@@ -118,7 +119,8 @@ impl Decades {
     }
 
     fn place(self, value: f64) -> f64 {
-        ((value.log10() - self.first) / (self.last - self.first) * WIDTH).clamp(0.0, WIDTH)
+        ((value.log10() - self.first) / (self.last - self.first) * CHART_WIDTH)
+            .clamp(0.0, CHART_WIDTH)
     }
 
     /// Draws the numbers of the scale.
@@ -151,7 +153,7 @@ impl Decades {
         }
         let (low, high, class) = (self.place(values.min), self.place(values.max), class(method));
         let svg = format!(
-            "<line class=\"grid\" x1=\"0\" x2=\"{WIDTH}\" y1=\"7\" y2=\"7\"/><line class=\"range \
+            "<line class=\"grid\" x1=\"0\" x2=\"{CHART_WIDTH}\" y1=\"7\" y2=\"7\"/><line class=\"range \
              {class}\" x1=\"{low:.1}\" x2=\"{high:.1}\" y1=\"7\" y2=\"7\"/>"
         );
         inline(&svg, 14.0)
@@ -160,9 +162,9 @@ impl Decades {
 
 /// The numbers next to a drawing say the same, so the drawing is only visual.
 fn inline(svg: &str, height: f64) -> Markup {
-    let view = format!("0 0 {WIDTH} {height}");
+    let view = format!("0 0 {CHART_WIDTH} {height}");
     html! {
-        svg.inline viewBox=(view) width=(WIDTH) height=(height) aria-hidden="true" {
+        svg.inline viewBox=(view) width=(CHART_WIDTH) height=(height) aria-hidden="true" {
             (PreEscaped(svg))
         }
     }

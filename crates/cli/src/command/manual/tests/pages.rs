@@ -7,7 +7,7 @@ use std::path::Path;
 use didim_dynamics::robot::Robot;
 
 use super::super::commands::PAGES;
-use super::super::glossary::KINDS;
+use super::super::glossary::PARAMETER_KINDS;
 use super::super::{documents, man_pages};
 use crate::command;
 
@@ -119,10 +119,10 @@ fn the_glossary_has_every_kind() {
     );
     let robot = Robot::from_toml(&text).unwrap();
     let kinds: BTreeSet<_> = robot.parameters().parameters().iter().map(|own| own.kind).collect();
-    assert_eq!(kinds, KINDS.into_iter().collect());
+    assert_eq!(kinds, PARAMETER_KINDS.into_iter().collect());
     let (_, page) =
         documents().unwrap().into_iter().find(|(path, _)| path.ends_with("parameters.md")).unwrap();
-    for kind in KINDS {
+    for kind in PARAMETER_KINDS {
         assert!(page.contains(&format!("| `{}` |", kind.symbol())), "{kind:?}");
     }
 }

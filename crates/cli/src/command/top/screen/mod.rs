@@ -18,7 +18,7 @@ use didim::service::status::Snapshot;
 use didim::service::status::render::{clean, duration};
 
 /// Width from which the parameters are shown next to the other sections.
-const WIDE: u16 = 120;
+const SIDE_BY_SIDE_WIDTH: u16 = 120;
 /// Maximum lines for health; further reasons are only counted.
 const HEALTH_LINES: usize = 6;
 
@@ -67,11 +67,11 @@ fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u1
         return scrolls;
     }
     let Some(snapshot) = &view.snapshot else { return 0 };
-    let columns = if area.width >= WIDE {
+    let columns = if area.width >= SIDE_BY_SIDE_WIDTH {
         let [left_column, _, right] = Layout::horizontal([
             Constraint::Fill(1),
             Constraint::Length(2),
-            Constraint::Length(parameters::WIDTH),
+            Constraint::Length(parameters::TABLE_WIDTH),
         ])
         .areas(area);
         let service = sections::lines(snapshot, looks, left_column.width);
@@ -161,7 +161,7 @@ fn keys(view: &View, scrolls: u16) -> Line<'static> {
 }
 
 /// The keys, and the meaning of the figures.
-const HELP: [(&str, &str); 14] = [
+const HELP_LINES: [(&str, &str); 14] = [
     ("q, Esc", "quit"),
     ("?, h", "this help, and back"),
     ("p", "pause, and go on"),
@@ -180,7 +180,7 @@ const HELP: [(&str, &str); 14] = [
 
 fn help(looks: Looks, width: u16) -> Vec<Line<'static>> {
     let mut section = sections::Section::new(looks, width);
-    HELP.iter().for_each(|(name, meaning)| section.plain(name, meaning));
+    HELP_LINES.iter().for_each(|(name, meaning)| section.plain(name, meaning));
     section.lines
 }
 

@@ -10,9 +10,9 @@ use didim::service::status::render::clean;
 use didim::text::{significant, to_uncertainty};
 
 /// Characters of each half of a bar, which represents half of a band.
-const HALF: usize = 6;
+const HALF_BAR_WIDTH: usize = 6;
 /// Columns of the complete table.
-pub(super) const WIDTH: u16 = 67;
+pub(super) const TABLE_WIDTH: u16 = 67;
 /// Widths without the bars, without the changes, and without the standard deviations.
 const WITHOUT_BARS: u16 = 52;
 const WITHOUT_CHANGES: u16 = 42;
@@ -30,7 +30,7 @@ pub(super) fn lines(
     let Some(estimate) = &status.last_estimate else { return Vec::new() };
     let drift = status.drift.as_ref().filter(|drift| drift.compared);
     let compared = drift.is_some() && width >= WITHOUT_BARS;
-    let bars = drift.is_some() && width >= WIDTH;
+    let bars = drift.is_some() && width >= TABLE_WIDTH;
     let mut heading = format!("{:9}{:>11}", "parameter", "value");
     if width >= WITHOUT_CHANGES {
         heading += &format!("{:>11}", "± σ");
@@ -107,7 +107,7 @@ fn row(
 /// parameter outside.
 fn bar(change: &ParameterDrift) -> String {
     let (Some(share), Some(deviation)) = (change.band_share, change.deviation_sigma) else {
-        return " ".repeat(HALF) + "│";
+        return " ".repeat(HALF_BAR_WIDTH) + "│";
     };
     #[expect(
         clippy::cast_possible_truncation,
@@ -115,14 +115,14 @@ fn bar(change: &ParameterDrift) -> String {
         clippy::cast_precision_loss,
         reason = "clamped to half of the bar"
     )]
-    let used = (share * HALF as f64).round().clamp(0.0, HALF as f64) as usize;
-    let (full, empty) = ("█".repeat(used), "·".repeat(HALF - used));
+    let used = (share * HALF_BAR_WIDTH as f64).round().clamp(0.0, HALF_BAR_WIDTH as f64) as usize;
+    let (full, empty) = ("█".repeat(used), "·".repeat(HALF_BAR_WIDTH - used));
     let outside = share > 1.0;
-    let short: String = full.chars().take(HALF - 1).collect();
+    let short: String = full.chars().take(HALF_BAR_WIDTH - 1).collect();
     match (deviation < 0.0, outside) {
-        (true, true) => format!("◀{short}│{}", "·".repeat(HALF)),
-        (true, false) => format!("{empty}{full}│{}", "·".repeat(HALF)),
-        (false, true) => format!("{}│{short}▶", "·".repeat(HALF)),
-        (false, false) => format!("{}│{full}{empty}", "·".repeat(HALF)),
+        (true, true) => format!("◀{short}│{}", "·".repeat(HALF_BAR_WIDTH)),
+        (true, false) => format!("{empty}{full}│{}", "·".repeat(HALF_BAR_WIDTH)),
+        (false, true) => format!("{}│{short}▶", "·".repeat(HALF_BAR_WIDTH)),
+        (false, false) => format!("{}│{full}{empty}", "·".repeat(HALF_BAR_WIDTH)),
     }
 }

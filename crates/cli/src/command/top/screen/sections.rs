@@ -10,7 +10,7 @@ use didim::service::status::Snapshot;
 use didim::service::status::render::{Kind, Row, clean, quantiles, rows};
 
 /// Width of the names.
-const NAME: u16 = 10;
+const NAME_WIDTH: u16 = 10;
 
 pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'static>> {
     let mut section = Section::new(looks, width);
@@ -42,8 +42,8 @@ impl Section {
     }
 
     fn add(&mut self, name: &str, value: &str, style: Style) {
-        let width = self.width.saturating_sub(NAME + 1);
-        let name = format!("{name:0$} ", usize::from(NAME));
+        let width = self.width.saturating_sub(NAME_WIDTH + 1);
+        let name = format!("{name:0$} ", usize::from(NAME_WIDTH));
         let indent = " ".repeat(name.chars().count());
         for (k, line) in wrapped("", &clean(value), style, width).into_iter().enumerate() {
             let lead = if k == 0 { name.clone() } else { indent.clone() };
@@ -90,8 +90,8 @@ fn losses(section: &mut Section, rows: &[Row]) {
 
 /// Adds the recordings, worded as in the status. Their losses are listed with the other losses.
 fn recording(section: &mut Section, rows: &[Row]) {
-    const NAME: &str = "recording";
-    for row in rows.iter().filter(|row| row.name.starts_with(NAME)) {
+    const SECTION_NAME: &str = "recording";
+    for row in rows.iter().filter(|row| row.name.starts_with(SECTION_NAME)) {
         let style = match row.kind {
             Kind::Count | Kind::Cause => continue,
             Kind::Bad => section.looks.bad(),
@@ -99,10 +99,10 @@ fn recording(section: &mut Section, rows: &[Row]) {
             Kind::Plain => Style::new(),
         };
         let value = match row.name {
-            NAME => row.value.clone(),
+            SECTION_NAME => row.value.clone(),
             name => format!("{name}: {}", row.value),
         };
-        section.add(NAME, &value, style);
+        section.add(SECTION_NAME, &value, style);
     }
 }
 

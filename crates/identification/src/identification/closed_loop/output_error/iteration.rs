@@ -13,10 +13,10 @@ const MAX_RENEWALS: u32 = 5;
 
 /// A noise level that changes by no more than this share does not ask for other weights: the
 /// parameters would move by a small part of their standard deviations.
-const SAME_LEVEL: f64 = 0.1;
+const LEVEL_TOLERANCE: f64 = 0.1;
 
 /// Smallest noise level, as a share of the measurements: below, only rounding would be left to fit.
-const SMALLEST_LEVEL: f64 = 1e-9;
+const MIN_LEVEL: f64 = 1e-9;
 
 /// The point where the parameters stand still, and the way there.
 pub(super) struct Optimum {
@@ -57,7 +57,7 @@ impl Descent<'_, '_> {
                 let levels = self.renewed(&state.observations, &state.solution);
                 let same = levels.iter().zip(&self.levels);
                 let settled =
-                    same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= SAME_LEVEL);
+                    same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= LEVEL_TOLERANCE);
                 self.levels = levels;
                 (state.solution, state.target) = self.solve(&state.observations)?;
                 if settled || renewals == MAX_RENEWALS {
@@ -113,7 +113,7 @@ impl Descent<'_, '_> {
         levels
             .map(|(joint, level)| {
                 let measured = self.problem.measured.rows_range(observations.joint_rows(joint));
-                level.max(SMALLEST_LEVEL * measured.norm() / rows)
+                level.max(MIN_LEVEL * measured.norm() / rows)
             })
             .collect()
     }

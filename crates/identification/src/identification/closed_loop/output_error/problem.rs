@@ -16,10 +16,10 @@ use didim_dynamics::simulation::{SimulationError, set_row};
 
 /// Relative step of a parameter for differences. Rounding makes an error of about 1e-11 over it,
 /// relative to the derivative, and curvature one of its own size.
-const DIFFERENCE: f64 = 1e-6;
+const DIFFERENCE_STEP: f64 = 1e-6;
 
 /// Simulations for differences that run side by side.
-const LANES: usize = WIDTH;
+const PARALLEL_SIMULATIONS: usize = WIDTH;
 
 /// One simulation and its results.
 pub(super) struct Point {
@@ -156,18 +156,18 @@ impl Problem<'_> {
         let output = self.output;
         let columns: Vec<usize> = (0..point.parameters.len()).collect();
         // The chunk size keeps the memory of their signals small.
-        for columns in columns.chunks(LANES) {
-            let mut steps = [0.0; LANES];
-            let mut loops = Vec::with_capacity(LANES);
+        for columns in columns.chunks(PARALLEL_SIMULATIONS) {
+            let mut steps = [0.0; PARALLEL_SIMULATIONS];
+            let mut loops = Vec::with_capacity(PARALLEL_SIMULATIONS);
             for (h, &k) in steps.iter_mut().zip(columns) {
                 let mut perturbed = point.parameters.clone();
                 // A parameter that is 0 has the size of its uncertainty.
-                perturbed[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                perturbed[k] += DIFFERENCE_STEP * point.parameters[k].abs().max(deviations[k]);
                 *h = perturbed[k] - point.parameters[k];
                 loops.push(self.simulator.closed_loops(&perturbed)?);
             }
             self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
-            let mut signals: [_; LANES] =
+            let mut signals: [_; PARALLEL_SIMULATIONS] =
                 core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
             let done = self.simulator.for_each_sample_of(loops, |one, k, sample| {
                 let values = match output {

@@ -220,8 +220,9 @@ fn beyond_tolerances(
 ) -> Option<DVector<f64>> {
     let found = parts.tr_mul(parts).cholesky()?.solve(&parts.tr_mul(error));
     // The gain of the motor and the one common to all.
-    let gain = Tolerances::CONTRADICTED * core::f64::consts::SQRT_2 * tolerances.torque_gain;
-    let delay_s = Tolerances::CONTRADICTED * tolerances.torque_delay_s;
+    let gain =
+        Tolerances::CONTRADICTION_DEVIATIONS * core::f64::consts::SQRT_2 * tolerances.torque_gain;
+    let delay_s = Tolerances::CONTRADICTION_DEVIATIONS * tolerances.torque_delay_s;
     let (gains, delays) = found.as_slice().split_at(found.len() / 2);
     let within =
         gains.iter().all(|of| of.abs() <= gain) && delays.iter().all(|of| of.abs() <= delay_s);

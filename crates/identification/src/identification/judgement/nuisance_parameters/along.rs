@@ -17,10 +17,10 @@ use crate::signal::Group;
 use didim_dynamics::numeric::{Lanes, Scalar};
 
 /// Friction laws of each direction in addition to the model's: the bends and the curvature.
-const LAWS: usize = 4;
+const EXTRA_LAWS: usize = 4;
 
 /// Numbers of columns of the states that are kept, 16 MB.
-const MOST_STORED: usize = 1 << 21;
+const MAX_STORED_VALUES: usize = 1 << 21;
 
 /// C (r × m), each column in its standard deviation beforehand. Functions that jump with the speed
 /// pass the filter themselves; smooth ones are computed from the filtered motion. For long records,
@@ -68,7 +68,7 @@ impl<'a> Along<'a> {
         let (rows, joints) = self.states.position.shape();
         let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
         let several = of_states.iter().filter(|own| **own).count();
-        if several * rows * joints > MOST_STORED {
+        if several * rows * joints > MAX_STORED_VALUES {
             return self;
         }
         let mut stored: Vec<_> =
@@ -134,13 +134,17 @@ impl<'a> Along<'a> {
         let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
         let share = |direction: usize| self.columns.directions[direction].shares[joint];
         Some(match column.acts {
-            Acts::Bend { direction, bend } => (share(direction), law(LAWS * direction + bend)),
-            Acts::Curvature { direction } => (share(direction), law(LAWS * direction + LAWS - 1)),
+            Acts::Bend { direction, bend } => {
+                (share(direction), law(EXTRA_LAWS * direction + bend))
+            }
+            Acts::Curvature { direction } => {
+                (share(direction), law(EXTRA_LAWS * direction + EXTRA_LAWS - 1))
+            }
             Acts::Neighbour { of, by: Motive::Sign, .. } => {
-                (1.0, law(LAWS * self.columns.directions.len() + of))
+                (1.0, law(EXTRA_LAWS * self.columns.directions.len() + of))
             }
             Acts::PreslidingDistance { number, .. } => {
-                (1.0, law(LAWS * self.columns.directions.len() + self.joints() + number))
+                (1.0, law(EXTRA_LAWS * self.columns.directions.len() + self.joints() + number))
             }
             Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
             Acts::Delay(_) => (1.0, &self.rates.as_slice()[of_joint]),
@@ -262,20 +266,20 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
     });
     let lagging: Vec<usize> = context.model.hysteresis().map(|(joint, _)| joint).collect();
     let mut read = |first: usize, signals: &mut [Group]| {
-        let (laws, signals) = signals.split_at_mut(LAWS * directions.len());
+        let (laws, signals) = signals.split_at_mut(EXTRA_LAWS * directions.len());
         let (signs, presliding) = signals.split_at_mut(joints);
         let States { dq, hysteresis, .. } = group.read(motion, first);
-        for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(directions) {
+        for (laws, direction) in laws.chunks_exact_mut(EXTRA_LAWS).zip(directions) {
             let mut u = Lanes::zero();
             for (speed, share) in dq.iter().zip(&direction.shares) {
                 if *share != 0.0 {
                     u += *speed * Lanes::constant(*share);
                 }
             }
-            for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
+            for (bend, law) in laws.iter_mut().enumerate().take(EXTRA_LAWS - 1) {
                 *law = bend_of(direction, bend, u);
             }
-            laws[LAWS - 1] = curvature(direction, u);
+            laws[EXTRA_LAWS - 1] = curvature(direction, u);
         }
         for (joint, (sign, speed)) in signs.iter_mut().zip(dq).enumerate() {
             *sign = context.robot.sign_model(joint).value(*speed);
@@ -289,7 +293,7 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
             }
         }
     };
-    let signals = LAWS * directions.len() + joints + PRESLIDING_FACTORS.len() * lagging.len();
+    let signals = EXTRA_LAWS * directions.len() + joints + PRESLIDING_FACTORS.len() * lagging.len();
     let rows = context.decimate(signals, &mut read);
     rows.map_err(IdentificationError::RegressorFilter)
 }

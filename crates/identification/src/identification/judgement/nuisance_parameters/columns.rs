@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::list::{Acts, Column, Direction, Motive, Observed, STEP, Sizes};
+use super::list::{Acts, Column, Direction, GEOMETRY_STEP, Motive, Observed, Sizes};
 use super::{NuisanceEstimate, NuisanceParameter, Quantity};
 use crate::identification::observation::{
     InverseDynamics, Motion, MotionGroup, States, regressor_rows,
@@ -17,7 +17,7 @@ use didim_dynamics::robot::{JointIndex, JointKind};
 
 /// Share of a nuisance parameter's variance that the data have to remove before they are taken to
 /// say anything about it.
-const LEAST_IDENTIFIABLE: f64 = 0.1;
+const MIN_IDENTIFIABLE: f64 = 0.1;
 
 /// Nuisance parameters of a fitted model, each column in its prior standard deviations.
 pub(in super::super) struct Columns<'a> {
@@ -166,7 +166,7 @@ impl<'a> Columns<'a> {
                 // The data alone: the prior is taken out of mean and variance afterwards.
                 let variance = solution.covariance[(width + k, width + k)];
                 let identified = 1.0 - variance;
-                (identified > LEAST_IDENTIFIABLE).then(|| Quantity {
+                (identified > MIN_IDENTIFIABLE).then(|| Quantity {
                     value: solution.nuisance_parameters[k] / identified * size,
                     standard_deviation: solution.colour
                         * (variance / identified).max(0.0).sqrt()
@@ -258,7 +258,7 @@ impl AtStates<'_> {
             }
             Acts::Zero(shifted) => {
                 let mut q: Vec<Group> = q.to_vec();
-                q[*shifted] += Lanes::constant(STEP);
+                q[*shifted] += Lanes::constant(GEOMETRY_STEP);
                 torque = self.step_to(model, &q);
             }
             Acts::Geometry(model) => torque = self.step_to(model, q),
@@ -290,7 +290,7 @@ impl AtStates<'_> {
     fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
         let mut torque = self.dynamics.torque(model, States { q, ..self.state });
         for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
-            *torque = (*torque - predicted) * Lanes::constant(1.0 / STEP);
+            *torque = (*torque - predicted) * Lanes::constant(1.0 / GEOMETRY_STEP);
         }
         torque
     }

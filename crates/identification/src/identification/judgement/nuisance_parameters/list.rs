@@ -13,7 +13,7 @@ use didim_dynamics::robot::{
 };
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
-const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
+const BEND_SPEEDS: [f64; 3] = [0.003, 0.02, 0.1];
 
 /// A friction law may differ by this share of Coulomb friction at each bend.
 const BEND_SHARE: f64 = 0.5;
@@ -34,13 +34,13 @@ const UNMODELLED_FRICTION: f64 = 0.1;
 const LEFT_OUT_SHARE: f64 = 0.02;
 
 /// Columns with a smaller share of the largest one are ignored.
-const LEAST_SHARE: f64 = 1e-6;
+const MIN_SPEED_SHARE: f64 = 1e-6;
 
 /// Highest speeds within this factor have friction of the same shapes.
-const LIKE_SPEEDS: f64 = 1.5;
+const SPEED_RATIO_TOLERANCE: f64 = 1.5;
 
 /// Step of the differences over geometry \[rad and m\]: their error is of this order, relative.
-pub(super) const STEP: f64 = 1e-6;
+pub(super) const GEOMETRY_STEP: f64 = 1e-6;
 
 /// One column: a torque over the motion.
 pub(super) struct Column {
@@ -100,7 +100,7 @@ pub(super) struct Direction {
 impl Direction {
     /// Inverse of the width w of a bend.
     pub(super) fn scale(&self, bend: usize) -> f64 {
-        1.0 / (BENDS[bend] * self.highest)
+        1.0 / (BEND_SPEEDS[bend] * self.highest)
     }
 }
 
@@ -149,7 +149,8 @@ impl Observed {
     /// True if the nuisance parameters of another record are the same: the shapes of friction
     /// depend on the highest speeds.
     pub(in super::super) fn is_like(&self, other: &Self) -> bool {
-        let alike = |(one, other): (&f64, &f64)| one.max(*other) <= LIKE_SPEEDS * one.min(*other);
+        let alike =
+            |(one, other): (&f64, &f64)| one.max(*other) <= SPEED_RATIO_TOLERANCE * one.min(*other);
         let acts = |of: &Self| -> Vec<bool> {
             let least = of.least_share();
             of.left_out_shares.iter().map(|share| *share > least).collect()
@@ -161,7 +162,7 @@ impl Observed {
 
     /// One that does nothing along this motion may be anything: nobody could say how large.
     fn least_share(&self) -> f64 {
-        LEAST_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
+        MIN_SPEED_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
     }
 
     /// Returns true if it belongs to this robot and these parameters.
@@ -246,7 +247,7 @@ impl Sizes<'_> {
             columns.push(Column { nuisance, deviation, acts });
         };
         for (index, direction) in directions.iter().enumerate() {
-            for bend in 0..BENDS.len() {
+            for bend in 0..BEND_SPEEDS.len() {
                 let acts = Acts::Bend { direction: index, bend };
                 add(direction.nuisance, BEND_SHARE * direction.coulomb, acts);
             }
@@ -300,13 +301,13 @@ impl Sizes<'_> {
             add(NuisanceParameter::Zero(index), zero, Acts::Zero(joint));
             let geometry =
                 |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
-            let twist = geometry(Joint { alpha: rotated(link.alpha, STEP), ..link });
+            let twist = geometry(Joint { alpha: rotated(link.alpha, GEOMETRY_STEP), ..link });
             add(NuisanceParameter::Twist(index), tolerances.twist_deg.to_radians(), twist);
-            let distance = geometry(Joint { d_m: link.d_m + STEP, ..link });
+            let distance = geometry(Joint { d_m: link.d_m + GEOMETRY_STEP, ..link });
             add(NuisanceParameter::Distance(index), tolerances.length_m, distance);
             // That of a prismatic joint is its zero.
             if link.kind == JointKind::Revolute {
-                let offset = geometry(Joint { r_m: link.r_m + STEP, ..link });
+                let offset = geometry(Joint { r_m: link.r_m + GEOMETRY_STEP, ..link });
                 add(NuisanceParameter::Offset(index), tolerances.length_m, offset);
             }
         }
