@@ -43,7 +43,7 @@ fn over_states(
 
 fn kernels(criterion: &mut Criterion) {
     let robot = Robot::from_toml(include_str!("../config/robots/tx40-physical.toml")).unwrap();
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let tanh = Model::new(&robot);
     let sign = tanh.clone().with_sign_model(SignModel::Sign);
     let states = states(STATES);
@@ -80,7 +80,7 @@ fn kernels(criterion: &mut Criterion) {
 /// Many evaluations at once, with the same parameters; times are of all lanes together.
 fn many(criterion: &mut Criterion) {
     let robot = Robot::from_toml(include_str!("../config/robots/tx40-physical.toml")).unwrap();
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let parameters: Vec<_> = parameters.iter().map(|&value| Lanes::constant(value)).collect();
     let model = Model::new(&robot).with_sign_model(SignModel::Sign);
     let states = in_lanes(&states(STATES));

@@ -41,7 +41,7 @@ fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment
 }
 
 fn regression(scenario: &Scenario, cutoff_hz: f64, factor: usize) -> Options {
-    let essential = scenario.robot().nominal().unwrap().listed();
+    let essential = scenario.robot().nominal().unwrap().given_values();
     let mut options = Options::new(
         PositionFilter { order: 4, cutoff_hz },
         DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor },

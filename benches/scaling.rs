@@ -46,7 +46,7 @@ fn growing(criterion: &mut Criterion) {
     let scenario = didim_sim::tx40_paper().unwrap();
     let robot = scenario.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let listed = robot.nominal().unwrap().listed();
+    let listed = robot.nominal().unwrap().given_values();
     let essential: Vec<String> = listed.iter().map(|(name, _)| name.clone()).collect();
 
     let mut group = criterion.benchmark_group("idim_ls_samples");

@@ -22,7 +22,7 @@ use didim::analysis::identify::LastIdentification;
 use didim::cell::{BusAddress, Cell};
 use didim::live::stream::{FOLDER_NAME, Pace, PrivateNetwork, RUN_PREFIX};
 use didim::service::paths::Paths;
-use didim::service::pipeline::{OpenedSource, acquisition, estimation, open_source};
+use didim::service::pipeline::{OpenedSource, build_acquisition, build_estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
 use didim::service::supervision::{Parts, ServiceOptions, SocketOptions, run};
 use didim_drivers::frame::Frame;
@@ -123,7 +123,7 @@ fn motion(cell: &Cell) -> Vec<Frame> {
         0,
     )
     .unwrap();
-    let mut frames = Vec::with_capacity(usize::try_from(device.cycles()).unwrap());
+    let mut frames = Vec::with_capacity(usize::try_from(device.cycle_count()).unwrap());
     while device.poll_due().is_some() {
         device.poll_cycle(&mut frames).unwrap();
     }
@@ -202,13 +202,13 @@ fn main() {
         state: Some(arguments.folder.join("state")),
         prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
     };
-    paths.make().unwrap();
+    paths.create_folders().unwrap();
     let _network = PrivateNetwork::new(&paths.runtime.join(FOLDER_NAME), &paths.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(
-        acquisition(&cell, &paths, opened.source, opened.pace).unwrap(),
-        estimation(&cell, &paths, &LastIdentification::default()).unwrap(),
+        build_acquisition(&cell, &paths, opened.source, opened.pace).unwrap(),
+        build_estimation(&cell, &paths, &LastIdentification::default()).unwrap(),
     );
     let options = ServiceOptions {
         status: Some(SocketOptions { path: paths.status_socket(), mode: 0o600, group: None }),

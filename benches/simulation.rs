@@ -56,7 +56,7 @@ fn closed_loops(criterion: &mut Criterion) {
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
 
     let robot = Robot::from_toml(include_str!("../config/robots/tx40-physical.toml")).unwrap();
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let config = SimulationConfig::default();
     let start = InitialState::OnReference;
     let controller = continuous_controller();

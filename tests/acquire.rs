@@ -208,7 +208,7 @@ fn a_log_is_replayed_to_its_end_without_loss_to_a_slow_reader() {
                 stop.store(true, Ordering::Relaxed);
                 panic!("stuck at sample {next} of {total}");
             }
-            reader.wait(Duration::from_millis(20)).unwrap();
+            reader.wait_for_batch(Duration::from_millis(20)).unwrap();
             while let Some(batch) = reader.receive().unwrap() {
                 assert_eq!(batch.lost_batches, 0);
                 for sample in batch.samples() {

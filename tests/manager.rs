@@ -146,7 +146,7 @@ fn child_serves() {
             windows: windows.plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.join("results")),
-            keep: 10,
+            max_results: 10,
             configuration: "c0ffee".into(),
             recorded: None,
             archiver: None,

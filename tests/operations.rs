@@ -11,7 +11,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use didim::analysis::identify::identify_measurement;
-use didim::archive::drift::{Baseline, Change, DriftOptions, NotComparable, Tracker, sentence};
+use didim::archive::drift::{
+    Baseline, Change, DriftOptions, NotComparable, Tracker, change_sentence,
+};
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
 use didim::live::acquire::{
@@ -20,11 +22,11 @@ use didim::live::acquire::{
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
-use didim::service::metrics::exposition;
+use didim::service::metrics::metrics_text;
 use didim::service::paths::Paths;
 use didim::service::status::{
-    Collector, Colour, Health, IDLE_TEXT, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch,
-    render,
+    Collector, Colour, Health, IDLE_TEXT, ProcessStatus, SCHEMA, Snapshot, StreamStatus,
+    fetch_snapshot, render,
 };
 use didim::window::DriveReadings;
 use didim_drivers::assemble::{Losses, label};
@@ -387,7 +389,7 @@ fn alarms() -> Vec<String> {
                 standard_deviation: 0.01,
                 half_band: 0.1,
             };
-            sentence(&change, baseline, None, Some(baseline))
+            change_sentence(&change, baseline, None, Some(baseline))
         })
         .into()
 }
@@ -416,12 +418,12 @@ fn reasons_of_halves() -> Vec<String> {
     }
     let mut reasons = estimation.health.reasons.clone();
     answer(&paths.acquisition_socket(), &acquisition);
-    reasons.extend(fetch(&paths).unwrap().health.reasons);
+    reasons.extend(fetch_snapshot(&paths).unwrap().health.reasons);
     answer(&paths.status_socket(), &estimation);
-    reasons.extend(fetch(&paths).unwrap().health.reasons);
+    reasons.extend(fetch_snapshot(&paths).unwrap().health.reasons);
     answer(&paths.status_socket(), &estimation);
     answer(&paths.acquisition_socket(), &acquisition);
-    let both = fetch(&paths).unwrap().health.reasons;
+    let both = fetch_snapshot(&paths).unwrap().health.reasons;
     // Said with the half that says it, as the manual has it.
     let of_acquisition = both.iter().filter_map(|reason| reason.strip_prefix("acquisition: "));
     assert_eq!(of_acquisition.count(), 3, "{both:?}");
@@ -509,7 +511,7 @@ fn counters_of_the_bus() {
     let counters: Vec<_> = FaultCounters::default().each().collect();
     are_in_the_manual(&counters.iter().map(|each| each.label.to_owned()).collect(), 11);
     are_in_the_manual(&counters.iter().map(|each| each.metric.to_owned()).collect(), 11);
-    let (snapshot, text) = (everything(), exposition(Some(&everything())));
+    let (snapshot, text) = (everything(), metrics_text(Some(&everything())));
     let lines = render(&snapshot, Colour::Never);
     for counter in counters {
         assert!(lines.lines().any(|line| line.starts_with(counter.label)), "{}", counter.label);
@@ -519,7 +521,7 @@ fn counters_of_the_bus() {
 
 /// The names of all metrics.
 fn families() -> BTreeSet<String> {
-    let text = exposition(Some(&everything()));
+    let text = metrics_text(Some(&everything()));
     let families = text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next());
     families.map(str::to_owned).collect()
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use didim::analysis::screening::open_limits;
 use didim::cell::{Cell, Library, RobotSource};
 use didim::check::{Severity, check_cell};
-use didim::report::robot::{description, picture};
+use didim::report::robot::{picture, robot_description};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 
 /// Of each robot: the origin of its last frame at q = 0 in that of the base \[m\], and the number
@@ -56,7 +56,7 @@ fn every_robot_stands_where_its_maker_says() {
         }
         let base = BaseParameters::compute(&model).unwrap();
         assert_eq!(base.names().len(), parameters, "{name}");
-        assert!(description(&source, &base).contains("reach from the second axis"));
+        assert!(robot_description(&source, &base).contains("reach from the second axis"));
         assert!(picture(&source.robot, &[]).starts_with("<svg"));
     }
 }
@@ -79,7 +79,7 @@ fn limits_that_no_source_gives_are_open() {
     fn findings_of(name: &str) -> (Option<String>, usize) {
         let (_, source) = read(&files()[name]);
         let base = BaseParameters::compute(&Model::new(&source.robot)).unwrap();
-        let shown = description(&source, &base).matches("  open").count();
+        let shown = robot_description(&source, &base).matches("  open").count();
         (open_limits(&source.robot), shown)
     }
     let (said, shown) = findings_of("tx2-60");

@@ -51,7 +51,7 @@ fn estimation(
             windows: windows(trigger).plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.to_owned()),
-            keep: 100,
+            max_results: 100,
             configuration: "c0ffee".into(),
             recorded: None,
             archiver: None,
@@ -79,14 +79,14 @@ fn acquisition(network: &Network, pace: Pace) -> (InProcessSender, Box<Acquisiti
 /// Says of a window what can only be said of its very samples.
 fn digest(window: &Window) -> Estimate {
     let sum = |value: fn(&didim_dynamics::JointSample) -> f64| -> f64 {
-        window.samples[window.counted.clone()].iter().map(value).sum()
+        window.samples[window.counted_samples.clone()].iter().map(value).sum()
     };
     Estimate {
         schema: 1,
         method: "idim-ls".into(),
         robot: "test".into(),
         samples: window.samples.len(),
-        rows: window.counted.len(),
+        rows: window.counted_samples.len(),
         condition_number: sum(|sample| sample.motor_position_rad[0]),
         singular_values: SingularValues { max: sum(|sample| sample.motor_torque_nm[5]), min: 0.0 },
         verdict: good(),

@@ -28,7 +28,7 @@ fn samples_arrive_as_they_were_written() {
 
     let mut sequence = 0;
     for (count, kind) in [(FULL, BatchKind::Live), (3, BatchKind::Live), (0, BatchKind::End)] {
-        reader.wait(Duration::from_secs(1)).unwrap();
+        reader.wait_for_batch(Duration::from_secs(1)).unwrap();
         let batch = reader.receive().unwrap().unwrap();
         assert_eq!((batch.samples().len() as u64, batch.kind()), (count, kind));
         assert_eq!((batch.lost_batches, batch.restarted), (0, false));
@@ -205,7 +205,7 @@ fn a_replay_waits_for_its_reader_and_loses_nothing() {
     let start = Instant::now();
     'stream: loop {
         assert!(start.elapsed() < Duration::from_secs(60), "stuck at sample {next} of {total}");
-        reader.wait(Duration::from_millis(100)).unwrap();
+        reader.wait_for_batch(Duration::from_millis(100)).unwrap();
         while let Some(batch) = reader.receive().unwrap() {
             assert_eq!(batch.lost_batches, 0);
             for sample in batch.samples() {
@@ -261,7 +261,7 @@ fn child_reads_until_killed() {
     // Holds a batch when it dies.
     let mut held_batch = None;
     loop {
-        reader.wait(Duration::from_millis(100)).unwrap();
+        reader.wait_for_batch(Duration::from_millis(100)).unwrap();
         if let Some(batch) = reader.receive().unwrap() {
             held_batch = Some(batch);
         }
@@ -279,7 +279,7 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
         let mut next = None;
         let mut received = 0;
         eventually("five batches from another process", || {
-            reader.wait(Duration::from_millis(100)).unwrap();
+            reader.wait_for_batch(Duration::from_millis(100)).unwrap();
             while let Some(batch) = reader.receive().unwrap() {
                 if received == 0 {
                     assert_eq!(batch.restarted, run > 0);
@@ -301,7 +301,7 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
     // Nobody starts it again: the reader itself cleans up after the dead.
     assert!(network.occupied_bytes() > network.options().samples_bytes() / 2);
     eventually("the dead process's memory is free", || {
-        reader.wait(Duration::from_millis(100)).unwrap();
+        reader.wait_for_batch(Duration::from_millis(100)).unwrap();
         let _ = reader.receive().unwrap();
         network.occupied_bytes() < network.options().samples_bytes() / 2
     });

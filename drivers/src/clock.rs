@@ -51,13 +51,13 @@ pub struct ClockCounters {
     /// The last step \[ns\]; positive when the clock was put forward.
     pub last_step_ns: i64,
     /// Small changes.
-    pub drifts: u64,
+    pub small_changes: u64,
     /// Their sum \[ns\].
     pub drift_ns: i64,
     /// Stamps that would have gone backwards and were set to the last one.
     pub held_back: u64,
     /// Stamps in the future that were set to the instant of the latest pair.
-    pub future: u64,
+    pub future_stamps: u64,
 }
 
 /// Smallest change of the offset that is a step \[ns\]. Both clocks are slewed alike (adjtimex(2)),
@@ -119,7 +119,7 @@ impl ClockMap {
         let before = core::mem::replace(&mut self.offset, pair.offset());
         self.uncertainty_ns = pair.uncertainty_ns;
         if gained.unsigned_abs() < u128::from(STEP_NS) {
-            self.counters.drifts += 1;
+            self.counters.small_changes += 1;
             self.counters.drift_ns = self.counters.drift_ns.saturating_add(by_ns);
             return ClockChange::Drift { by_ns };
         }
@@ -142,7 +142,7 @@ impl ClockMap {
             None => (now <= latest).then_some(now),
         };
         let mapped = mapped.unwrap_or_else(|| {
-            self.counters.future += 1;
+            self.counters.future_stamps += 1;
             latest
         });
         let mapped = u64::try_from(mapped).unwrap_or(0);
@@ -189,7 +189,7 @@ mod tests {
         let drifted = pair(START + 100 * MS + 5_000, 100 * MS);
         assert_eq!(map.handle_pair(drifted), ClockChange::Drift { by_ns: 5_000 });
         assert_eq!(map.map(START + 99 * MS + 5_000), 99 * MS);
-        assert_eq!((map.counters().drifts, map.counters().drift_ns), (1, 5_000));
+        assert_eq!((map.counters().small_changes, map.counters().drift_ns), (1, 5_000));
     }
 
     /// A bus at 1 kHz, read every 10 ms, with the clock set in the middle of a batch.
@@ -205,7 +205,7 @@ mod tests {
             }
         }
         assert_eq!((map.counters().steps, map.counters().last_step_ns), (1, by_ns));
-        assert_eq!((map.counters().held_back, map.counters().future), (0, 0));
+        assert_eq!((map.counters().held_back, map.counters().future_stamps), (0, 0));
     }
 
     #[test]
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(map.map(START + 5 * MS), 105 * MS);
         assert_eq!(map.map(START + 4 * MS), 105 * MS);
         assert_eq!(map.map(START + 99 * MS), 110 * MS);
-        assert_eq!((map.counters().held_back, map.counters().future), (1, 1));
+        assert_eq!((map.counters().held_back, map.counters().future_stamps), (1, 1));
     }
 
     proptest! {

@@ -30,7 +30,7 @@ impl FrameId {
     /// # Errors
     /// [`FrameError::IdRange`] above 0x7FF.
     pub const fn standard(id: u16) -> Result<Self, FrameError> {
-        Self::Standard(id).checked()
+        Self::Standard(id).check_range()
     }
 
     /// Creates a 29-bit identifier.
@@ -38,11 +38,11 @@ impl FrameId {
     /// # Errors
     /// [`FrameError::IdRange`] above 0x1FFFFFFF.
     pub const fn extended(id: u32) -> Result<Self, FrameError> {
-        Self::Extended(id).checked()
+        Self::Extended(id).check_range()
     }
 
     /// Returns the number without its format.
-    pub const fn raw(self) -> u32 {
+    pub const fn number(self) -> u32 {
         match self {
             Self::Standard(id) => id as u32,
             Self::Extended(id) => id,
@@ -50,7 +50,7 @@ impl FrameId {
     }
 
     /// Returns the same identifier if it fits its format.
-    const fn checked(self) -> Result<Self, FrameError> {
+    const fn check_range(self) -> Result<Self, FrameError> {
         match self {
             Self::Standard(id) if id > MAX_STANDARD_ID => {
                 Err(FrameError::IdRange { id: id as u32, bits: 11 })
@@ -162,7 +162,7 @@ impl Frame {
     /// # Errors
     /// The same as the constructor of that kind.
     pub fn new(id: FrameId, kind: FrameKind, data: &[u8]) -> Result<Self, FrameError> {
-        let id = id.checked()?;
+        let id = id.check_range()?;
         let fits = match kind {
             FrameKind::Classic | FrameKind::Error => data.len() <= MAX_CLASSIC_PAYLOAD,
             FrameKind::Remote => data.is_empty(),
@@ -196,7 +196,7 @@ impl Frame {
 
     /// Returns the same frame with the given direction.
     #[must_use]
-    pub const fn going(self, direction: Direction) -> Self {
+    pub const fn with_direction(self, direction: Direction) -> Self {
         Self { direction, ..self }
     }
 

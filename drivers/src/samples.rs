@@ -35,7 +35,7 @@ pub struct Samples<'a> {
     /// Frames that were read together.
     batch: Vec<Frame>,
     /// Index of the next one to assemble.
-    next: usize,
+    next_frame: usize,
     read_ns: u64,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Samples<'a> {
             StampClock::Own => None,
         };
         let batch = Vec::with_capacity(frames.max(1));
-        Self { source, assembler, clock, clocks, tap: None, batch, next: 0, read_ns: 0 }
+        Self { source, assembler, clock, clocks, tap: None, batch, next_frame: 0, read_ns: 0 }
     }
 
     /// Also passes every frame to a tap.
@@ -82,16 +82,16 @@ impl<'a> Samples<'a> {
     /// # Errors
     /// [`SourceError`]; [`SourceError::is_recoverable`] is true if the call may be repeated.
     pub fn read(&mut self, wait: Duration) -> Result<Received, SourceError> {
-        if self.next < self.batch.len() {
+        if self.next_frame < self.batch.len() {
             return Ok(Received::Frames);
         }
         self.batch.clear();
-        self.next = 0;
+        self.next_frame = 0;
         let received = self.source.receive(&mut self.batch, wait)?;
         let now = (self.clocks)();
         self.read_ns = now.monotonic_ns;
         match received {
-            Received::Frames => self.stamp(now),
+            Received::Frames => self.map_stamps(now),
             Received::Silence => {
                 // The delay is known only for a clock that can be read here; a log's time is that
                 // of its frames.
@@ -105,7 +105,7 @@ impl<'a> Samples<'a> {
     }
 
     /// Maps the stamps of the frames that were read, and passes them to the tap.
-    fn stamp(&mut self, now: ClockPair) {
+    fn map_stamps(&mut self, now: ClockPair) {
         if let Some(clock) = &mut self.clock {
             clock.handle_pair(now);
             for frame in &mut self.batch {
@@ -123,8 +123,8 @@ impl<'a> Samples<'a> {
         if let Some(sample) = self.assembler.poll_sample() {
             return Some(Assembled { sample, completed_ns: None });
         }
-        while let Some(frame) = self.batch.get(self.next) {
-            self.next += 1;
+        while let Some(frame) = self.batch.get(self.next_frame) {
+            self.next_frame += 1;
             self.assembler.handle_frame(frame);
             if let Some(sample) = self.assembler.poll_sample() {
                 let completed_ns = if self.clock.is_some() { frame.stamp_ns } else { self.read_ns };

@@ -24,7 +24,7 @@ fn run(
     let period_ns = layout.period_ns() as u64;
     // The target of sample 0, sent in the cycle before it.
     let mut frames = cycle(layout, 0, EPOCH_NS);
-    frames.retain(|frame| frame.id.raw() >= 0x201);
+    frames.retain(|frame| frame.id.number() >= 0x201);
     for frame in &mut frames {
         frame.payload = layout_target(layout, frame.id);
         frame.stamp_ns -= period_ns;
@@ -309,7 +309,7 @@ fn targets_from_before_a_missing_sync_are_outdated() {
     // SYNC 5 and the targets of cycle 5 are lost: those of cycle 4 were for SYNC 5.
     let is_lost = |frame: &Frame| {
         let k = (frame.stamp_ns - EPOCH_NS) / 4_000_000;
-        k == 5 && (frame.id == FrameId::Standard(0x80) || frame.id.raw() > 0x200)
+        k == 5 && (frame.id == FrameId::Standard(0x80) || frame.id.number() > 0x200)
     };
     frames.retain(|frame| !is_lost(frame));
     let mut assembler = assembler(&layout);

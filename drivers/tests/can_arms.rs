@@ -377,7 +377,7 @@ fn joints_of_a_realman_arm_decode() {
         for message in layout.messages() {
             let mut frame = message.encode(&Default::default(), stamp_ns).unwrap();
             if message.format.name.starts_with("ServoFeedback") {
-                assert_eq!((frame.length, message.format.fd), (16, true));
+                assert_eq!((frame.length, message.format.is_fd), (16, true));
                 frame.payload[..16].copy_from_slice(&data);
             }
             log.push(frame);

@@ -63,7 +63,7 @@ fn the_plan_has_the_frames_of_the_dbc_file() {
     let (own, dbc) = (six(), cia402());
     assert_eq!(own.messages().len(), dbc.messages().len());
     for (own, dbc) in own.messages().iter().zip(dbc.messages()) {
-        assert_eq!((own.format.id, own.format.fd), (dbc.format.id, dbc.format.fd));
+        assert_eq!((own.format.id, own.format.is_fd), (dbc.format.id, dbc.format.is_fd));
         assert_eq!((own.format.length, own.role), (dbc.format.length, dbc.role));
         let fields = |plan: &didim_drivers::layout::MessagePlan| {
             plan.extractions
@@ -235,7 +235,7 @@ fn a_node_may_have_several_axes() {
     let text = format!("{EDS}\n{pdos}\n{second}");
     let spec = spec(2, "eds", "node_id = 2, ", "node_id = 1, object_offset = 0x800, ");
     let layout = CompiledLayout::compile_nodes(&[&text, &text], &spec).unwrap();
-    let ids: Vec<u32> = layout.messages().iter().map(|m| m.format.id.raw()).collect();
+    let ids: Vec<u32> = layout.messages().iter().map(|m| m.format.id.number()).collect();
     assert_eq!(ids, [0x080, 0x181, 0x201, 0x281, 0x301]);
     assert!(layout.signal(Quantity::Torque, 1).unwrap().name.contains("6874:00"));
 }
@@ -245,7 +245,7 @@ fn a_sync_with_a_counter_has_one_byte() {
     let layout = edited("[1400]", "[1019]\nDataType=5\nDefaultValue=10\n\n[1400]").unwrap();
     let sync = layout.messages().iter().find(|m| m.role == Role::Sync).unwrap();
     assert_eq!(sync.format.length, 1);
-    assert!(!sync.format.fd && layout.messages().iter().all(|m| !m.format.fd));
+    assert!(!sync.format.is_fd && layout.messages().iter().all(|m| !m.format.is_fd));
 }
 
 #[test]

@@ -47,9 +47,9 @@ fn inserting_what_was_read_gives_the_payload_back() {
         let payload = bytes(columns[2]);
         let field = database.signal("test", columns[1], columns[3]).unwrap().field;
         let mut copy = payload.clone();
-        field.insert(&mut copy, !field.bits(&payload));
+        field.write_bits(&mut copy, !field.bits(&payload));
         assert_ne!(copy, payload);
-        field.insert(&mut copy, field.bits_for(field.value(&payload)).unwrap());
+        field.write_bits(&mut copy, field.bits_for(field.value(&payload)).unwrap());
         assert_eq!(copy, payload, "{line}");
     }
 }
@@ -70,7 +70,7 @@ fn the_shipped_layouts_say_what_they_are() {
     let layout = packed();
     assert_eq!(layout.sampled_by(), SampledBy::Packed);
     assert_eq!(layout.messages().len(), 1);
-    assert!(layout.messages()[0].format.fd);
+    assert!(layout.messages()[0].format.is_fd);
     assert_eq!(layout.messages()[0].format.length, 64);
 }
 
@@ -283,7 +283,7 @@ fn the_limits_of_a_range_are_in_it() {
     let torque = message.extractions.iter().find(|e| e.quantity == Quantity::Torque).unwrap();
     for (raw, inside) in [(32_767, true), (-30_001, true), (-30_002, false), (0, true)] {
         let mut payload = [0; 8];
-        torque.signal.field.insert(&mut payload, i64::from(raw).cast_unsigned());
+        torque.signal.field.write_bits(&mut payload, i64::from(raw).cast_unsigned());
         assert_eq!(torque.value(&payload).is_some(), inside, "{raw}");
     }
 }

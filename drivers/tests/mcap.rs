@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind, is_fd_length};
 use didim_drivers::source::mcap::{
-    Corruption, FileEnd, JointState, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
+    Corruption, FileEnd, JointState, McapError, McapInfo, McapScan, McapSource, McapWriter,
+    repair_recording,
 };
 use didim_drivers::source::{CandumpWriter, InterfaceName, Received, Source, StampDigits};
 use proptest::prelude::*;
@@ -18,10 +19,10 @@ fn info(offset_ns: i64) -> McapInfo {
         version: "0.1".into(),
         cell: "a cell".into(),
         configuration: "c0ffee".into(),
-        run: "1-2".into(),
+        recorder_run: "1-2".into(),
         offset_ns,
         interfaces: vec![name("can0"), name("vcan1")],
-        more: [("window".to_owned(), "3".to_owned())].into(),
+        additional_entries: [("window".to_owned(), "3".to_owned())].into(),
     }
 }
 
@@ -69,11 +70,11 @@ fn any_frame() -> impl Strategy<Value = Frame> {
         let frame = match kind {
             0 => Frame::classic(id, short),
             1 => Frame::remote(id, u8::try_from(short.len()).unwrap()),
-            2 => Frame::error(id.raw(), short),
+            2 => Frame::error(id.number(), short),
             _ => Frame::new(id, fd, &data[..longest.unwrap_or(0)]),
         };
         let direction = if flags[2] { Direction::Transmitted } else { Direction::Received };
-        frame.unwrap().with_stamp(stamp).going(direction).on_interface(u8::from(flags[3]))
+        frame.unwrap().with_stamp(stamp).with_direction(direction).on_interface(u8::from(flags[3]))
     })
 }
 
@@ -127,7 +128,7 @@ proptest! {
         prop_assert_eq!(found, frames);
         prop_assert!(errors.is_empty(), "{:?}", errors);
         prop_assert_eq!(source.info(), Some(&info));
-        prop_assert_eq!(source.ending(), Some(FileEnd::Finished));
+        prop_assert_eq!(source.file_end(), Some(FileEnd::Finished));
         prop_assert_eq!(source.counters().queue_drops, 0);
     }
 
@@ -210,22 +211,22 @@ fn a_file_cut_at_any_byte_gives_its_whole_chunks_and_says_how_it_ends() {
             Ok((found, errors, source)) => {
                 assert!(errors.is_empty(), "cut at {cut}: {errors:?}");
                 assert_eq!(found, frames[..expected], "cut at {cut}");
-                let ending = source.ending().unwrap();
+                let ending = source.file_end().unwrap();
                 // With the record that ends the data nothing of it is missing.
                 std::fs::write(&path, part).unwrap();
                 let scan = McapScan::read(&path).unwrap();
-                assert_eq!(ending, scan.end, "cut at {cut}");
+                assert_eq!(ending, scan.file_end, "cut at {cut}");
                 assert_eq!(scan.chunks.len(), expected / 4, "cut at {cut}");
                 if ending == FileEnd::Finished {
                     assert_eq!(expected, 12);
                 }
                 if source.info().is_some() && cut % 7 == 0 {
-                    let repaired = repair(&path, &original).unwrap();
-                    assert_eq!((repaired.frames, repaired.damaged), (expected as u64, false));
+                    let repaired = repair_recording(&path, &original).unwrap();
+                    assert_eq!((repaired.frames, repaired.is_corrupt), (expected as u64, false));
                     let (again, _, repaired) = read(&std::fs::read(&original).unwrap())
                         .map(|(f, e, s)| {
                             assert!(e.is_empty());
-                            (f, e, (s.ending(), s.info().cloned()))
+                            (f, e, (s.file_end(), s.info().cloned()))
                         })
                         .unwrap();
                     assert_eq!(again, found);
@@ -304,7 +305,7 @@ fn a_scan_shows_the_stamps() {
     std::fs::write(&path, &file).unwrap();
     let scan = McapScan::read(&path).unwrap();
     assert_eq!(scan.stamps_ns(), Some((frames[0].stamp_ns, frames[11].stamp_ns)));
-    assert_eq!((scan.end, scan.bytes), (FileEnd::Finished, file.len() as u64));
+    assert_eq!((scan.file_end, scan.bytes), (FileEnd::Finished, file.len() as u64));
 }
 
 #[test]
@@ -337,7 +338,7 @@ fn child_writes_files_for_an_independent_reader() {
     let file = written(&frames, &info, |n| n % 50 == 49);
     std::fs::write(folder.join("whole.mcap"), &file).unwrap();
     std::fs::write(folder.join("cut.mcap.part"), &file[..file.len() / 2]).unwrap();
-    repair(&folder.join("cut.mcap.part"), &folder.join("repaired.mcap")).unwrap();
+    repair_recording(&folder.join("cut.mcap.part"), &folder.join("repaired.mcap")).unwrap();
     for (name, frames) in
         [("whole", frames.clone()), ("repaired", read(&file[..file.len() / 2]).unwrap().0)]
     {

@@ -122,7 +122,7 @@ fn a_reading_is_of_the_cycle_that_it_came_in_and_costs_no_other() {
     assert_eq!(feed(&mut again, &frames[first..]), samples[7..]);
     // A slow frame before the first SYNC is of no cycle.
     let mut late = self::assembler(&layout);
-    let early = frames.iter().position(|frame| frame.id.raw() == 641).unwrap();
+    let early = frames.iter().position(|frame| frame.id.number() == 641).unwrap();
     assert_eq!(readings_of(&feed(&mut late, &frames[early..])[0]), [None; 3]);
     assert_eq!(late.losses().frames.before_first_sync, 1);
 }
@@ -132,7 +132,7 @@ fn what_is_out_of_its_range_is_no_reading_and_costs_nothing() {
     let layout = layout(READINGS);
     let mut frames: Vec<Frame> =
         (0..4).flat_map(|k| cycle(&layout, k, Some([20.0, 24.0, -3.0]))).collect();
-    for frame in frames.iter_mut().filter(|frame| frame.id.raw() == 641) {
+    for frame in frames.iter_mut().filter(|frame| frame.id.number() == 641) {
         frame.payload[..2].copy_from_slice(&i16::MAX.to_le_bytes());
     }
     let samples = feed(&mut assembler(&layout), &frames);

@@ -138,7 +138,7 @@ fn stamps_are_the_kernels_and_never_run_backwards() {
     let mapped: Vec<u64> = stamps.iter().map(|stamp| map.map(*stamp)).collect();
     assert!(mapped.is_sorted());
     assert_eq!(mapped[499] - mapped[0], stamps[499] - stamps[0]);
-    assert_eq!((map.counters().future, map.counters().held_back), (0, 0));
+    assert_eq!((map.counters().future_stamps, map.counters().held_back), (0, 0));
 }
 
 /// Ends a background thread also when the test fails.
@@ -336,7 +336,7 @@ fn a_link_that_goes_down_is_reported_once_and_taken_up_again() {
             error,
             SourceError::SocketCan(SocketCanError::Down { interface }) if interface == name
         ));
-        assert!(!source.links().next().unwrap().up);
+        assert!(!source.links().next().unwrap().is_up);
         // The other interface is still heard, and the news is not repeated.
         Device::on_interface(names[1]).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 1);
@@ -345,11 +345,11 @@ fn a_link_that_goes_down_is_reported_once_and_taken_up_again() {
         ip(&format!("link set {name} up"));
         if round != 2 {
             assert_eq!(receive(&mut source).unwrap(), Received::Silence);
-            assert!(source.links().next().unwrap().up);
+            assert!(source.links().next().unwrap().is_up);
         }
         Device::on_interface(name).send(&numbered(1)[0]);
         assert_eq!(take(&mut source, 1)[0].interface, 0);
-        assert!(source.links().next().unwrap().up);
+        assert!(source.links().next().unwrap().is_up);
         assert_eq!(source.counters().link_down, round);
     }
     assert_eq!(source.counters().reopened, 0);
@@ -458,7 +458,7 @@ fn an_interface_deleted_and_made_again_is_opened_again() {
         ip(&format!("link set {name} mtu 72"));
         ip(&format!("link set {name} up"));
         let give_up = Instant::now() + Duration::from_secs(5);
-        while source.counters().reopened < round || !source.links().next().unwrap().up {
+        while source.counters().reopened < round || !source.links().next().unwrap().is_up {
             assert!(Instant::now() < give_up, "{source:?}");
             // It may be found while it is still down, or with the small MTU.
             let _ = receive(&mut source);
@@ -494,7 +494,7 @@ fn what_cannot_be_opened_is_named_with_its_remedy() {
     ip(&format!("link set {first} mtu 16"));
     ip(&format!("link set {first} up"));
     let fd = SocketCanSource::open(&names[..1], &options);
-    let classic = SocketCanOptions { fd: false, ..SocketCanOptions::default() };
+    let classic = SocketCanOptions { accepts_fd: false, ..SocketCanOptions::default() };
     let mut source = SocketCanSource::open(&names[..1], &classic).unwrap();
     Device::on_interface(names[0]).send(&numbered(1)[0]);
     take(&mut source, 1);

@@ -64,8 +64,11 @@ fn what_a_header_says_counts() {
         frames.iter().map(|frame| frame.stamp_ns).collect::<Vec<_>>(),
         [500_000_000, 1_000_000_000]
     );
-    assert_eq!((frames[0].id.raw(), frames[0].data()), (0x123, &[17, 255][..]));
-    assert_eq!((frames[1].id.raw(), frames[1].kind, frames[1].length), (100, FrameKind::Remote, 0));
+    assert_eq!((frames[0].id.number(), frames[0].data()), (0x123, &[17, 255][..]));
+    assert_eq!(
+        (frames[1].id.number(), frames[1].kind, frames[1].length),
+        (100, FrameKind::Remote, 0)
+    );
     // The last line needs no end.
     let columns = ";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n 1 1.5 ST Rx 00 00\n 2 1059.900 FB \
         0300 Rx 12 00 01 02 03 04 05 06 07 08 09 0A 0B";

@@ -44,7 +44,7 @@ impl Scorer {
             (robot, model)
         });
         let (robot, _) = &robots[0];
-        let names = robot.nominal().unwrap().listed();
+        let names = robot.nominal().unwrap().given_values();
         let columns =
             names.iter().map(|(name, _)| robot.parameters().find(name).unwrap()).collect();
         let limits =
@@ -71,7 +71,7 @@ impl Scorer {
             let [mut q, mut dq, mut ddq, mut tau] = [[0.0; 6]; 4];
             trajectory.evaluate(k as f64 / rate, &mut q, &mut dq, &mut ddq);
             for (robot, model) in &self.robots {
-                let parameters = robot.nominal().unwrap().standard();
+                let parameters = robot.nominal().unwrap().standard_parameters();
                 model.inverse_dynamics(&mut ws, parameters, &q, &dq, &ddq, &mut tau);
                 for (tau, limit) in tau.iter().zip(robot.limits()) {
                     used = used.max(tau.abs() / limit.torque_max.unwrap());
@@ -105,7 +105,7 @@ fn main() {
             acceleration_fraction: 1.0,
             dwell_s: 0.035,
         };
-        let sequence = generator.draw(&scorer.limits).unwrap();
+        let sequence = generator.draw_sequence(&scorer.limits).unwrap();
         let trajectory = Trajectory::plan(&sequence, &scorer.limits).unwrap();
         let duration = trajectory.duration_s();
         if !(SHORTEST_S..=LONGEST_S).contains(&duration) {

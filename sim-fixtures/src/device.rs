@@ -121,7 +121,7 @@ impl VirtualDevice {
         let device = Self {
             closed_loop,
             reference,
-            arrivals: if at_arrival { encoder.arrivals()? } else { Vec::new() },
+            arrivals: if at_arrival { encoder.arrival_times()? } else { Vec::new() },
             streamed: Streamed::new(scenario.controller()),
             encoder,
             faults: scenario.faults().to_vec(),
@@ -147,7 +147,7 @@ impl VirtualDevice {
     }
 
     /// Returns the number of cycles to play; the largest possible number for endless playback.
-    pub fn cycles(&self) -> u64 {
+    pub fn cycle_count(&self) -> u64 {
         self.cycles
     }
 
@@ -168,7 +168,7 @@ impl VirtualDevice {
             let sample = self.advance()?;
             self.encode(&sample, stamp_ns, frames).map_err(DeviceError::from)
         } else {
-            self.stream(stamp_ns, frames)
+            self.append_streamed(stamp_ns, frames)
         };
         let encoded = encoded.and_then(|()| self.apply_faults(stamp_ns, before, frames));
         if let Err(error) = encoded {
@@ -180,7 +180,11 @@ impl VirtualDevice {
     }
 
     /// Appends the frames of a cycle, each with the values of its own arrival.
-    fn stream(&mut self, stamp_ns: u64, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
+    fn append_streamed(
+        &mut self,
+        stamp_ns: u64,
+        frames: &mut Vec<Frame>,
+    ) -> Result<(), DeviceError> {
         let start_ns = self.cycle * self.period_ns;
         let has_temperature = self.reports_temperature();
         for (message, after_ns) in self.arrivals.iter().copied() {
@@ -189,7 +193,7 @@ impl VirtualDevice {
                 continue;
             }
             let values = self.streamed.measure(&mut self.closed_loop, start_ns + after_ns)?;
-            frames.push(self.encoder.frame(message, &values, stamp_ns + after_ns)?);
+            frames.push(self.encoder.encode_frame(message, &values, stamp_ns + after_ns)?);
         }
         Ok(())
     }

@@ -67,14 +67,14 @@ pub struct CycleEncoder {
     layout: CompiledLayout,
     scales: Scales,
     /// Status word of an enabled drive.
-    enabled: u16,
+    enabled_value: u16,
 }
 
 impl CycleEncoder {
     /// Creates an encoder for a layout and the gains that decode it.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
         let signal = layout.signal(Quantity::Enabled, 0).map(|_| layout.enabled_value());
-        Self { layout, scales, enabled: signal.unwrap_or(OPERATION_ENABLED) }
+        Self { layout, scales, enabled_value: signal.unwrap_or(OPERATION_ENABLED) }
     }
 
     /// The layout.
@@ -136,7 +136,7 @@ impl CycleEncoder {
     ///
     /// # Errors
     /// [`CycleError::Overrun`].
-    pub(crate) fn arrivals(&self) -> Result<Vec<(usize, u64)>, CycleError> {
+    pub(crate) fn arrival_times(&self) -> Result<Vec<(usize, u64)>, CycleError> {
         let messages = self.layout.messages();
         let mut order: Vec<usize> = (0..messages.len()).collect();
         order.sort_by_key(|index| {
@@ -184,7 +184,7 @@ impl CycleEncoder {
     ///
     /// # Errors
     /// [`CycleError::Value`].
-    pub(crate) fn frame(
+    pub(crate) fn encode_frame(
         &self,
         message: usize,
         cycle: &BusCycle,
@@ -204,7 +204,7 @@ impl CycleEncoder {
                     cycle.motor_reference_rad[j],
                     cycle.motor_position_rad[j],
                 ),
-                status_word: self.enabled,
+                status_word: self.enabled_value,
                 readings: cycle.readings[j],
             };
         }

@@ -25,7 +25,7 @@ pub struct Played {
     /// Frames.
     pub frames: u64,
     /// Largest delay of a sent cycle, in real time.
-    pub latest: Duration,
+    pub largest_delay: Duration,
 }
 
 /// Reason why the playback ended early.
@@ -67,7 +67,7 @@ pub fn play(
             if !wait.is_zero() {
                 std::thread::sleep(wait);
             }
-            played.latest = played.latest.max(due.elapsed());
+            played.largest_delay = played.largest_delay.max(due.elapsed());
         }
         for frame in &frames {
             sink.send(frame)?;

@@ -25,7 +25,7 @@ pub struct Scenario {
     robot: Robot,
     truth: Vec<(String, f64)>,
     /// Standard parameters of the arm with its payload.
-    standard: Vec<f64>,
+    standard_parameters: Vec<f64>,
     samples: usize,
     limits: Vec<JointLimits>,
     trajectory: Motion,
@@ -157,19 +157,19 @@ impl Scenario {
         let (limits, trajectory) = plan(raw.motion, raw.playback, &robot)?;
         check_values(&raw.playback, raw.samples)?;
         let standard = match (&raw.nominal, robot.nominal()) {
-            (Some(own), _) => standard(own, &robot)?,
-            (None, Some(nominal)) => nominal.standard().to_vec(),
+            (Some(own), _) => standard_values(own, &robot)?,
+            (None, Some(nominal)) => nominal.standard_parameters().to_vec(),
             (None, None) => {
                 return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
             }
         };
         let base = BaseParameters::compute(&Model::new(&robot))?;
-        let values = base.regroup(&standard);
+        let values = base.to_base(&standard);
         let truth = base.names().iter().cloned().zip(values).collect();
         let scenario = Self {
             name: raw.name,
             truth,
-            standard,
+            standard_parameters: standard,
             samples: raw.samples,
             limits,
             trajectory,
@@ -181,7 +181,7 @@ impl Scenario {
         };
         match raw.payload {
             Some(payload) => scenario.with_payload(payload),
-            None => scenario.checked(),
+            None => scenario.validated(),
         }
     }
 
@@ -208,7 +208,7 @@ impl Scenario {
     /// Returns the standard parameters of the moving arm, in the order of the model's columns: the
     /// nominal ones plus the payload.
     pub fn standard_parameters(&self) -> &[f64] {
-        &self.standard
+        &self.standard_parameters
     }
 
     /// Returns the number of samples of the experiment, from the start of the motion.
@@ -259,7 +259,7 @@ impl Scenario {
     /// [`ScenarioError::Setup`] if it does not fit the arm.
     pub fn with_noise(mut self, noise: NoiseConfig) -> Result<Self, ScenarioError> {
         self.simulation.noise = Some(noise);
-        self.checked()
+        self.validated()
     }
 
     /// Returns the scenario with effects of the arm that its model does not contain.
@@ -268,7 +268,7 @@ impl Scenario {
     /// [`ScenarioError::Setup`] if they do not fit the arm.
     pub fn with_unmodelled(mut self, unmodelled: Unmodelled) -> Result<Self, ScenarioError> {
         self.simulation.unmodelled = Some(unmodelled);
-        self.checked()
+        self.validated()
     }
 
     /// Returns the scenario with another controller of the arm.
@@ -277,7 +277,7 @@ impl Scenario {
     /// [`ScenarioError::Setup`] if it does not fit the arm.
     pub fn with_controller(mut self, controller: ControllerConfig) -> Result<Self, ScenarioError> {
         self.controller = controller;
-        self.checked()
+        self.validated()
     }
 
     /// Returns the scenario with a controller of `factor` times the bandwidth
@@ -297,7 +297,7 @@ impl Scenario {
     pub fn with_moves(mut self, moves: &MoveSequence) -> Result<Self, ScenarioError> {
         self.trajectory = Motion::Moves(Trajectory::plan(moves, &self.limits)?);
         check_playback(&self.playback, &self.trajectory)?;
-        self.checked()
+        self.validated()
     }
 
     /// Returns the limits of every joint, with the scenario's acceleration limits.
@@ -314,10 +314,10 @@ impl Scenario {
         let last = self.robot.joints() - 1;
         for (kind, value) in ParameterKind::LINK.into_iter().zip(payload.link_parameters()) {
             if let Some(column) = self.robot.parameters().column(kind, JointIndex::new(last)) {
-                self.standard[column] += value;
+                self.standard_parameters[column] += value;
             }
         }
-        self.checked()
+        self.validated()
     }
 
     /// Returns the scenario with a motion given point by point, and the duration of that motion.
@@ -337,11 +337,11 @@ impl Scenario {
         self.samples = samples;
         self.trajectory = Motion::Recorded(motion);
         check_playback(&self.playback, &self.trajectory)?;
-        self.checked()
+        self.validated()
     }
 
     /// Builds the loop, so that every error in it is reported now.
-    fn checked(self) -> Result<Self, ScenarioError> {
+    fn validated(self) -> Result<Self, ScenarioError> {
         self.closed_loop()?;
         Ok(self)
     }
@@ -412,7 +412,10 @@ impl Scenario {
 }
 
 /// Returns the configured parameters in the order of the model's columns; missing ones are 0.
-fn standard(configured: &BTreeMap<String, f64>, robot: &Robot) -> Result<Vec<f64>, ScenarioError> {
+fn standard_values(
+    configured: &BTreeMap<String, f64>,
+    robot: &Robot,
+) -> Result<Vec<f64>, ScenarioError> {
     let mut standard = vec![0.0; robot.parameters().names().len()];
     for (name, value) in configured {
         let column = robot.parameters().find(name);

@@ -11,7 +11,7 @@ use crate::{BusCycle, Playback};
 pub(crate) struct Streamed {
     /// Loop samples around the instant of the latest frame: the last one before it, and the first
     /// one at or after it.
-    around: Option<(StepOutput, StepOutput)>,
+    neighbouring_samples: Option<(StepOutput, StepOutput)>,
     /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as in its commands.
     gains: [[f64; 2]; MAX_JOINTS],
 }
@@ -26,7 +26,7 @@ impl Streamed {
                 *gains = [kp_per_rad * k_tau_nm, kd_s_per_rad * k_tau_nm];
             }
         }
-        Self { around: None, gains }
+        Self { neighbouring_samples: None, gains }
     }
 
     /// Returns the measurement at a time after the loop's first sample. Positions between two
@@ -43,7 +43,7 @@ impl Streamed {
         let time_s = time_ns as f64 * 1e-9;
         // A time that differs from a sample's only by rounding belongs to that sample.
         let time_s = time_s - 1e-6 * closed_loop.period_s();
-        let (mut before, mut after) = match self.around {
+        let (mut before, mut after) = match self.neighbouring_samples {
             Some(around) => around,
             None => {
                 let first = *closed_loop.step()?;
@@ -54,7 +54,7 @@ impl Streamed {
             before = after;
             after = *closed_loop.step()?;
         }
-        self.around = Some((before, after));
+        self.neighbouring_samples = Some((before, after));
         let span_s = after.time_s - before.time_s;
         let share = if span_s > 0.0 { ((after.time_s - time_s) / span_s).max(0.0) } else { 0.0 };
         let share = if share < 1e-5 { 0.0 } else { share };

@@ -90,7 +90,7 @@ fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
         for _ in 1..10 {
             closed_loop.step().unwrap();
         }
-        let ids: Vec<u32> = frames.iter().map(|frame| frame.id.raw()).collect();
+        let ids: Vec<u32> = frames.iter().map(|frame| frame.id.number()).collect();
         let expected: Vec<u32> =
             [0x080].into_iter().chain(0x181..=0x186).chain(0x201..=0x206).collect();
         assert_eq!(ids, expected);
@@ -197,7 +197,7 @@ fn log(scenario: &Scenario) -> Vec<u8> {
     let writer = CandumpWriter::new(Vec::new(), &name(), StampDigits::Nanoseconds);
     let mut sink = CandumpSink::new(writer);
     let played = play(&mut device, &mut sink, Pace::Unpaced, &AtomicBool::new(false)).unwrap();
-    assert_eq!((played.cycles, played.frames), (device.cycles(), device.cycles()));
+    assert_eq!((played.cycles, played.frames), (device.cycle_count(), device.cycle_count()));
     sink.finish().unwrap()
 }
 
@@ -215,7 +215,7 @@ fn the_same_scenario_gives_the_same_log() {
 #[test]
 fn a_reader_gets_every_frame_and_then_the_end() {
     let mut device = new_device(&scenario(), packed(), 0).unwrap();
-    let cycles = device.cycles();
+    let cycles = device.cycle_count();
     let (sender, mut source) = in_process_bus(&name(), 64, WhenFull::Wait);
     let sending = std::thread::spawn(move || {
         let mut sink = InProcessSink::new(sender);
@@ -271,7 +271,11 @@ fn real_time_does_not_drift() {
         assert!(elapsed >= Duration::from_millis(250), "{elapsed:?}");
         // Were each late cycle to delay the next, 125 cycles would be late by their sum.
         let late = elapsed.saturating_sub(Duration::from_millis(250));
-        assert!(late <= played.latest + Duration::from_millis(50), "{late:?} {:?}", played.latest);
+        assert!(
+            late <= played.largest_delay + Duration::from_millis(50),
+            "{late:?} {:?}",
+            played.largest_delay
+        );
     });
 }
 

@@ -7,7 +7,7 @@ use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::trajectory::SampledReference;
 use didim_identification::excitation::{
     Aim, Bounds, FourierSeries, JointExcitation, JointExcitations, Margins, Noise, Task, advise,
-    design, information, predicted,
+    design, information, predict_result,
 };
 use didim_identification::identification::{Estimate, Experiment, Method, identify};
 use didim_sim::{Motion, Scenario, tx40_paper};
@@ -47,20 +47,20 @@ fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: 
     let colour = colours[colours.len() / 2];
     let columns: Vec<usize> =
         (result.parameters.iter()).map(|of| base.columns()[base.find(&of.name).unwrap()]).collect();
-    let nominal = robot.nominal().unwrap().standard().to_vec();
+    let nominal = robot.nominal().unwrap().standard_parameters().to_vec();
     let count = columns.len();
     Task {
         bounds: Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap(),
         model: Model::new(robot),
         duration_s,
-        moving: vec![true; robot.joints()],
+        moving_joints: vec![true; robot.joints()],
         columns,
-        before: DMatrix::zeros(count, count),
+        prior_information: DMatrix::zeros(count, count),
         noise: Noise {
-            levels: result.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect(),
+            deviations: result.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect(),
             rows_per_s: RATE_HZ / 125.0,
         },
-        aim: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
+        objective: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
     }
 }
 
@@ -118,7 +118,7 @@ fn study(duration_s: f64, steps: u32, seeds: usize) -> Vec<Came> {
     let result = identified(&first, &base);
     let task = task_of(first.robot(), &base, &result, duration_s);
     let series = design(&task, 1, steps, |_| ()).unwrap().series;
-    let predicted = predicted(&task, &series).unwrap().deviations;
+    let predicted = predict_result(&task, &series).unwrap().deviations;
 
     let scenario = along_series(&first, &series);
     let estimates =
@@ -172,12 +172,12 @@ fn two_short_motions_against_a_long_one() {
         let best = |seed| design(task, seed, 600, |_| ()).unwrap();
         let [a, b] = [best(1), best(2)];
         let series = if a.value < b.value { a.series } else { b.series };
-        (predicted(task, &series).unwrap().deviations, series)
+        (predict_result(task, &series).unwrap().deviations, series)
     }
     let short = task_of(arm.robot(), &base, &result, 10.0);
     let (_, series) = deviations(&short);
     let before = information(&short, &series);
-    let (twice, _) = deviations(&Task { before, ..short });
+    let (twice, _) = deviations(&Task { prior_information: before, ..short });
     let (once, _) = deviations(&task_of(arm.robot(), &base, &result, 20.0));
     let ratios: Vec<f64> = twice.iter().zip(&once).map(|(twice, once)| twice / once).collect();
     let mean = (ratios.iter().map(|of| of.ln()).sum::<f64>() / ratios.len() as f64).exp();
@@ -195,8 +195,11 @@ fn two_short_motions_against_a_long_one() {
 fn advice_that_is_followed_brings_what_was_promised() {
     let arm = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();
-    let excitation =
-        |joint, to, times| JointExcitation { joint: JointIndex::new(joint), to, times };
+    let excitation = |joint, to, times| JointExcitation {
+        joint: JointIndex::new(joint),
+        reversal_position: to,
+        repetitions: times,
+    };
     let production = JointExcitations {
         duration_s: 6.0,
         posture: vec![0.0, 0.2, 0.5, 0.0, 0.3, 0.0],
@@ -214,12 +217,12 @@ fn advice_that_is_followed_brings_what_was_promised() {
     let result = identified_from(&first, &base, &record);
     let covariance = result.covariance.as_ref().unwrap().matrix(result.parameters.len()).unwrap();
     let before = covariance.cholesky().unwrap().inverse();
-    let task = Task { before, ..task_of(arm.robot(), &base, &result, 1.0) };
+    let task = Task { prior_information: before, ..task_of(arm.robot(), &base, &result, 1.0) };
     let values: Vec<f64> = result.parameters.iter().map(|of| of.value).collect();
     let enough = 0.01;
     let advice = advise(arm.robot(), &task, &values, enough).unwrap();
     let name = |k: &usize| result.parameters[*k].name.as_str();
-    let missing: Vec<&str> = advice.missing.iter().map(name).collect();
+    let missing: Vec<&str> = advice.missing_parameters.iter().map(name).collect();
     // Of the wrist alone.
     assert!(
         ["ia4", "fv4", "ia5", "fv5", "ia6"].iter().all(|of| missing.contains(of)),
@@ -230,12 +233,12 @@ fn advice_that_is_followed_brings_what_was_promised() {
     assert!(advice.torque[1] < 0.5 * advice.torque[0], "{:?}", advice.torque);
     let mut records = vec![record];
     for (seed, piece) in (1..).zip(&advice.motions) {
-        assert!(piece.design.used.iter().all(|used| used.share <= 1.0));
+        assert!(piece.design.used.iter().all(|used| used.used_share <= 1.0));
         records.push(experiment(&along_series(&arm, &piece.design.series).with_seed(seed)));
     }
-    let then = identified_from(&arm, &base, &Experiment::joined(&records).unwrap());
+    let then = identified_from(&arm, &base, &Experiment::join(&records).unwrap());
     let promised = &advice.motions.last().unwrap().deviations;
-    for &k in &advice.missing {
+    for &k in &advice.missing_parameters {
         let achieved = then.parameters[k].standard_deviation;
         println!(
             "{}: σ {:.2e}, promised {:.2e}, found {achieved:.2e}",

@@ -189,7 +189,7 @@ fn the_torques_show_a_wrong_gain_from_a_heavier_arm() {
 fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not() {
     let scenario = tx40_paper().unwrap();
     let robot = with_nominal_error(&scenario, PATTERN);
-    let start = robot.nominal().unwrap().listed();
+    let start = robot.nominal().unwrap().given_values();
     let simulation = SimulationConfig::default();
     // The scenario's bandwidth times a factor.
     for (stiffness, stiff) in [(4.0, true), (0.3, false)] {

@@ -35,7 +35,7 @@ fn two_motions_together_give_the_truth_back_as_one_does() {
     let scenario = on_motion(None);
     let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
     let mut options = loop_options(&scenario, 200.0, Start::IdimLs);
-    let together = Experiment::joined(&motions[1..]).unwrap();
+    let together = Experiment::join(&motions[1..]).unwrap();
     // Instruments of an exact motion are no better than the measured one, which the filter smooths.
     for (method, most) in
         [(Method::IdimIv, 1e-3), (Method::Clie, 1e-7), (Method::Cloe, 1e-7), (Method::Didim, 1e-7)]

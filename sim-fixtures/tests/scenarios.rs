@@ -90,7 +90,7 @@ fn the_motion_excites_as_well_as_the_published_recording() {
     let scenario = tx40_paper().unwrap();
     let (robot, trajectory) = (scenario.robot(), scenario.trajectory());
     let model = Model::new(robot);
-    let names = robot.nominal().unwrap().listed();
+    let names = robot.nominal().unwrap().given_values();
     let columns: Vec<_> =
         names.iter().map(|(name, _)| robot.parameters().find(name).unwrap()).collect();
     let p = model.parameter_names().len();

@@ -72,7 +72,7 @@ fn it_plays_on_an_interface() {
     let mut device = device(cia402());
     let stop = AtomicBool::new(false);
     let played = play(&mut device, &mut sink, Pace::Unpaced, &stop).unwrap();
-    assert_eq!(played.frames, 13 * device.cycles() + 1);
+    assert_eq!(played.frames, 13 * device.cycle_count() + 1);
 }
 
 #[test]

@@ -114,7 +114,8 @@ fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
         file = file.replace("fv_m6", "# fv_m6").replace("fc_m6", "# fc_m6");
     }
     let robot = Robot::from_toml(&file).unwrap();
-    let names = robot.nominal().unwrap().listed().iter().map(|(name, _)| name.clone()).collect();
+    let names =
+        robot.nominal().unwrap().given_values().iter().map(|(name, _)| name.clone()).collect();
     let options = match method {
         Method::IdimLs => regression(Some(names), 200.0),
         _ => Options {

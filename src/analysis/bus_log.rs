@@ -32,7 +32,7 @@ pub enum LogError {
     #[error(
         "{}: no complete sample in {} frames; is this log from the bus that the cell's layout \
         describes? The layout has the identifiers {}, the log {}. Not used, by cause: {}",
-        file.display(), losses.frames_received, list(expected), list(found), causes(losses)
+        file.display(), losses.frames_received, list(expected), list(found), loss_causes(losses)
     )]
     NoSample {
         /// The log.
@@ -118,7 +118,12 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     }
     let start_ns = start.map(|stamp_ns| i128::from(stamp_ns) + i128::from(since_1970_ns));
     let start = start_ns.and_then(RecordingStart::of_unix_ns);
-    Ok(Record { parts, resampled: Resampled::default(), missing_values: None, start })
+    Ok(Record {
+        segments: parts,
+        resampled: Resampled::default(),
+        missing_values: None,
+        recording_start: start,
+    })
 }
 
 /// Leaves out the first sample of a piece if it alone has no reference. A target takes effect at
@@ -171,7 +176,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
         tracing::warn!(
             "{}: bus cycles are missing; not used, by cause: {}",
             path.display(),
-            causes(&losses)
+            loss_causes(&losses)
         );
     }
     Ok((samples, since_1970_ns))
@@ -188,7 +193,7 @@ fn list(ids: &[FrameId]) -> String {
 }
 
 /// Lists every cause with a count, as `name 12, name 3`.
-fn causes(losses: &Losses) -> String {
+fn loss_causes(losses: &Losses) -> String {
     let counts = losses.frames.by_cause().chain(losses.cycles.by_cause());
     let counts = counts.filter(|(_, count)| *count > 0);
     let counts: Vec<String> =

@@ -7,13 +7,13 @@ use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale}
 use didim_formats::{Measurement, Side};
 use didim_identification::identification::{
     ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Scale,
-    Uncertain, gains,
+    Uncertain, find_gains,
 };
 use serde::Serialize;
 
-use super::identify::joined;
+use super::identify::join_measurements;
 use crate::cell::Cell;
-use crate::text::{significant, to_uncertainty};
+use crate::text::{significant_digits, to_uncertainty};
 
 /// Maximum number of digits of a gain in the line of a cell file.
 const MAX_DIGITS: usize = 6;
@@ -81,7 +81,7 @@ type Counted<'a> = [(&'a Measurement, Range<usize>)];
 ///
 /// # Errors
 /// [`FindGainsError`].
-pub fn find_gains(
+pub fn find_drive_gains(
     cell: &Cell,
     empty: &Counted<'_>,
     loaded: Option<(&Counted<'_>, KnownLoad)>,
@@ -92,12 +92,13 @@ pub fn find_gains(
     if !of_motors && measurements().any(is_of_motors) {
         return Err(FindGainsError::Sides);
     }
-    let empty = joined(cell, empty)?;
-    let loaded = loaded.map(|(of, load)| Ok((joined(cell, of)?, load)));
+    let empty = join_measurements(cell, empty)?;
+    let loaded = loaded.map(|(of, load)| Ok((join_measurements(cell, of)?, load)));
     let loaded = loaded.transpose().map_err(FindGainsError::Experiment)?;
     let transferred = loaded.as_ref().map(|(of, load)| (of, *load));
     let transmission = of_motors.then(|| cell.robot.transmission());
-    let outcome = gains(&cell.robot, &cell.base, &empty, transferred, transmission, &cell.options)?;
+    let outcome =
+        find_gains(&cell.robot, &cell.base, &empty, transferred, transmission, &cell.options)?;
     let Gains { gains, parameters, scale, centre, relative_error_per_joint } = outcome;
     let basis = match scale {
         Scale::Load(load) => format!("by a load of {} kg", load.mass_kg),
@@ -169,7 +170,8 @@ fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, basis: &str) -> Opti
         Sign::Positive => Sign::Negative,
         Sign::Negative => Sign::Positive,
     };
-    let comment = format!("didim gains: {text} ± {} {unit}, {basis}", significant(deviation, 2));
+    let comment =
+        format!("didim gains: {text} ± {} {unit}, {basis}", significant_digits(deviation, 2));
     let provenance = Provenance::try_from(comment).ok()?;
     let line = toml::Value::try_from(TorqueGain { scale, sign, provenance }).ok()?;
     Some(format!("torque = {line}"))

@@ -11,7 +11,7 @@ use didim_identification::identification::{
     cross_validate, essential_parameters, identify,
 };
 
-use super::screening::{LawError, RateError, commanded_controller, measurement};
+use super::screening::{LawError, RateError, checked_measurement, commanded_controller};
 use crate::archive::store::WindowProvenance;
 use crate::cell::{Cell, CellError};
 use crate::window::{DriveReadings, Window};
@@ -57,14 +57,15 @@ impl IdentifyError {
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
     let measurement = measurement_of(cell, window)?;
     let readings = window.readings();
-    let law = law_of_commands(cell, cell.method, [(&measurement, &window.counted, &readings)])?;
+    let law =
+        law_of_commands(cell, cell.method, [(&measurement, &window.counted_samples, &readings)])?;
     let with_law = law.map(|law| {
         let mut changed = cell.clone();
         changed.options.controller = Some(law);
         changed
     });
     let cell = with_law.as_ref().unwrap_or(cell);
-    identify_measurement(cell, cell.method, &measurement, window.counted.clone())
+    identify_measurement(cell, cell.method, &measurement, window.counted_samples.clone())
 }
 
 /// Returns the controller that the commands of the records state. Applies only if the method
@@ -86,7 +87,7 @@ pub fn law_of_commands<'a>(
 /// Returns the measurement of a window after a check of its rate.
 pub(super) fn measurement_of(cell: &Cell, window: &Window) -> Result<Measurement, IdentifyError> {
     let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
-    Ok(measurement(&window.samples, &bus.layout, cell.screening.rate)?)
+    Ok(checked_measurement(&window.samples, &bus.layout, cell.screening.rate)?)
 }
 
 /// Identifies from a measurement. Only the samples in `counted` count; the others are margin for
@@ -114,7 +115,7 @@ pub fn identify_measurements(
     measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
 ) -> Result<Identification, IdentifyError> {
     let rate_unchecked = measurements.iter().any(|(measurement, _)| measurement.rate_unchecked);
-    let experiment = joined_of(cell, measurements)?;
+    let experiment = join_any(cell, measurements)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
     if rate_unchecked {
@@ -133,7 +134,7 @@ pub fn choose_cutoff_from(
     measurements: &[(&Measurement, Range<usize>)],
     tried: impl FnMut(),
 ) -> Result<ChosenCutoff, IdentifyError> {
-    let experiment = joined(cell, measurements)?;
+    let experiment = join_measurements(cell, measurements)?;
     Ok(choose_cutoff(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
@@ -147,7 +148,7 @@ pub fn choose_friction_from(
     measurements: &[(&Measurement, Range<usize>)],
     tried: impl FnMut(),
 ) -> Result<ChosenFriction, IdentifyError> {
-    let experiment = joined(cell, measurements)?;
+    let experiment = join_measurements(cell, measurements)?;
     Ok(choose_friction(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
@@ -176,39 +177,39 @@ pub fn cross_validate_measurement(
     counted: Range<usize>,
     blocks: usize,
 ) -> Result<CrossValidation, IdentifyError> {
-    let experiment = experiment(cell, Cow::Borrowed(measurement), counted)?;
+    let experiment = to_experiment(cell, Cow::Borrowed(measurement), counted)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
 }
 
 /// Converts measurements to one experiment of this cell.
-pub(super) fn joined(
+pub(super) fn join_measurements(
     cell: &Cell,
     measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Experiment, ExperimentError> {
     let borrowed = measurements.iter().map(|(of, counted)| (Cow::Borrowed(*of), counted.clone()));
-    joined_of(cell, borrowed.collect())
+    join_any(cell, borrowed.collect())
 }
 
-fn joined_of(
+fn join_any(
     cell: &Cell,
     measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
 ) -> Result<Experiment, ExperimentError> {
     let mut experiments = measurements
         .into_iter()
-        .map(|(measurement, counted)| experiment(cell, measurement, counted))
+        .map(|(measurement, counted)| to_experiment(cell, measurement, counted))
         .collect::<Result<Vec<_>, _>>()?;
     match experiments.pop() {
         Some(one) if experiments.is_empty() => Ok(one),
         last => {
             experiments.extend(last);
-            Experiment::joined(&experiments)
+            Experiment::join(&experiments)
         }
     }
 }
 
 /// Converts a measurement to an experiment of this cell.
-fn experiment(
+fn to_experiment(
     cell: &Cell,
     measurement: Cow<'_, Measurement>,
     counted: Range<usize>,
@@ -234,7 +235,7 @@ pub fn reduce_measurements(
     cell: &Cell,
     measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Reduction, IdentifyError> {
-    let experiment = joined(cell, measurements)?;
+    let experiment = join_measurements(cell, measurements)?;
     let (robot, base) = (&cell.robot, &cell.base);
     Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE_LEVEL)?)
 }

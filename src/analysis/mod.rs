@@ -18,7 +18,7 @@ pub use excitation::{
     MissingParameter, Wanted, WantedLoad, expectation_line,
 };
 pub use export::{Consistent, ConsistentError, Exported, Format, WriteError};
-pub use gains::{FindGainsError, FoundGain, FoundGains, find_gains};
+pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};
 pub use torque_difference::{JointDifference, TorqueDifferenceError, torque_difference};

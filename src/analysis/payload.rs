@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use didim_formats::Measurement;
-use didim_identification::identification::{Declared, Payload, PayloadError, payload};
+use didim_identification::identification::{Declared, Payload, PayloadError, find_payload};
 
-use super::identify::{IdentifyError, joined, measurement_of};
+use super::identify::{IdentifyError, join_measurements, measurement_of};
 use super::stored_model::StoredModel;
 use crate::archive::drift::Baseline;
 use crate::archive::store::FoundLoad;
@@ -52,7 +52,7 @@ pub fn find_load(
     let declared_kg = noted.map(|kg| kg - line.payload_kg().unwrap_or(0.0));
     let declared = Declared { mass_kg: declared_kg, centre_m: None };
     let measurement = measurement_of(cell, window)?;
-    let measured = [(&measurement, window.counted.clone())];
+    let measured = [(&measurement, window.counted_samples.clone())];
     let payload = StoredModel::of_baseline(baseline).payload(cell, &measured, declared)?;
     let Payload { presence, load, declared, .. } = payload;
     let baseline = line.result;
@@ -70,10 +70,10 @@ impl StoredModel {
         measurements: &[(&Measurement, Range<usize>)],
         declared: Declared,
     ) -> Result<Payload, LoadError> {
-        let experiment = joined(cell, measurements).map_err(IdentifyError::from)?;
-        let named = self.named();
+        let experiment = join_measurements(cell, measurements).map_err(IdentifyError::from)?;
+        let named = self.named_parameters();
         let arm = self.known_arm(&named);
-        Ok(payload(&cell.robot, &cell.base, &experiment, &cell.options, arm, declared)?)
+        Ok(find_payload(&cell.robot, &cell.base, &experiment, &cell.options, arm, declared)?)
     }
 }
 
@@ -123,9 +123,9 @@ mod tests {
             number: 0,
             sample_rate_hz: cell.sample_rate_hz(),
             samples: Vec::new(),
-            counted: 0..0,
+            counted_samples: 0..0,
             end: WindowEnd::Length,
-            start: None,
+            recording_start: None,
             note: None,
         };
         let why = |baseline: &Baseline| find_load(&cell, baseline, &window).unwrap_err();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use didim_identification::identification::{KnownArm, Prediction, predict};
 
-use super::identify::{IdentifyError, joined};
+use super::identify::{IdentifyError, join_measurements};
 use super::stored_model::StoredModel;
 use crate::cell::Cell;
 use didim_formats::Measurement;
@@ -19,8 +19,8 @@ impl StoredModel {
         cell: &Cell,
         measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<Prediction, IdentifyError> {
-        let experiment = joined(cell, measurements)?;
-        let named = self.named();
+        let experiment = join_measurements(cell, measurements)?;
+        let named = self.named_parameters();
         let KnownArm { model, .. } = self.known_arm(&named);
         Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)
     }

@@ -68,7 +68,7 @@ pub const OTHER_CONFIGURATION: &str = "the result was identified with another co
 pub struct StoredModel {
     pub(super) parameters: Vec<(String, f64)>,
     /// Other parameters, fixed at their nominal values.
-    pub(super) fixed: Vec<(String, f64)>,
+    pub(super) fixed_parameters: Vec<(String, f64)>,
     /// Name of the method.
     pub method: String,
     /// Hash of the configuration of its identification, if reported; see [`Self::is_of`].
@@ -81,7 +81,7 @@ pub struct StoredModel {
     /// Range of the motion, per joint; empty in results of versions that did not report it.
     pub(super) reached: Vec<Reached>,
     /// Combined standard uncertainty of each parameter, if the result reports it.
-    pub(super) combined: Vec<Option<f64>>,
+    pub(super) combined_deviations: Vec<Option<f64>>,
     /// Verdict for each use, if the result has one.
     pub(super) uses: Vec<JudgedUse>,
 }
@@ -90,7 +90,7 @@ pub struct StoredModel {
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedUse {
     /// The use.
-    pub of: Use,
+    pub usage: Use,
     /// True if the result is usable for it; `None` if that is unknown.
     pub applicable: Option<bool>,
     /// Reasons against the use.
@@ -146,12 +146,12 @@ struct StoredUse {
 }
 
 impl StoredVerdict {
-    fn judged(mut self) -> Vec<JudgedUse> {
+    fn judged_uses(mut self) -> Vec<JudgedUse> {
         Use::ALL
             .into_iter()
             .filter_map(|of: Use| {
                 let StoredUse { applicable, reasons } = self.uses.remove(of.name())?;
-                Some(JudgedUse { of, applicable, reasons })
+                Some(JudgedUse { usage: of, applicable, reasons })
             })
             .collect()
     }
@@ -179,7 +179,7 @@ struct StoredParameter {
 impl StoredEstimate {
     /// Returns the RMS residuals, scaled by the median factor by which coloured residuals increase
     /// the standard deviations.
-    fn noise(&self) -> Vec<f64> {
+    fn noise_levels(&self) -> Vec<f64> {
         let mut ratios: Vec<f64> = self
             .parameters
             .iter()
@@ -201,7 +201,7 @@ impl StoredModel {
     ///
     /// # Errors
     /// [`ResultError`].
-    pub fn read(file: &Path, cell: Cell) -> Result<(Self, Cell), ResultError> {
+    pub fn read_stored_model(file: &Path, cell: Cell) -> Result<(Self, Cell), ResultError> {
         let text = fs::read(file)
             .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
         Self::parse(&text, file, cell)
@@ -210,7 +210,7 @@ impl StoredModel {
     /// Does the same from the file's text. `file` is the name in errors.
     ///
     /// # Errors
-    /// Same as [`read`](Self::read).
+    /// Same as [`read_stored_model`](Self::read_stored_model).
     pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
         let stored: Stored = serde_json::from_slice(text).map_err(wrong)?;
@@ -226,8 +226,8 @@ impl StoredModel {
                 robot: robot.to_owned(),
             });
         }
-        let noise = estimate.noise();
-        let (reached, uses) = (estimate.reached_per_joint, estimate.verdict.judged());
+        let noise = estimate.noise_levels();
+        let (reached, uses) = (estimate.reached_per_joint, estimate.verdict.judged_uses());
         let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation).collect();
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
         match estimate.position_cutoff {
@@ -269,14 +269,14 @@ impl StoredModel {
         let (method, covariance) = (estimate.method, estimate.covariance);
         let model = Self {
             parameters,
-            fixed,
+            fixed_parameters: fixed,
             method,
             configuration,
             uncertainty,
             covariance,
             noise,
             reached,
-            combined,
+            combined_deviations: combined,
             uses,
         };
         Ok((model, cell))
@@ -287,14 +287,18 @@ impl StoredModel {
         let Baseline { result, available, .. } = baseline;
         Self {
             parameters: result.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
-            fixed: available.fixed.iter().map(|fixed| (fixed.name.clone(), fixed.value)).collect(),
+            fixed_parameters: available
+                .fixed
+                .iter()
+                .map(|fixed| (fixed.name.clone(), fixed.value))
+                .collect(),
             method: result.method.clone(),
             configuration: Some(result.configuration.clone()),
             uncertainty: available.model_uncertainty.clone(),
             covariance: available.covariance.clone(),
             noise: Vec::new(),
             reached: Vec::new(),
-            combined: Vec::new(),
+            combined_deviations: Vec::new(),
             uses: Vec::new(),
         }
     }
@@ -306,23 +310,23 @@ impl StoredModel {
     }
 
     /// Returns its parameters, and those fixed at their nominal values.
-    pub(super) fn named(&self) -> [Vec<(&str, f64)>; 2] {
-        [&self.parameters, &self.fixed]
+    pub(super) fn named_parameters(&self) -> [Vec<(&str, f64)>; 2] {
+        [&self.parameters, &self.fixed_parameters]
             .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect())
     }
 
-    /// Returns the known arm; `named` comes from [`Self::named`].
+    /// Returns the known arm; `named` comes from [`Self::named_parameters`].
     pub(super) fn known_arm<'s>(&'s self, named: &'s [Vec<(&'s str, f64)>; 2]) -> KnownArm<'s> {
         let [parameters, fixed_part] = named;
         let uncertainty = self.uncertainty.as_ref();
-        let model = KnownModel { parameters, fixed: fixed_part, uncertainty };
+        let model = KnownModel { parameters, fixed_parameters: fixed_part, uncertainty };
         KnownArm { model, covariance: self.covariance.as_ref() }
     }
 
     /// Returns the base parameters of the robot that the result does not have. They count as 0.
-    pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
+    pub fn missing_parameters<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
         let names = cell.base.names().iter().map(String::as_str);
-        let parameters = || self.parameters.iter().chain(&self.fixed);
+        let parameters = || self.parameters.iter().chain(&self.fixed_parameters);
         names.filter(|name| parameters().all(|(own, _)| own != name)).collect()
     }
 }

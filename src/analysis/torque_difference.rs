@@ -7,7 +7,7 @@ use didim_formats::Measurement;
 use didim_identification::identification::{TorqueAlong, torque_along};
 use serde::Serialize;
 
-use super::identify::{IdentifyError, joined};
+use super::identify::{IdentifyError, join_measurements};
 use super::stored_model::StoredModel;
 use crate::cell::Cell;
 
@@ -56,7 +56,10 @@ pub fn torque_difference(
     measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Vec<JointDifference>, TorqueDifferenceError> {
     let [(then, earlier), (now, later)] = results;
-    let [then, now] = [then.along(earlier, measurements)?, now.along(later, measurements)?];
+    let [then, now] = [
+        then.torque_along_model(earlier, measurements)?,
+        now.torque_along_model(later, measurements)?,
+    ];
     if then.time_s != now.time_s {
         return Err(TorqueDifferenceError::Filters);
     }
@@ -91,13 +94,13 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl StoredModel {
-    fn along(
+    fn torque_along_model(
         &self,
         cell: &Cell,
         measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<TorqueAlong, IdentifyError> {
-        let experiment = joined(cell, measurements)?;
-        let named = self.named();
+        let experiment = join_measurements(cell, measurements)?;
+        let named = self.named_parameters();
         let arm = self.known_arm(&named);
         Ok(torque_along(&cell.robot, &cell.base, &experiment, &cell.options, arm)?)
     }

@@ -50,7 +50,7 @@ impl CellBus {
             .map_err(|source| CellError::Drives { file: cell.to_path_buf(), source })?;
         let folder = cell.parent().unwrap_or(Path::new(""));
         let bus = Self {
-            sources: section.source.iter().map(|source| resolve(source, folder)).collect(),
+            sources: section.source.iter().map(|source| resolve_file(source, folder)).collect(),
             receive_buffer_bytes: section.receive_buffer_bytes,
             bitrate_bps: section.bitrate_bps,
             data_bitrate_bps: section.data_bitrate_bps,
@@ -98,7 +98,7 @@ fn check_kind(
 }
 
 /// Resolves a file that a cell file names as a bus, relative to the cell file.
-fn resolve(address: &BusAddress, folder: &Path) -> BusAddress {
+fn resolve_file(address: &BusAddress, folder: &Path) -> BusAddress {
     match address {
         BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
         BusAddress::Pcap(file) => BusAddress::Pcap(folder.join(file)),

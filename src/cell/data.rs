@@ -193,7 +193,7 @@ const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 struct Units {
     units: &'static [(&'static str, JointKind, f64)],
     /// True if it may be a current.
-    amperes: bool,
+    allows_current: bool,
 }
 
 /// Units of currents, with their size in amperes.
@@ -205,7 +205,7 @@ const POSITION_UNITS: Units = Units {
         ("m", JointKind::Prismatic, 1.0),
         ("mm", JointKind::Prismatic, 1e-3),
     ],
-    amperes: false,
+    allows_current: false,
 };
 const TORQUE_UNITS: Units = Units {
     units: &[
@@ -213,7 +213,7 @@ const TORQUE_UNITS: Units = Units {
         ("mNm", JointKind::Revolute, 1e-3),
         ("N", JointKind::Prismatic, 1.0),
     ],
-    amperes: true,
+    allows_current: true,
 };
 /// Placeholder unit for dates in text.
 pub(crate) const DATE_UNIT: &str = "iso8601";
@@ -239,7 +239,7 @@ impl DataSection {
             rate_hz: self.rate_hz,
             torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
             columns: self.columns(robot)?,
-            bag: self.bag(robot, named)?,
+            bag: self.bag_spec(robot, named)?,
         })
     }
 
@@ -257,7 +257,7 @@ impl DataSection {
             (None, _) => return Err(("data.position", "is missing; name its columns too".into())),
             (_, None) => return Err(("data.torque", "is missing; name its columns too".into())),
         };
-        let side = self.side()?;
+        let side = self.transmission_side()?;
         let kinds = kinds(robot);
         let column_of = |key, columns: &DataColumns, units: &Units| {
             axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
@@ -265,7 +265,7 @@ impl DataSection {
         Ok(Some(Columns {
             side,
             axes: kinds.len(),
-            time: self.time.as_ref().map(time).transpose()?,
+            time: self.time.as_ref().map(time_columns).transpose()?,
             position: column_of("data.position", position, &POSITION_UNITS)?,
             torque: column_of("data.torque", torque, &TORQUE_UNITS)?,
             reference: (self.reference.as_ref())
@@ -274,15 +274,15 @@ impl DataSection {
         }))
     }
 
-    fn side(&self) -> Result<Side, Wrong> {
+    fn transmission_side(&self) -> Result<Side, Wrong> {
         let problem =
             "is missing; say whether the signals are of the \"motor\" or the \"joint\" side";
         self.side.ok_or_else(|| ("data.side", problem.into()))
     }
 
-    fn bag(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
+    fn bag_spec(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
         let Some(BagSection { joints, topic, effort, time }) = &self.bag else { return Ok(None) };
-        let side = self.side()?;
+        let side = self.transmission_side()?;
         let joints = joints.as_deref().unwrap_or(named);
         if joints.len() != robot.joints() {
             let problem = format!(
@@ -303,7 +303,7 @@ impl DataSection {
         let EffortSection { unit, sign, per_ampere } = effort;
         let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
         let torque_scales = torque_unit
-            .scales(&TORQUE_UNITS, side, &kinds(robot))
+            .axis_scales(&TORQUE_UNITS, side, &kinds(robot))
             .map_err(|problem| ("data.bag.effort", problem))?;
         Ok(Some(BagSpec {
             joints: joints.to_vec(),
@@ -320,7 +320,7 @@ fn kinds(robot: &Robot) -> Vec<JointKind> {
     robot.chain().iter().map(|joint| joint.kind).collect()
 }
 
-fn time(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
+fn time_columns(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
     let TimeColumn { column, unit, sec, nanosec } = time;
     let (column, unit) = match (column, unit, sec, nanosec) {
         (Some(column), Some(unit), None, None) => (column.clone(), unit),
@@ -362,8 +362,8 @@ fn axis_columns(
         }
         (Some(pattern), None) => {
             return Err(format!(
-                "`{pattern}` is one column for {axes} axes; put {AXIS_PLACEHOLDER} (from 1) or {INDEX_PLACEHOLDER} (from \
-                0) in place of the number"
+                "`{pattern}` is one column for {axes} axes; put {AXIS_PLACEHOLDER} (from 1) \
+                or {INDEX_PLACEHOLDER} (from 0) in place of the number"
             ));
         }
         (None, Some(names)) if names.len() == axes => names.clone(),
@@ -377,7 +377,7 @@ fn axis_columns(
     };
     let DataColumns { unit, sign, per_ampere, .. } = columns;
     let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
-    Ok(AxisColumns { names, scales: torque_unit.scales(units, side, kinds)? })
+    Ok(AxisColumns { names, scales: torque_unit.axis_scales(units, side, kinds)? })
 }
 
 /// Configured unit of a quantity.
@@ -389,7 +389,12 @@ struct TorqueUnit<'a> {
 
 impl TorqueUnit<'_> {
     /// Returns the SI value of one unit of each axis, with its sign.
-    fn scales(&self, units: &Units, side: Side, kinds: &[JointKind]) -> Result<Vec<f64>, String> {
+    fn axis_scales(
+        &self,
+        units: &Units,
+        side: Side,
+        kinds: &[JointKind],
+    ) -> Result<Vec<f64>, String> {
         let axes = kinds.len();
         let each = |what: &str| {
             format!("`{what}` has another number of entries than the arm has axes, {axes}")
@@ -410,7 +415,7 @@ impl TorqueUnit<'_> {
         let scale = |axis: usize| -> Result<f64, String> {
             // A motor is always revolute, whatever its joint's kind.
             let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
-            if let Some(amperes) = amperes(&unit[axis]).filter(|_| units.amperes) {
+            if let Some(amperes) = amperes(&unit[axis]).filter(|_| units.allows_current) {
                 let of_one = per_ampere.as_ref().map(|of| of[axis]);
                 let fits = of_one.filter(|of| of.is_finite() && *of > 0.0);
                 return fits.map(|of_one| amperes * of_one).ok_or_else(|| {
@@ -424,7 +429,7 @@ impl TorqueUnit<'_> {
             let fitting = units.units.iter().filter(|(_, of, _)| *of == kind);
             let scale_found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
             scale_found.map(|(.., scale)| *scale).ok_or_else(|| {
-                let currents = CURRENT_UNITS.iter().filter(|_| units.amperes);
+                let currents = CURRENT_UNITS.iter().filter(|_| units.allows_current);
                 let names = fitting.map(|(name, ..)| *name).chain(currents.map(|(name, _)| *name));
                 let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
                 format!(

@@ -37,7 +37,7 @@ pub enum CellError {
         source: Box<CellError>,
     },
     /// Not TOML, or a key is missing, unknown or of the wrong type.
-    #[error("{}: {source}{}", file.display(), Instead::below(.source.message()))]
+    #[error("{}: {source}{}", file.display(), Instead::from_message(.source.message()))]
     Cell {
         /// The cell file.
         file: PathBuf,
@@ -153,21 +153,21 @@ pub enum CellError {
 #[derive(Debug)]
 pub struct Faults {
     /// The fault found first.
-    pub first: Box<CellError>,
+    pub first_fault: Box<CellError>,
     /// Additional faults.
-    pub others: Vec<CellError>,
+    pub further_faults: Vec<CellError>,
 }
 
 impl Faults {
     /// Returns all faults, in the order in which they were found.
     pub fn iter(&self) -> impl Iterator<Item = &CellError> {
-        core::iter::once(&*self.first).chain(&self.others)
+        core::iter::once(&*self.first_fault).chain(&self.further_faults)
     }
 }
 
 impl From<CellError> for Faults {
     fn from(first: CellError) -> Self {
-        Self { first: Box::new(first), others: Vec::new() }
+        Self { first_fault: Box::new(first), further_faults: Vec::new() }
     }
 }
 

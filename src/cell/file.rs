@@ -276,7 +276,7 @@ pub struct IdentificationSection {
     /// arm over the years; `"prediction"`, of the torque of any motion; `"contact-detection"`;
     /// `"physical-values"`, for comparison with a data sheet; `"rigid-body"`, a mass matrix that
     /// can be inverted anywhere.
-    #[serde(default = "Use::usual")]
+    #[serde(default = "Use::default_uses")]
     pub required_uses: Vec<Use>,
     /// The parameters whose values are required, with `"physical-values"`.
     ///

@@ -46,7 +46,7 @@ pub(super) fn read(
             let path = folder.join(startup);
             let capture = Capture::open(&path).map_err(LayoutError::from);
             let compiled = capture.and_then(|open| CompiledLayout::compile_startup(open, spec));
-            let text = compiled.as_ref().map(CompiledLayout::described).unwrap_or_default();
+            let text = compiled.as_ref().map(CompiledLayout::description).unwrap_or_default();
             // A capture is not text. The network description read from it is kept instead.
             (vec![("network.txt".to_owned(), text)], path, compiled)
         }

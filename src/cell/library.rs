@@ -39,7 +39,7 @@ impl Library {
         let text = match self {
             Self::Files => read_text(path),
             Self::Shipped => {
-                let path = normal(path);
+                let path = normalise(path);
                 let shipped = SHIPPED_FILES.iter().find(|(name, _)| Path::new(name) == path);
                 shipped
                     .map(|(_, text)| (*text).to_owned())
@@ -65,7 +65,7 @@ impl Library {
 }
 
 /// Removes `..`: `config/cells/../robots/tx40.toml` is `config/robots/tx40.toml`.
-fn normal(path: &Path) -> std::path::PathBuf {
+fn normalise(path: &Path) -> std::path::PathBuf {
     use std::path::Component;
 
     path.components().fold(std::path::PathBuf::new(), |mut joined, part| {

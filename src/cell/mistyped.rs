@@ -43,7 +43,7 @@ pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
             let key = key_at(&text, line).unwrap_or_default();
             wrong.push(WrongKey { key, line, problem: problem.clone() });
         }
-        let Some(next) = behind(&text, &span, &problem) else { break };
+        let Some(next) = with_accepted_value(&text, &span, &problem) else { break };
         text = next;
     }
     wrong.sort_by_key(|key| key.line);
@@ -63,7 +63,7 @@ fn first_error(text: &str) -> Option<(Range<usize>, String)> {
 }
 
 /// Returns the text with an acceptable value in that place, if there is one.
-fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
+fn with_accepted_value(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
     if problem.starts_with("unknown field") {
         return without_line(text, span.start);
     }

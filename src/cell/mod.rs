@@ -160,14 +160,14 @@ impl Cell {
     /// # Errors
     /// See [`CellError`].
     pub fn read_decided(path: &Path) -> Result<Self, CellError> {
-        Self::read(path)?.decided(path)
+        Self::read(path)?.require_decided(path)
     }
 
     /// Returns the cell if it leaves no choice to the data; `path` is its file.
     ///
     /// # Errors
     /// [`CellError::Value`].
-    pub fn decided(self, path: &Path) -> Result<Self, CellError> {
+    pub fn require_decided(self, path: &Path) -> Result<Self, CellError> {
         let (key, instead) = match self {
             Self { chooses_cutoff: true, .. } => {
                 ("identification.position_filter", "state the cut-off that it prints")
@@ -202,7 +202,7 @@ impl Cell {
     /// # Errors
     /// See [`CellError`].
     pub fn from_library(library: Library, path: &Path) -> Result<Self, CellError> {
-        Self::read_all(library, path).map_err(|faults| *faults.first)
+        Self::read_all(library, path).map_err(|faults| *faults.first_fault)
     }
 
     /// Returns the SHA-256 of the composition of the base parameters. If two results have the same

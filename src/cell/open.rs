@@ -14,13 +14,13 @@ pub struct OpenKey {
     /// The line, from 1.
     pub line: usize,
     /// Requested value, from the comment above the key.
-    pub what: Option<String>,
+    pub question: Option<String>,
 }
 
 impl fmt::Display for OpenKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "line {}: {}", self.line, self.key)?;
-        self.what.iter().try_for_each(|what| write!(f, ": {what}"))
+        self.question.iter().try_for_each(|what| write!(f, ": {what}"))
     }
 }
 
@@ -29,14 +29,14 @@ impl fmt::Display for OpenKey {
 pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     let mut keys = Vec::new();
     if let Ok(table) = text.parse::<toml::Table>() {
-        walk(&toml::Value::Table(table), "", &mut keys);
+        collect_open(&toml::Value::Table(table), "", &mut keys);
     }
-    let places = places(text);
+    let places = list_places(text);
     let mut open_keys_found: Vec<OpenKey> = (keys.into_iter())
         .map(|key| {
-            let (line, what) =
-                nearest(&places, &key).map_or((1, None), |(_, line, what)| (*line, what.clone()));
-            OpenKey { key, line, what }
+            let (line, what) = nearest_place(&places, &key)
+                .map_or((1, None), |(_, line, what)| (*line, what.clone()));
+            OpenKey { key, line, question: what }
         })
         .collect();
     open_keys_found.sort_by_key(|key| key.line);
@@ -46,19 +46,19 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
 
 /// Returns the line of a key, or of the value or section that would contain it.
 pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
-    nearest(&places(text), key).map(|(_, line, _)| *line)
+    nearest_place(&list_places(text), key).map(|(_, line, _)| *line)
 }
 
 /// Returns the key or section with the nearest line at or above the given line.
 pub(super) fn key_at(text: &str, line: usize) -> Option<String> {
-    let places = places(text);
+    let places = list_places(text);
     let above = places.into_iter().filter(|(_, own, _)| *own <= line);
     above.max_by_key(|(_, own, _)| *own).map(|(key, ..)| key)
 }
 
 /// Returns the place of a key, or of the value or section that would contain it. Quotes in keys are
 /// ignored.
-fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
+fn nearest_place<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     let key = key.replace('"', "");
     let is_above =
         |configured: &str| key == configured || key.starts_with(&format!("{configured}."));
@@ -67,20 +67,20 @@ fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     above.max_by_key(|(configured_value, ..)| configured_value.len())
 }
 
-fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
+fn collect_open(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     match value {
         toml::Value::String(text) if text == MISSING_VALUE => open.push(key.to_owned()),
         toml::Value::Table(table) => {
             for (name, value) in table {
                 let inner = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-                walk(value, &inner, open);
+                collect_open(value, &inner, open);
             }
         }
         toml::Value::Array(values) => {
             for (value, number) in values.iter().zip(1..) {
                 match value {
-                    toml::Value::Table(_) => walk(value, &format!("{key}.{number}"), open),
-                    other => walk(other, key, open),
+                    toml::Value::Table(_) => collect_open(value, &format!("{key}.{number}"), open),
+                    other => collect_open(other, key, open),
                 }
             }
         }
@@ -92,7 +92,7 @@ fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
 type Place = (String, usize, Option<String>);
 
 /// Lists every section and every key on a separate line.
-fn places(text: &str) -> Vec<Place> {
+fn list_places(text: &str) -> Vec<Place> {
     let mut places = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
     // Number of occurrences so far of a section that may repeat.

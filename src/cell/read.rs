@@ -23,25 +23,25 @@ use crate::text::sha256;
 struct Found<'a> {
     file: &'a Path,
     text: &'a str,
-    all: Vec<CellError>,
+    faults: Vec<CellError>,
 }
 
 impl Found<'_> {
     /// Adds the fault of a key with an invalid value.
-    fn wrong(&mut self, key: &str, problem: String) {
+    fn add_fault(&mut self, key: &str, problem: String) {
         let line = open::line_of(self.text, key);
         let (file, key) = (self.file.to_path_buf(), key.to_owned());
-        self.all.push(CellError::Value { file, line, key, problem });
+        self.faults.push(CellError::Value { file, line, key, problem });
     }
 
     /// Returns the value, or adds the fault.
-    fn keep<T>(&mut self, of: Result<T, CellError>) -> Option<T> {
-        of.map_err(|fault| self.all.push(fault)).ok()
+    fn value_or_fault<T>(&mut self, of: Result<T, CellError>) -> Option<T> {
+        of.map_err(|fault| self.faults.push(fault)).ok()
     }
 
     /// Does the same for the value of a key.
     fn keep_value<T>(&mut self, key: &str, of: Result<T, impl ToString>) -> Option<T> {
-        of.map_err(|problem| self.wrong(key, problem.to_string())).ok()
+        of.map_err(|problem| self.add_fault(key, problem.to_string())).ok()
     }
 }
 
@@ -76,27 +76,30 @@ impl Cell {
 fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
     let text = library.read(path)?;
     let file = parse(path, &text)?;
-    let mut problems = Found { file: path, text: &text, all: Vec::new() };
+    let mut problems = Found { file: path, text: &text, faults: Vec::new() };
     let robot_path = path.parent().unwrap_or(Path::new("")).join(&file.robot);
-    let arm = arm(library, &robot_path, &file, &mut problems);
+    let arm = read_arm(library, &robot_path, &file, &mut problems);
     let signals = signals(library, &file, arm.as_ref(), &mut problems);
     let stream = arm.as_ref().zip(signals.as_ref());
     let stream = stream.map(|(arm, signals)| (arm.robot.joints(), signals.rate_hz));
     for (key, problem) in values::check(&file, stream) {
-        problems.wrong(key, problem);
+        problems.add_fault(key, problem);
     }
     let window = file.window.clone().unwrap_or_else(WindowOptions::by_command);
     let options = options(&file, signals.as_ref().map(|signals| signals.rate_hz));
     check_options(&file, (&options, &window), (arm.as_ref(), signals.as_ref()), &mut problems);
-    let mut errors = problems.all.into_iter();
+    let mut errors = problems.faults.into_iter();
     match (errors.next(), arm, signals) {
         (None, Some(arm), Some(signals)) => {
-            Ok(cell((file, text), robot_path, (arm, signals), (options, window)))
+            Ok(assemble_cell((file, text), robot_path, (arm, signals), (options, window)))
         }
         (first, ..) => {
             // Every missing part has a fault in the list.
             let none = || CellError::NoBus { cell: path.display().to_string() };
-            Err(Faults { first: Box::new(first.unwrap_or_else(none)), others: errors.collect() })
+            Err(Faults {
+                first_fault: Box::new(first.unwrap_or_else(none)),
+                further_faults: errors.collect(),
+            })
         }
     }
 }
@@ -119,13 +122,13 @@ fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
             problem: other.problem,
         });
         Faults {
-            first: Box::new(CellError::Cell { file, source: Box::new(source) }),
-            others: others.collect(),
+            first_fault: Box::new(CellError::Cell { file, source: Box::new(source) }),
+            further_faults: others.collect(),
         }
     })
 }
 
-fn arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) -> Option<Arm> {
+fn read_arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) -> Option<Arm> {
     let named = |source| CellError::Named {
         cell: found.file.to_path_buf(),
         key: "robot",
@@ -133,10 +136,10 @@ fn arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) ->
     };
     let source = library.read(file).map_err(named);
     let source = source.and_then(|text| RobotSource::read(file, text, cell.urdf.as_ref()));
-    let source = match found.keep(source)?.with_drives(cell.urdf.as_ref()) {
+    let source = match found.value_or_fault(source)?.with_drives(cell.urdf.as_ref()) {
         Ok(source) => source,
         Err((key, problem)) => {
-            found.wrong(&key, problem);
+            found.add_fault(&key, problem);
             return None;
         }
     };
@@ -146,14 +149,14 @@ fn arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) ->
         if friction.iter().any(|one| one.sign != friction[0].sign) {
             let problem = "goes for all joints, and the robot file states laws that differ by \
                 joint; remove the key, or state one law in the robot file";
-            found.wrong("identification.sign", problem.to_owned());
+            found.add_fault("identification.sign", problem.to_owned());
         }
         robot = robot.with_sign_model(sign);
     }
     let model = Model::new(&robot);
     let base = BaseParameters::compute(&model)
         .map_err(|source| CellError::BaseParameters { file: file.to_path_buf(), source });
-    Some(Arm { base: found.keep(base)?, source, robot, model })
+    Some(Arm { base: found.value_or_fault(base)?, source, robot, model })
 }
 
 fn signals(
@@ -165,11 +168,11 @@ fn signals(
     match (&file.bus, &file.data) {
         (Some(section), None) => {
             if file.window.is_none() {
-                found.wrong("window", "is missing; say when to identify".to_owned());
+                found.add_fault("window", "is missing; say when to identify".to_owned());
             }
             let joints = arm.map(|arm| arm.robot.joints());
             let bus = CellBus::read(library, found.file, section, joints);
-            let (bus, texts) = found.keep(bus)?;
+            let (bus, texts) = found.value_or_fault(bus)?;
             let (rate_hz, torque_timing) =
                 (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
             let bus = Some((bus, texts));
@@ -187,7 +190,7 @@ fn signals(
                     torque_timing: data.torque_timing,
                 }),
                 Err((key, problem)) => {
-                    found.wrong(key, problem);
+                    found.add_fault(key, problem);
                     None
                 }
             }
@@ -195,12 +198,12 @@ fn signals(
         (None, None) => {
             let problem =
                 "and [data] are both missing; describe the bus, or recordings of other programs";
-            found.wrong("bus", problem.to_owned());
+            found.add_fault("bus", problem.to_owned());
             None
         }
         (Some(_), Some(_)) => {
             let problem = "is for a cell without a bus; remove it, or [bus]";
-            found.wrong("data", problem.to_owned());
+            found.add_fault("data", problem.to_owned());
             None
         }
     }
@@ -249,10 +252,10 @@ fn check_options(
     let decimation = options.decimation_filter.design();
     found.keep_value("identification.decimation_filter", decimation);
     if let Some(arm) = arm {
-        let before = found.all.len();
+        let before = found.faults.len();
         check_parameters(options.parameters.as_deref(), arm, found);
         // Wrong names allow no further checks.
-        if found.all.len() == before {
+        if found.faults.len() == before {
             let selected = options.selection(&arm.robot, &arm.base);
             found.keep_value("identification.keep_nominal", selected);
         }
@@ -270,14 +273,14 @@ fn check_options(
             "needs [controller], which describes the controller of the arm, or `law` of the \
              layout, to simulate the closed loop (the method is {method})"
         );
-        found.wrong(key, problem);
+        found.add_fault(key, problem);
     } else if let (Some(arm), Some(signals)) = (arm, signals) {
         // Checked for every method: if layout and controller contradict each other, both are in
         // doubt.
         let simulated =
             options.validate_simulation(&arm.robot, signals.rate_hz, signals.torque_timing);
         if let Err(source) = simulated {
-            found.wrong(simulation_key(&source), source.to_string());
+            found.add_fault(simulation_key(&source), source.to_string());
         }
     }
 }
@@ -287,23 +290,26 @@ fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>)
     let Some(listed) = listed else { return };
     if listed.is_empty() {
         let problem = "is empty; leave it out to identify every base parameter";
-        found.wrong(PARAMETERS_KEY, problem.to_owned());
+        found.add_fault(PARAMETERS_KEY, problem.to_owned());
     }
     let base = arm.base.names();
     for (k, name) in listed.iter().enumerate() {
         if listed[..k].contains(name) {
-            found.wrong(PARAMETERS_KEY, format!("`{name}` is listed more than once; list it once"));
+            found.add_fault(
+                PARAMETERS_KEY,
+                format!("`{name}` is listed more than once; list it once"),
+            );
         } else if !base.contains(name) {
             let (robot, available) = (arm.robot.name(), base.join(" "));
             let problem =
                 format!("`{name}` is not a base parameter of {robot}; known: {available}");
-            found.wrong(PARAMETERS_KEY, problem);
+            found.add_fault(PARAMETERS_KEY, problem);
         }
     }
 }
 
 /// Assembles the cell from valid parts.
-fn cell(
+fn assemble_cell(
     (file, text): (CellFile, String),
     robot_file: PathBuf,
     (arm, signals): (Arm, Signals),

@@ -35,7 +35,7 @@ type Wrong = (String, String);
 
 impl RobotSource {
     /// Reads the robot from the text of a file; `section` has the ends of a URDF's arm. Its drives
-    /// are assumed ([`UrdfDrives::assumed`]), which is enough to inspect the arm.
+    /// are assumed ([`UrdfDrives::with_assumed_drives`]), which is enough to inspect the arm.
     ///
     /// # Errors
     /// [`CellError::Robot`], [`CellError::Urdf`].
@@ -55,7 +55,7 @@ impl RobotSource {
         };
         let arm = UrdfArm::read(&text, base, tip)
             .map_err(|source| CellError::Urdf { file: file.to_path_buf(), source })?;
-        let toml = arm.to_toml(&UrdfDrives::assumed(arm.joints()));
+        let toml = arm.to_toml(&UrdfDrives::with_assumed_drives(arm.joints()));
         let robot = Robot::from_toml(&toml).map_err(|source| {
             // The line numbers are those of the robot file made from the URDF.
             let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
@@ -74,14 +74,16 @@ impl RobotSource {
                     "belongs to a URDF, and the robot is a robot file; remove [urdf]".to_owned(),
                 );
             }
-            (Some(arm), None) => return wrong(missing(arm)),
+            (Some(arm), None) => return wrong(missing_section(arm)),
             (Some(arm), Some(section)) => (arm, section),
         };
         let drives = drives(arm, section)?;
         let toml = arm.to_toml(&drives);
         match Robot::from_toml(&toml) {
             Ok(robot) => Ok(Self { robot, toml, ..self }),
-            Err(error) => Err(at_fault(arm, drives).unwrap_or(("urdf".to_owned(), said(&error)))),
+            Err(error) => {
+                Err(at_fault(arm, drives).unwrap_or(("urdf".to_owned(), problem_text(&error))))
+            }
         }
     }
 
@@ -98,7 +100,7 @@ impl RobotSource {
 
 /// Returns the problem without the line number, which belongs to a file that the user does not
 /// have.
-fn said(error: &RobotError) -> String {
+fn problem_text(error: &RobotError) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
     let text = rest.map_or(text.as_str(), |(_, rest)| rest).trim_end();
@@ -110,7 +112,7 @@ fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     let UrdfDrives { joints, .. } = drives.clone();
     let wrong = |key: String, joints| -> Option<Wrong> {
         let error = Robot::from_toml(&arm.to_toml(&UrdfDrives { joints, ..drives.clone() }));
-        Some((key, said(&error.err()?)))
+        Some((key, problem_text(&error.err()?)))
     };
     wrong("urdf.friction".to_owned(), BTreeMap::new()).or_else(|| {
         joints.into_iter().find_map(|(joint, own)| {
@@ -150,7 +152,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     let (Some(drive_inertia), Some(gear_ratios), Some(friction)) =
         (section.drive_inertia, &section.gear_ratios, &section.friction)
     else {
-        return Err(("urdf".to_owned(), missing(arm)));
+        return Err(("urdf".to_owned(), missing_section(arm)));
     };
     let wrong = |key: &str, problem: String| Err((format!("urdf.{key}"), problem));
     let (joints, found) = (arm.joints(), gear_ratios.len());
@@ -195,7 +197,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
 }
 
 /// Returns the section to paste.
-fn missing(arm: &UrdfArm) -> String {
+fn missing_section(arm: &UrdfArm) -> String {
     let ones = vec!["1.0"; arm.joints()].join(", ");
     let names: Vec<&str> = arm.joint_names().collect();
     format!(

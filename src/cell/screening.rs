@@ -18,10 +18,10 @@ pub struct ScreeningOptions {
 pub struct LimitCheck {
     /// Multiple of a limit beyond which the recording is refused \[1\]. Convention: no motion of
     /// this robot reaches it.
-    pub refused: f64,
+    pub refusal_multiple: f64,
     /// Multiple of a limit beyond which a note is given \[1\]. Convention: limits are round
     /// numbers, and a controller overshoots.
-    pub noted: f64,
+    pub note_multiple: f64,
     /// Half step of the position difference that gives a speed \[s\]. Convention: it keeps noise
     /// out of the speed.
     pub half_step_s: f64,
@@ -34,7 +34,13 @@ pub struct LimitCheck {
 
 impl Default for LimitCheck {
     fn default() -> Self {
-        Self { refused: 2.0, noted: 1.02, half_step_s: 0.01, glitch_samples: 5, other_unit: 10.0 }
+        Self {
+            refusal_multiple: 2.0,
+            note_multiple: 1.02,
+            half_step_s: 0.01,
+            glitch_samples: 5,
+            other_unit: 10.0,
+        }
     }
 }
 
@@ -43,12 +49,12 @@ impl Default for LimitCheck {
 pub struct RateCheck {
     /// Number of standard uncertainties beyond the tolerance at which a rate counts as wrong.
     /// Convention.
-    pub coverage: f64,
+    pub coverage_deviations: f64,
     /// Largest relative standard uncertainty of a checked rate \[1\]. Derived: a rate error of
     /// 1e-3 is then four of these uncertainties away from an accepted rate.
     pub most_uncertainty: f64,
     /// Number of blocks of samples. Convention: fewer samples than this identify nothing.
-    pub blocks: usize,
+    pub block_count: usize,
     /// Share of the blocks within the scatter \[1\]. Convention: it tolerates nearly as many
     /// outlier blocks as the median of the slopes does.
     pub share_within: f64,
@@ -59,9 +65,9 @@ pub struct RateCheck {
 impl Default for RateCheck {
     fn default() -> Self {
         Self {
-            coverage: 3.0,
+            coverage_deviations: 3.0,
             most_uncertainty: 1e-4,
-            blocks: 16,
+            block_count: 16,
             share_within: 0.75,
             deviations_within: 1.15,
         }
@@ -73,7 +79,7 @@ impl Default for RateCheck {
 pub struct CommandCheck {
     /// A target below this is zero \[rad/s, N·m\]. Derived: no count of a 12-bit signal over
     /// ±45 rad/s or ±54 N·m is zero; its step is half of this value.
-    pub zero: f64,
+    pub zero_tolerance: f64,
     /// Relative tolerance between a speed target and the reference speed \[1\]. Convention: their
     /// extremes have to agree within `zero` plus this share.
     pub speed_share: f64,
@@ -87,7 +93,7 @@ pub struct CommandCheck {
 
 impl Default for CommandCheck {
     fn default() -> Self {
-        Self { zero: 0.05, speed_share: 0.05, reach_s: 0.01, loop_hz: 5000.0 }
+        Self { zero_tolerance: 0.05, speed_share: 0.05, reach_s: 0.01, loop_hz: 5000.0 }
     }
 }
 

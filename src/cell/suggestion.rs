@@ -38,7 +38,7 @@ impl Instead {
 
 impl Instead {
     /// Parses the message of a TOML error, which is shown with a line break after it.
-    pub(super) fn below(message: &str) -> Self {
+    pub(super) fn from_message(message: &str) -> Self {
         Self { in_a_line_of_its_own: true, ..Self::parse(message) }
     }
 }

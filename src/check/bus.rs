@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::machine::Machine;
 use crate::cell::{BusAddress, Cell, CellBus};
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Receive buffer space per queued frame, in the kernel's accounting \[bytes\].
 const QUEUED_FRAME_BYTES: f64 = 768.0;
@@ -31,7 +31,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
                 ))
             }
             BusAddress::Log(_) | BusAddress::Pcap(_) => {}
-            BusAddress::Ethercat(name) => tap(machine, name.as_str(), findings),
+            BusAddress::Ethercat(name) => check_tap(machine, name.as_str(), findings),
             BusAddress::InProcess => findings.push(Finding::error(
                 SOURCE_KEY,
                 format!("{source}: not a bus of `didim run`"),
@@ -45,7 +45,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
 }
 
 /// Checks the interface at an EtherCAT tap.
-fn tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
+fn check_tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
     let place = format!("ethercat:{name}");
     findings.extend(match machine.interface(name) {
         None => Some(Finding::error(
@@ -96,7 +96,7 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
             format!("set its bit rate, then ip link set {name} up"),
         ));
     }
-    let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
+    let has_fd = bus.layout.messages().iter().any(|message| message.format.is_fd);
     if has_fd && interface.mtu < FD_MTU {
         findings.push(Finding::error(
             SOURCE_KEY,
@@ -122,7 +122,7 @@ fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut 
     let asked = u64::from(bus.receive_buffer_bytes);
     // The kernel grants twice the requested size, so half of the buffer is requested.
     let granted = machine.rmem_max().map_or(asked, |most| asked.min(most.saturating_mul(2)));
-    let holds = significant(seconds(granted), 2);
+    let holds = significant_digits(seconds(granted), 2);
     if granted < asked {
         let problem = format!(
             "{asked} bytes are requested, net.core.rmem_max allows {granted}: {holds} s of frames"

@@ -6,7 +6,7 @@ use didim_drivers::layout::{CompiledLayout, Role};
 use super::finding::Finding;
 use super::wire;
 use crate::cell::{BusAddress, Cell, CellBus};
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Largest share of the bit rate for the layout. Above it, there is no capacity for repetitions and
 /// SDOs.
@@ -19,7 +19,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     if buses == 0 {
         return;
     }
-    let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
+    let has_fd = bus.layout.messages().iter().any(|message| message.format.is_fd);
     let Some(bitrate) = bus.bitrate_bps else {
         findings.push(Finding::note(
             BITRATE_KEY,
@@ -32,8 +32,8 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let data_bitrate = bus.data_bitrate_bps.map_or(bitrate, f64::from);
     #[expect(clippy::cast_precision_loss, reason = "at most 16 interfaces")]
     let load = load(&bus.layout, bitrate, data_bitrate) / buses as f64;
-    let percent = significant(100.0 * load, 3);
-    let rate = significant(cell.sample_rate_hz(), 4);
+    let percent = significant_digits(100.0 * load, 3);
+    let rate = significant_digits(cell.sample_rate_hz(), 4);
     let rates = match (has_fd, bus.data_bitrate_bps) {
         (true, Some(data)) => format!("{} and {} Mbit/s", bitrate * 1e-6, f64::from(data) * 1e-6),
         (true, None) => format!("{} Mbit/s without a faster data phase", bitrate * 1e-6),
@@ -68,12 +68,12 @@ fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64
         .messages()
         .iter()
         .filter(|message| message.role != Role::Reading)
-        .map(|message| bits(message.format.id, message.format.fd, message.format.wire_length()))
-        .map(|bits| bits.seconds(bitrate_bps, data_bitrate_bps))
+        .map(|message| bits(message.format.id, message.format.is_fd, message.format.wire_length()))
+        .map(|bits| bits.duration_s(bitrate_bps, data_bitrate_bps))
         .sum();
     seconds * 1e9 / layout.period_ns()
 }
 
 fn bits(id: FrameId, fd: bool, bytes: u8) -> wire::Bits {
-    if fd { wire::fd(id, bytes) } else { wire::classic(id, bytes) }
+    if fd { wire::fd_bits(id, bytes) } else { wire::classic_bits(id, bytes) }
 }

@@ -19,7 +19,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let indices: Vec<usize> = names.iter().filter_map(|name| cell.base.find(name)).collect();
     let columns: Vec<usize> =
         indices.iter().filter_map(|k| cell.base.columns().get(*k).copied()).collect();
-    let indistinct: Vec<&str> = indistinct(&cell.model, &columns)
+    let indistinct: Vec<&str> = indistinct_columns(&cell.model, &columns)
         .into_iter()
         .filter_map(|k| names.get(k).map(String::as_str))
         .collect();
@@ -50,7 +50,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 
 /// Returns the indices of columns that are zero or a combination of earlier ones, over random
 /// motions within the limits.
-fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
+fn indistinct_columns(model: &Model, columns: &[usize]) -> Vec<usize> {
     let model = model.clone().with_plain_friction();
     let selected = model.regressor_columns(columns);
     let (n, p) = (model.joints(), columns.len());
@@ -86,12 +86,12 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
             }
         }
     }
-    dependent(stacked)
+    dependent_columns(stacked)
 }
 
 /// Returns the dependent columns. Uses Gram-Schmidt: each column is orthogonalised twice against
 /// the independent ones before it.
-fn dependent(columns: Vec<Vec<f64>>) -> Vec<usize> {
+fn dependent_columns(columns: Vec<Vec<f64>>) -> Vec<usize> {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let mut independent: Vec<Vec<f64>> = Vec::new();
     let mut dependents = Vec::new();
@@ -146,6 +146,6 @@ mod tests {
             vec![2.0, 3.0, 7.0, 0.0],
             vec![0.0, 0.0, 0.0, 1e-9],
         ];
-        assert_eq!(dependent(columns), [1, 3]);
+        assert_eq!(dependent_columns(columns), [1, 3]);
     }
 }

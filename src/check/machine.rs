@@ -41,9 +41,9 @@ impl Machine {
         let flags = read(&folder.join("flags"))?;
         let flags = u32::from_str_radix(flags.trim_start_matches("0x"), 16).ok()?;
         Some(Interface {
-            is_can: number(&folder.join("type"))? == u64::from(ARPHRD_CAN),
+            is_can: read_number(&folder.join("type"))? == u64::from(ARPHRD_CAN),
             is_up: flags & IFF_UP != 0,
-            mtu: number(&folder.join("mtu"))?.try_into().ok()?,
+            mtu: read_number(&folder.join("mtu"))?.try_into().ok()?,
         })
     }
 
@@ -59,7 +59,7 @@ impl Machine {
 
     /// Returns the largest receive buffer that a process without privileges may request \[bytes\].
     pub(super) fn rmem_max(&self) -> Option<u64> {
-        number(&self.proc.join("sys/net/core/rmem_max"))
+        read_number(&self.proc.join("sys/net/core/rmem_max"))
     }
 
     /// Returns the memory available without swapping \[bytes\].
@@ -81,6 +81,6 @@ fn read(file: &Path) -> Option<String> {
     Some(fs::read_to_string(file).ok()?.trim().to_owned())
 }
 
-fn number(file: &Path) -> Option<u64> {
+fn read_number(file: &Path) -> Option<u64> {
     read(file)?.parse().ok()
 }

@@ -7,7 +7,7 @@ use super::finding::Finding;
 use crate::cell::Cell;
 use crate::live::worker::Trigger;
 use crate::service::pipeline::MAX_WINDOWS;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Largest share of the sample rate for the position filter's cut-off. Above it, the filter passes
 /// the noise that central differences amplify most. Twice-differentiated white noise is strongest
@@ -19,16 +19,16 @@ const MAX_CUTOFF_SHARE: f64 = 0.35;
 const MIN_CUTOFF_RATIO: f64 = 1.8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
-    reference(cell, findings);
-    filters(cell, findings);
+    check_reference(cell, findings);
+    check_filters(cell, findings);
     // Only a service has windows.
     if cell.bus().is_ok() {
-        rows(cell, findings);
+        check_rows(cell, findings);
     }
 }
 
 /// Checks the reference, which methods that simulate the closed loop follow.
-fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
+fn check_reference(cell: &Cell, findings: &mut Vec<Finding>) {
     if cell.has_reference() || !cell.method.simulates() {
         return;
     }
@@ -43,14 +43,14 @@ fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
     ));
 }
 
-fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
+fn check_filters(cell: &Cell, findings: &mut Vec<Finding>) {
     if cell.chooses_cutoff {
         return;
     }
     let rate = cell.sample_rate_hz();
     let cutoff = cell.options.position_filter.cutoff_hz;
     let key = "identification.position_filter";
-    let hertz = |value: f64| significant(value, 3);
+    let hertz = |value: f64| significant_digits(value, 3);
     if cutoff > MAX_CUTOFF_SHARE * rate {
         findings.push(Finding::warning(
             key,
@@ -83,10 +83,10 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
 
 /// Checks that the shortest window leaves enough rows for the verdict after decimation. Also checks
 /// the requirements of the longest one.
-fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
+fn check_rows(cell: &Cell, findings: &mut Vec<Finding>) {
     let (decimation, limits) = (&cell.options.decimation_filter, &cell.options.limits);
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
-    let (key, shortest_s) = shortest(cell);
+    let (key, shortest_s) = shortest_window(cell);
     #[expect(clippy::cast_precision_loss, reason = "small numbers")]
     let (rows, parameters) = (
         (shortest_s * cell.sample_rate_hz() / decimation.factor as f64).floor()
@@ -100,7 +100,7 @@ fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
             format!(
                 "the shortest window, {shortest_s} s, leaves {rows} rows for {parameters} \
                  parameters: {} independent rows for each, and the verdict requires {}",
-                significant(independent, 2),
+                significant_digits(independent, 2),
                 limits.rows_per_parameter
             ),
             "use longer windows, a smaller `decimation_filter.factor`, or fewer parameters",
@@ -119,7 +119,7 @@ fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
 }
 
 /// Returns the key that sets the shortest counted part of a window, and its value \[s\].
-fn shortest(cell: &Cell) -> (&'static str, f64) {
+fn shortest_window(cell: &Cell) -> (&'static str, f64) {
     match cell.window.trigger {
         Trigger::Motion { .. } | Trigger::Command {} => ("window.min_s", cell.window.min_s),
         // Every window has this length, which is at least `min_s`.

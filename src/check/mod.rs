@@ -48,7 +48,7 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     }
     identifiable::check(cell, &mut findings);
     method::check(cell, &mut findings);
-    sorted(findings)
+    sort_findings(findings)
 }
 
 /// Returns the problems of a cell on this machine and for this user, the worst first.
@@ -61,10 +61,10 @@ pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
         recordings::check_disk(cell, &mut findings);
         real_time::check(cell, &mut findings);
     }
-    sorted(findings)
+    sort_findings(findings)
 }
 
-fn sorted(mut findings: Vec<Finding>) -> Vec<Finding> {
+fn sort_findings(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

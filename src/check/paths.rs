@@ -22,22 +22,22 @@ const STATE_KEY: &str = "service.state_directory";
 const RUNTIME_KEY: &str = "service.runtime_directory";
 
 pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
-    writable(STATE_KEY, &cell.service.state_directory, findings);
-    writable(RUNTIME_KEY, &cell.service.runtime_directory, findings);
-    owned(STATE_KEY, &cell.service.state_directory, cell, findings);
-    owned(RUNTIME_KEY, &cell.service.runtime_directory, cell, findings);
-    sockets(cell, findings);
-    disk(cell, findings);
-    memory(cell, machine, findings);
+    check_writable(STATE_KEY, &cell.service.state_directory, findings);
+    check_writable(RUNTIME_KEY, &cell.service.runtime_directory, findings);
+    check_owner(STATE_KEY, &cell.service.state_directory, cell, findings);
+    check_owner(RUNTIME_KEY, &cell.service.runtime_directory, cell, findings);
+    check_sockets(cell, findings);
+    check_disk(cell, findings);
+    check_memory(cell, machine, findings);
 }
 
 /// Returns the folder, or its nearest existing parent.
-pub(super) fn existing(folder: &Path) -> PathBuf {
+pub(super) fn existing_parent(folder: &Path) -> PathBuf {
     folder.ancestors().find(|at| at.exists()).unwrap_or(Path::new("/")).to_owned()
 }
 
-fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
-    let nearest_folder = existing(folder);
+fn check_writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
+    let nearest_folder = existing_parent(folder);
     if !nearest_folder.is_dir() {
         findings.push(Finding::error(
             key,
@@ -75,7 +75,7 @@ fn service_user(cell: &Cell) -> u32 {
 
 /// Checks that an existing folder belongs to the service's user, and that only that user may write
 /// to it.
-pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
+pub(super) fn check_owner(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
     if !folder.is_dir() {
         return;
     }
@@ -88,7 +88,7 @@ pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Fi
     }
 }
 
-fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
+fn check_sockets(cell: &Cell, findings: &mut Vec<Finding>) {
     let paths = Paths::of_service(cell);
     let longest = [paths.status_socket(), paths.acquisition_socket(), paths.command_socket()]
         .into_iter()
@@ -102,8 +102,8 @@ fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
-    let nearest_folder = existing(&cell.service.state_directory);
+fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
+    let nearest_folder = existing_parent(&cell.service.state_directory);
     let Some(free) = space_left(&nearest_folder) else { return };
     let needed = RESULT_BYTES.saturating_mul(cell.service.keep_results as u64);
     if free < needed {
@@ -121,10 +121,10 @@ fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+fn check_memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     let paths = Paths::of_service(cell);
     // Values that do not fit the stream were refused when the cell was read.
-    let Ok(stream) = paths.stream(cell) else { return };
+    let Ok(stream) = paths.stream_options(cell) else { return };
     let shared = stream.shared_memory_bytes();
     if let Some(free) = space_left(&machine.shared_memory).filter(|rest| *rest < shared) {
         findings.push(Finding::error(

@@ -2,10 +2,10 @@
 
 use super::finding::Finding;
 use super::machine::space_left;
-use super::paths::{existing, megabytes, owned};
+use super::paths::{check_owner, existing_parent, megabytes};
 use crate::cell::{Cell, CellBus};
 use crate::live::recording::recording_folders;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Size of a frame in a recording without its payload \[bytes\]: 131 with 64 bytes of payload, 75
 /// with 8.
@@ -30,8 +30,8 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
                 "{} MB hold about {} s of this bus; the recording of a window of `window.max_s` is \
                  kept only if they hold {} s: the window, its margins and the identification",
                 options.ring_mb,
-                significant(ring_s, 2),
-                significant(needed_s, 2)
+                significant_digits(ring_s, 2),
+                significant_digits(needed_s, 2)
             ),
             "enlarge the ring, or reduce `window.max_s`",
         ));
@@ -43,13 +43,13 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     let folder = options.folder(&cell.service.state_directory);
     for part in [folder.clone()].iter().chain(&recording_folders(&folder)) {
-        owned(DIRECTORY_KEY, part, cell, findings);
+        check_owner(DIRECTORY_KEY, part, cell, findings);
     }
-    let nearest_folder = existing(&folder);
+    let nearest_folder = existing_parent(&folder);
     let Some(free) = space_left(&nearest_folder) else { return };
     let needed = (options.ring_mb + options.keep_mb).saturating_mul(1_000_000);
     // The recordings of an earlier run are replaced.
-    if free.saturating_add(used(&folder)) < needed {
+    if free.saturating_add(used_bytes(&folder)) < needed {
         findings.push(Finding::warning(
             RING_KEY,
             format!(
@@ -73,7 +73,7 @@ fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
 }
 
 /// Returns the bytes in the folder's two folders. Unreadable files do not count.
-fn used(folder: &std::path::Path) -> u64 {
+fn used_bytes(folder: &std::path::Path) -> u64 {
     let folders = recording_folders(folder).map(std::fs::read_dir);
     let entries = folders.into_iter().flatten().flatten().flatten();
     entries.filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum()

@@ -95,7 +95,7 @@ impl Unfinished {
 
     fn list(&self, path: &Path) -> Listed<'_> {
         self.paths().insert(path.to_owned());
-        Listed { list: self, path: path.to_owned() }
+        Listed { unfinished_files: self, path: path.to_owned() }
     }
 
     fn paths(&self) -> MutexGuard<'_, BTreeSet<PathBuf>> {
@@ -105,13 +105,13 @@ impl Unfinished {
 
 /// Entry in the list for its lifetime.
 struct Listed<'a> {
-    list: &'a Unfinished,
+    unfinished_files: &'a Unfinished,
     path: PathBuf,
 }
 
 impl Drop for Listed<'_> {
     fn drop(&mut self) {
-        self.list.paths().remove(&self.path);
+        self.unfinished_files.paths().remove(&self.path);
     }
 }
 

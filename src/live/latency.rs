@@ -57,13 +57,13 @@ impl fmt::Debug for Latencies {
 
 impl Latencies {
     /// Counts one time \[ns\].
-    pub fn record(&self, ns: u64) {
+    pub fn count_time(&self, ns: u64) {
         // The longest time is updated before the count. A reader who sees a time counted never sees
         // a shorter longest time.
         if ns > self.max_ns.load(Ordering::Relaxed) {
             self.max_ns.fetch_max(ns, Ordering::Relaxed);
         }
-        if let Some(count) = self.counts.get(bucket(ns)) {
+        if let Some(count) = self.counts.get(bucket_of_time(ns)) {
             count.fetch_add(1, Ordering::Release);
         }
     }
@@ -80,7 +80,7 @@ impl Latencies {
                 seen += count;
                 seen >= wanted
             });
-            bucket.map_or(max_ns, longest).min(max_ns)
+            bucket.map_or(max_ns, longest_in_bucket).min(max_ns)
         };
         (count > 0).then(|| LatencySummary {
             count,
@@ -93,7 +93,7 @@ impl Latencies {
 }
 
 /// Returns the bucket of a time.
-fn bucket(ns: u64) -> usize {
+fn bucket_of_time(ns: u64) -> usize {
     let ns = ns.min(LONGEST_NS);
     // Number of ignored bits: only the highest set bit and the five below it count.
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(PARTS_BITS + 1);
@@ -102,7 +102,7 @@ fn bucket(ns: u64) -> usize {
 }
 
 /// Returns the longest time that is counted in a bucket \[ns\].
-fn longest(bucket: usize) -> u64 {
+fn longest_in_bucket(bucket: usize) -> u64 {
     let shift = (bucket / PARTS_PER_OCTAVE).saturating_sub(1);
     let part = bucket - PARTS_PER_OCTAVE * shift;
     ((part as u64 + 1) << shift) - 1
@@ -121,11 +121,11 @@ mod tests {
     #[test]
     fn buckets_follow_each_other_without_a_gap() {
         for index in 0..BUCKET_COUNT - 1 {
-            assert_eq!(bucket(longest(index)), index);
-            assert_eq!(bucket(longest(index) + 1), index + 1);
+            assert_eq!(bucket_of_time(longest_in_bucket(index)), index);
+            assert_eq!(bucket_of_time(longest_in_bucket(index) + 1), index + 1);
         }
-        assert_eq!(longest(BUCKET_COUNT - 1), LONGEST_NS);
-        assert_eq!(bucket(u64::MAX), BUCKET_COUNT - 1);
+        assert_eq!(longest_in_bucket(BUCKET_COUNT - 1), LONGEST_NS);
+        assert_eq!(bucket_of_time(u64::MAX), BUCKET_COUNT - 1);
     }
 
     #[test]
@@ -136,8 +136,8 @@ mod tests {
     #[test]
     fn a_time_beyond_the_last_bucket_is_counted_and_the_longest_is_exact() {
         let latencies = Latencies::default();
-        latencies.record(7);
-        latencies.record(u64::MAX);
+        latencies.count_time(7);
+        latencies.count_time(u64::MAX);
         let summary = latencies.summary().unwrap();
         assert_eq!((summary.count, summary.p50_ns, summary.max_ns), (2, 7, u64::MAX));
         assert_eq!(summary.p999_ns, LONGEST_NS);
@@ -152,7 +152,7 @@ mod tests {
             let mut times: Vec<u64> =
                 times.into_iter().map(|(bits, any)| any & ((1 << bits) - 1)).collect();
             let latencies = Latencies::default();
-            times.iter().for_each(|ns| latencies.record(*ns));
+            times.iter().for_each(|ns| latencies.count_time(*ns));
             times.sort_unstable();
             let summary = latencies.summary().unwrap();
             prop_assert_eq!(summary.count, times.len() as u64);

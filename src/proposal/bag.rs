@@ -7,8 +7,8 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::{Survey, rounded, torque_valid};
-use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quoted};
+use super::plausible::{Survey, round_rate, torque_valid};
+use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quote_text};
 
 const SECTION_NAME: &str = "data.bag";
 /// Range of plausible stamp rates of joint states \[Hz\].
@@ -27,15 +27,14 @@ pub(super) fn propose(
     let mut is_published =
         !joints.is_empty() && contents.topics.iter().any(|topic| has_all(topic, &joints));
     if let Some(named) = draft.answered_texts("data.bag.joints") {
-        joints = named;
-        is_published = false;
+        (joints, is_published) = (named, false);
     }
     if !is_published {
         let joint_names: Vec<&str> =
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
         let question =
             format!("names in the messages, in the arm's order, of {}", joint_names.join(" "));
-        draft.put(SECTION_NAME, "joints", Guess::open(&question));
+        draft.add_entry(SECTION_NAME, "joints", Guess::without_value(&question));
     }
     let fits = |topic: &&BagTopic| joints.len() == robot.joints() && has_all(topic, &joints);
     let mut fitting: Vec<&BagTopic> = contents.topics.iter().filter(fits).collect();
@@ -53,43 +52,42 @@ pub(super) fn propose(
         ([], None) => None,
         (several, answered) => {
             let names: Vec<&str> = several.iter().map(|topic| topic.name.as_str()).collect();
-            draft.put(SECTION_NAME, "topic", Guess::open(&format!("one of {}", names.join(" "))));
+            let guess = Guess::without_value(&format!("one of {}", names.join(" ")));
+            draft.add_entry(SECTION_NAME, "topic", guess);
             several.iter().find(|topic| Some(&topic.name) == answered.as_ref()).copied()
         }
     };
     let (time, rate_hz) = time_guess(topic);
     let rate = match rate_hz {
-        Some(rate_hz) => {
-            Guess::from_file(format!("{:?}", rounded(rate_hz)), "the mean distance of the messages")
-        }
-        None => Guess::open("messages a second"),
+        Some(rate_hz) => Guess::from_file(
+            format!("{:?}", round_rate(rate_hz)),
+            "the mean distance of the messages",
+        ),
+        None => Guess::without_value("messages a second"),
     };
-    draft.put("data", "rate_hz", rate);
-    draft.put(SECTION_NAME, "time", time);
-    draft.put("data", "torque_valid", torque_valid(false));
+    draft.add_entry("data", "rate_hz", rate);
+    draft.add_entry(SECTION_NAME, "time", time);
+    draft.add_entry("data", "torque_valid", torque_valid(false));
 
     let survey = survey_of_topic(file, robot, joints, topic)?;
     let side = match &survey {
         Some(survey_input) if survey_input.may_be_of_joints() => {
-            Guess::from_file(quoted("joint"), "joint states, within the joints' limits")
+            Guess::from_file(quote_text("joint"), "joint states, within the joints' limits")
         }
-        Some(_) => {
-            Guess::open(&format!("{SIDE_QUESTION}; some positions are beyond the joints' limits"))
-        }
-        None => Guess::open(SIDE_QUESTION),
+        Some(_) => Guess::without_value(&format!(
+            "{SIDE_QUESTION}; some positions are beyond the joints' limits"
+        )),
+        None => Guess::without_value(SIDE_QUESTION),
     };
-    draft.put("data", "side", side);
-    let survey_input = survey.filter(|_| draft.is("data.side", "joint"));
+    draft.add_entry("data", "side", side);
+    let survey_input = survey.filter(|_| draft.has_text("data.side", "joint"));
     let [unit, sign] = effort_guesses(survey_input.as_ref(), topic);
-    draft.put(SECTION_NAME, "effort.unit", unit);
+    draft.add_entry(SECTION_NAME, "effort.unit", unit);
     if draft.has_current("data.bag.effort.unit") {
-        draft.put(
-            SECTION_NAME,
-            "effort.per_ampere",
-            Guess::open("torque of one ampere on the joint side, one for all or a list [N·m/A]"),
-        );
+        let question = "torque of one ampere on the joint side, one for all or a list [N·m/A]";
+        draft.add_entry(SECTION_NAME, "effort.per_ampere", Guess::without_value(question));
     }
-    draft.put(SECTION_NAME, "effort.sign", sign);
+    draft.add_entry(SECTION_NAME, "effort.sign", sign);
     Ok(())
 }
 
@@ -97,24 +95,24 @@ pub(super) fn propose(
 fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
     match topic {
         Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
-            Guess::from_file(quoted("header"), "the stamps in the messages advance"),
+            Guess::from_file(quote_text("header"), "the stamps in the messages advance"),
             Some(*rate_hz),
         ),
         Some(BagTopic { log_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
             Guess::assumed(
-                quoted("log"),
+                quote_text("log"),
                 "time of recording: the stamps in the messages do not advance",
             ),
             Some(*rate_hz),
         ),
         Some(_) => (
             Guess::assumed(
-                quoted("rows"),
+                quote_text("rows"),
                 "neither the stamps nor the recording times advance at a constant rate",
             ),
             None,
         ),
-        None => (Guess::open("\"header\", \"log\" or \"rows\": the time to use"), None),
+        None => (Guess::without_value("\"header\", \"log\" or \"rows\": the time to use"), None),
     }
 }
 
@@ -152,12 +150,14 @@ fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Gue
     match survey {
         Some(survey) => survey.torque(None),
         None if topic.is_some_and(|topic| !topic.without_effort.is_empty()) => [
-            Guess::open(
+            Guess::without_value(
                 "messages lack the effort of a joint, so nothing can be identified; record the \
                     efforts of the drives",
             ),
-            Guess::open("1 or -1"),
+            Guess::without_value("1 or -1"),
         ],
-        None => [Guess::open(TORQUE_UNIT_QUESTION), Guess::open(TORQUE_SIGN_QUESTION)],
+        None => {
+            [Guess::without_value(TORQUE_UNIT_QUESTION), Guess::without_value(TORQUE_SIGN_QUESTION)]
+        }
     }
 }

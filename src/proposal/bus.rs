@@ -10,8 +10,8 @@ use didim_formats::mean_rate_hz;
 
 use super::draft::Draft;
 use super::evidence::ProposalError;
-use super::plausible::{RATES_HZ, rounded};
-use super::value::{Guess, quoted};
+use super::plausible::{RATES_HZ, round_rate};
+use super::value::{Guess, quote_text};
 use crate::live::recording::open_log;
 
 /// Number of stamps of a log that determine its rate.
@@ -22,21 +22,21 @@ pub(super) const VALIDITY_QUESTION: &str = "\"instant\" if it is measured; { hel
     delay_us = … } } if it is a command, usually for one cycle of the controller";
 
 /// Proposes the interface and the windows.
-pub(super) fn surroundings(draft: &mut Draft<'_>) {
+pub(super) fn propose_bus_and_windows(draft: &mut Draft<'_>) {
     let why = "the first interface of a machine; didim only listens";
-    draft.put("bus", "source", Guess::assumed(quoted("can:can0"), why));
+    draft.add_entry("bus", "source", Guess::assumed(quote_text("can:can0"), why));
     let trigger = "{ by = \"motion\", velocity_threshold_rad_s = 0.5, idle_s = 0.5 }";
-    draft.put(
+    draft.add_entry(
         "window",
         "trigger",
         Guess::assumed(trigger.to_owned(), "motion of a motor opens it, rest closes it"),
     );
-    draft.put(
+    draft.add_entry(
         "window",
         "min_s",
         Guess::assumed("3.0".to_owned(), "shorter motions are not identified"),
     );
-    draft.put("window", "max_s", Guess::assumed("60.0".to_owned(), "bounds the memory"));
+    draft.add_entry("window", "max_s", Guess::assumed("60.0".to_owned(), "bounds the memory"));
 }
 
 /// Proposes the gains of each drive. The lower-case units of the signals settle a part of them.
@@ -49,37 +49,53 @@ pub(super) fn drives(
         let section = format!("bus.drives.{axis}");
         let named = "the unit in the DBC file";
         let scale = match unit(draft, "position", axis).as_deref() {
-            Some("rad") => Guess::from_file(quoted("rad"), named),
-            Some("deg" | "°") => Guess::from_file(quoted("deg"), named),
-            _ => Guess::open(
+            Some("rad") => Guess::from_file(quote_text("rad"), named),
+            Some("deg" | "°") => Guess::from_file(quote_text("deg"), named),
+            _ => Guess::without_value(
                 "{ counts_per_revolution = … } of the motor, { rad_per_count = … } or \"rad\"",
             ),
         };
-        draft.put(&section, "position.scale", scale);
-        draft.put(
+        draft.add_entry(&section, "position.scale", scale);
+        draft.add_entry(
             &section,
             "position.sign",
-            Guess::open("1 if it counts in the positive direction of the robot file, else -1"),
+            Guess::without_value(
+                "1 if it counts in the positive direction of the robot file, else -1",
+            ),
         );
-        draft.put(&section, "position.zero", Guess::open("value at which the motor angle is 0"));
+        draft.add_entry(
+            &section,
+            "position.zero",
+            Guess::without_value("value at which the motor angle is 0"),
+        );
         let why = "the count never wraps; else \"modulo\"";
-        draft.put(&section, "position.wraps", Guess::assumed(quoted("refuse"), why));
-        draft.put(&section, "position.provenance", Guess::open("source of scale, sign and zero"));
+        draft.add_entry(&section, "position.wraps", Guess::assumed(quote_text("refuse"), why));
+        draft.add_entry(
+            &section,
+            "position.provenance",
+            Guess::without_value("source of scale, sign and zero"),
+        );
         let scale = match unit(draft, "torque", axis).as_deref() {
-            Some("nm" | "n·m" | "n.m") => Guess::from_file(quoted("nm"), named),
-            Some("a") => Guess::open("{ nm_per_a = … }: joint torque of one ampere"),
-            _ => Guess::open(
+            Some("nm" | "n·m" | "n.m") => Guess::from_file(quote_text("nm"), named),
+            Some("a") => Guess::without_value("{ nm_per_a = … }: joint torque of one ampere"),
+            _ => Guess::without_value(
                 "{ per_mille_of_rated_torque = { rated_torque_nm = … } }, { nm_per_count = … } or \
                 \"nm\"",
             ),
         };
-        draft.put(&section, "torque.scale", scale);
-        draft.put(
+        draft.add_entry(&section, "torque.scale", scale);
+        draft.add_entry(
             &section,
             "torque.sign",
-            Guess::open("1 if it acts in the positive direction of the robot file, else -1"),
+            Guess::without_value(
+                "1 if it acts in the positive direction of the robot file, else -1",
+            ),
         );
-        draft.put(&section, "torque.provenance", Guess::open("source of scale and sign"));
+        draft.add_entry(
+            &section,
+            "torque.provenance",
+            Guess::without_value("source of scale and sign"),
+        );
     }
 }
 
@@ -89,7 +105,7 @@ pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
         Some(rate_hz) => {
             Guess::from_file(format!("{rate_hz:?}"), "the mean distance of the stamps")
         }
-        None => Guess::open("samples per second; a log shows it (--log)"),
+        None => Guess::without_value("samples per second; a log shows it (--log)"),
     }
 }
 
@@ -111,5 +127,5 @@ pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, Proposa
     #[expect(clippy::cast_precision_loss, reason = "times after the first")]
     let seconds = |stamp_ns: &u64| stamp_ns.saturating_sub(first_ns) as f64 * 1e-9;
     let times_s: Vec<f64> = stamps.iter().map(seconds).collect();
-    Ok(mean_rate_hz(&times_s).filter(|found_hz| RATES_HZ.contains(found_hz)).map(rounded))
+    Ok(mean_rate_hz(&times_s).filter(|found_hz| RATES_HZ.contains(found_hz)).map(round_rate))
 }

@@ -7,12 +7,12 @@ use didim_drivers::layout::{Database, NamedSignal};
 use didim_dynamics::MAX_JOINTS;
 use didim_formats::AXIS_PLACEHOLDER;
 
-use super::bus::{VALIDITY_QUESTION, drives, rate, rate_hz, surroundings};
+use super::bus::{VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz};
 use super::draft::Draft;
-use super::evidence::{Evidence, ProposalError, relative};
-use super::names::{Group, Meaning, groups, meaning, words};
-use super::table::{chosen, is_measured, torques};
-use super::value::{Guess, list, quoted};
+use super::evidence::{Evidence, ProposalError, relative_to_cell};
+use super::names::{Group, Meaning, column_groups, column_meaning, split_words};
+use super::table::{choose_group, choose_torque_group, is_measured};
+use super::value::{Guess, list_text, quote_text};
 
 /// Identifier of the CANopen SYNC.
 const SYNC_ID: FrameId = FrameId::Standard(0x80);
@@ -39,17 +39,17 @@ pub(super) fn propose(
         })
         .map(named)
         .collect();
-    let groups = groups(&names, axes, &[]);
+    let groups = column_groups(&names, axes, &[]);
     let bus = Bus { axes, signals, groups, messages: database.messages().collect() };
-    surroundings(draft);
+    propose_bus_and_windows(draft);
     let layout = "bus.layout";
-    let path = quoted(&relative(file, out).display().to_string());
-    draft.put(layout, "dbc", Guess::from_file(path, "as named"));
-    draft.put(layout, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
-    let (by_sync, by_arrival) = bus.instant(draft, evidence.log.as_deref())?;
+    let path = quote_text(&relative_to_cell(file, out).display().to_string());
+    draft.add_entry(layout, "dbc", Guess::from_file(path, "as named"));
+    draft.add_entry(layout, "axes", Guess::from_file(axes.to_string(), "joints of the robot"));
+    let (by_sync, by_arrival) = bus.propose_instant(draft, evidence.log.as_deref())?;
     bus.layout(draft, by_sync, by_arrival);
-    bus.readings(draft);
-    drives(draft, axes, |draft, what, axis| bus.unit(draft, what, axis));
+    bus.propose_readings(draft);
+    drives(draft, axes, |draft, what, axis| bus.signal_unit(draft, what, axis));
     Ok(())
 }
 
@@ -65,7 +65,7 @@ impl Bus<'_> {
     /// Proposes the message that marks a sample, and the rate if a log shows it. Returns two flags:
     /// the message is a SYNC, and every signal is valid when its own frame arrives, as on a bus
     /// without SYNC.
-    fn instant(
+    fn propose_instant(
         &self,
         draft: &mut Draft<'_>,
         log: Option<&Path>,
@@ -79,17 +79,20 @@ impl Bus<'_> {
             .collect();
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
         let reference =
-            self.reference().map(|group| vec![group.name().replace(AXIS_PLACEHOLDER, "1")]);
+            self.find_reference().map(|group| vec![group.name().replace(AXIS_PLACEHOLDER, "1")]);
         // The command begins the cycle of drives that answer it.
-        let once = reference.or(self.position().ok());
+        let once = reference.or(self.find_position().ok());
         let once = once.and_then(|names| self.find(names.first()?));
         let sync = self.messages.iter().find(is_sync);
         let marks = match (sync, packed) {
             (Some((name, id)), _) => {
-                draft.put(
+                draft.add_entry(
                     "bus.layout",
                     "sync",
-                    Guess::from_file(quoted(name), "the message of this name or of identifier 80h"),
+                    Guess::from_file(
+                        quote_text(name),
+                        "the message of this name or of identifier 80h",
+                    ),
                 );
                 Some(*id)
             }
@@ -97,13 +100,17 @@ impl Bus<'_> {
             (None, None) if once.is_some() => once.map(|signal| {
                 let why = "the file has no SYNC: a message that comes once a cycle, here the \
                     first with a target or a position";
-                draft.put("bus.layout", "sync", Guess::assumed(quoted(signal.message), why));
+                draft.add_entry(
+                    "bus.layout",
+                    "sync",
+                    Guess::assumed(quote_text(signal.message), why),
+                );
                 signal.id
             }),
             (None, None) => {
                 let question = "the message that marks the instant of a sample: the signals are in \
                     several messages";
-                draft.put("bus.layout", "sync", Guess::open(question));
+                draft.add_entry("bus.layout", "sync", Guess::without_value(question));
                 None
             }
         };
@@ -111,18 +118,18 @@ impl Bus<'_> {
             (Some(id), Some(log)) => rate_hz(log, id)?,
             _ => None,
         };
-        draft.put("bus.layout", "rate_hz", rate(rate_hz));
+        draft.add_entry("bus.layout", "rate_hz", rate(rate_hz));
         Ok((sync.is_some(), sync.is_none() && packed.is_none()))
     }
 
     /// Returns the position signal of each axis.
-    fn position(&self) -> Result<Vec<String>, String> {
+    fn find_position(&self) -> Result<Vec<String>, String> {
         let each = |pattern: &str| -> Vec<String> {
             (1..=self.axes)
                 .map(|axis| pattern.replace(AXIS_PLACEHOLDER, &axis.to_string()))
                 .collect()
         };
-        let group = chosen(&self.groups, Meaning::Position);
+        let group = choose_group(&self.groups, Meaning::Position);
         let unit = |name: &String| self.find(name).is_some_and(|signal| !signal.unit.is_empty());
         let without = match &group {
             Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
@@ -145,7 +152,8 @@ impl Bus<'_> {
                         .name
                         .split_at(signal.name.trim_end_matches(|c: char| c.is_ascii_digit()).len());
                     number == axis
-                        && meaning(&format!("{}.{name}", signal.message)) == Some(Meaning::Position)
+                        && column_meaning(&format!("{}.{name}", signal.message))
+                            == Some(Meaning::Position)
                 });
                 let name = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
                 of_axis.next().map(name).filter(|_| of_axis.next().is_none())
@@ -156,16 +164,16 @@ impl Bus<'_> {
 
     /// Returns the reference of each axis. `None` if its unit differs from that of the position,
     /// because both share one gain.
-    fn reference(&self) -> Option<Group> {
-        let group = chosen(&self.groups, Meaning::Reference).ok()?;
+    fn find_reference(&self) -> Option<Group> {
+        let group = choose_group(&self.groups, Meaning::Reference).ok()?;
         let unit = |name: &str| self.find(name).map(|signal| signal.unit);
-        let position = self.position().ok().and_then(|names| unit(names.first()?));
+        let position = self.find_position().ok().and_then(|names| unit(names.first()?));
         let axis_unit = unit(&group.name().replace(AXIS_PLACEHOLDER, "1"));
         (position.is_none() || axis_unit == position).then_some(group)
     }
 
     /// Proposes the additional readings of drives, if exactly one group of signals has such a name.
-    fn readings(&self, draft: &mut Draft<'_>) {
+    fn propose_readings(&self, draft: &mut Draft<'_>) {
         // Key, its word, words that select one of several groups, and units.
         let kinds: [(&str, &str, &[&str], &[&str]); 3] = [
             ("temperature", "temperature", &["motor", "rotor"], &["degC", "°C", "C"]),
@@ -174,7 +182,7 @@ impl Bus<'_> {
         ];
         for (key, word, which, units) in kinds {
             let is = |name: &str, any: &[&str]| {
-                let last_word = words(name.rsplit_once('.').map_or(name, |(_, own)| own));
+                let last_word = split_words(name.rsplit_once('.').map_or(name, |(_, own)| own));
                 last_word.iter().any(|own| any.contains(&own.as_str()))
             };
             let fits = |name: &str| {
@@ -192,72 +200,69 @@ impl Bus<'_> {
                 ([one], []) if key != "mode" => one,
                 _ => continue,
             };
-            let guess = Guess::assumed(quoted(single_name), "by its name");
-            draft.put("bus.layout", &format!("{key}.signal"), guess);
+            let guess = Guess::assumed(quote_text(single_name), "by its name");
+            draft.add_entry("bus.layout", &format!("{key}.signal"), guess);
         }
     }
 
     fn layout(&self, draft: &mut Draft<'_>, by_sync: bool, by_arrival: bool) {
         let layout = "bus.layout";
         let groups = &self.groups;
-        let group_of = |wanted| chosen(groups, wanted);
+        let group_of = |wanted| choose_group(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
                 Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
-                    Guess::assumed(quoted(&pattern), "by its name")
+                    Guess::assumed(quote_text(&pattern), "by its name")
                 }
-                Ok(group) => Guess::open(&format!(
+                Ok(group) => Guess::without_value(&format!(
                     "the {what} as Message.Signal, with {{axis}} from 1; `{}` counts in another \
                         way",
                     group.name()
                 )),
-                Err(which) => Guess::open(&format!(
+                Err(which) => Guess::without_value(&format!(
                     "the {what} as Message.Signal, with {{axis}} in place of the number; {which}"
                 )),
             };
-            draft.put(layout, &format!("{what}.signal"), guess);
+            draft.add_entry(layout, &format!("{what}.signal"), guess);
         };
         let arrival = || {
-            Guess::assumed(
-                quoted("arrival"),
-                "the file has no SYNC: valid at the arrival of \
-                its own frame",
-            )
+            let why = "the file has no SYNC: valid at the arrival of its own frame";
+            Guess::assumed(quote_text("arrival"), why)
         };
-        match (self.position(), group_of(Meaning::Position)) {
+        match (self.find_position(), group_of(Meaning::Position)) {
             (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS_PLACEHOLDER, "1") => {
                 signal(draft, "position", Ok(group));
             }
             (Ok(names), _) => {
-                let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
-                let guess = Guess::assumed(list(&names), "by their names");
-                draft.put(layout, "position.signal", guess);
+                let names: Vec<String> = names.iter().map(|name| quote_text(name)).collect();
+                let guess = Guess::assumed(list_text(&names), "by their names");
+                draft.add_entry(layout, "position.signal", guess);
             }
             (Err(which), _) => signal(draft, "position", Err(which)),
         }
         let valid = match by_arrival {
             true => arrival(),
-            false => Guess::assumed(quoted("instant"), "the instant of the sample"),
+            false => Guess::assumed(quote_text("instant"), "the instant of the sample"),
         };
-        draft.put(layout, "position.valid", valid);
-        let (torque, is_command) = torques(groups);
+        draft.add_entry(layout, "position.valid", valid);
+        let (torque, is_command) = choose_torque_group(groups);
         let is_measured = torque.as_ref().is_ok_and(|group| is_measured(group.name()));
         signal(draft, "torque", torque);
         let valid = match is_measured && !is_command {
             _ if by_arrival => arrival(),
-            true => Guess::assumed(quoted("instant"), "measured, at the instant of the sample"),
-            false => Guess::open(VALIDITY_QUESTION),
+            true => Guess::assumed(quote_text("instant"), "measured, at the instant of the sample"),
+            false => Guess::without_value(VALIDITY_QUESTION),
         };
-        draft.put(layout, "torque.valid", valid);
-        if let Some(reference) = self.reference() {
+        draft.add_entry(layout, "torque.valid", valid);
+        if let Some(reference) = self.find_reference() {
             signal(draft, "reference", Ok(reference));
-            let assumed = |valid, why| Guess::assumed(quoted(valid), why);
+            let assumed = |valid, why| Guess::assumed(quote_text(valid), why);
             let valid = match by_sync {
                 _ if by_arrival => arrival(),
                 true => assumed("next-sync", "a target takes effect at the next SYNC (CiA 301)"),
                 false => assumed("instant", "in the sample whose frame carries it"),
             };
-            draft.put(layout, "reference.valid", valid);
+            draft.add_entry(layout, "reference.valid", valid);
         }
         let plain = |word: &str| {
             let mut signals =
@@ -266,18 +271,19 @@ impl Bus<'_> {
         };
         if let Some(counter) = plain("counter").filter(|_| !by_sync) {
             let name = format!("{}.{}", counter.message, counter.name);
-            draft.put(layout, "counter", Guess::from_file(quoted(&name), "by its name"));
+            draft.add_entry(layout, "counter", Guess::from_file(quote_text(&name), "by its name"));
         }
-        let status = groups
-            .iter()
-            .find(|group| words(group.name()).ends_with(&["status".to_owned(), "word".to_owned()]));
+        let status = groups.iter().find(|group| {
+            split_words(group.name()).ends_with(&["status".to_owned(), "word".to_owned()])
+        });
         if let Some(group) = status {
-            draft.put(layout, "status_word", Guess::from_file(quoted(group.name()), "by its name"));
+            let guess = Guess::from_file(quote_text(group.name()), "by its name");
+            draft.add_entry(layout, "status_word", guess);
         }
     }
 
     /// Returns the unit of the signal that was found for a quantity of an axis.
-    fn unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
+    fn signal_unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
         let name = match draft.value(&format!("bus.layout.{what}.signal"))? {
             toml::Value::Array(names) => names.get(axis - 1)?.as_str()?.to_owned(),
             value => value.as_str()?.replace(AXIS_PLACEHOLDER, &axis.to_string()),
@@ -292,7 +298,8 @@ impl Bus<'_> {
 
     /// Returns the signals of all axes that have one of these meanings.
     fn signals_of(&self, meanings: &[Meaning]) -> Vec<String> {
-        let has = |group: &&Group| meaning(group.name()).is_some_and(|of| meanings.contains(&of));
+        let has =
+            |group: &&Group| column_meaning(group.name()).is_some_and(|of| meanings.contains(&of));
         let wanted = self.groups.iter().filter(has);
         let each = wanted.flat_map(|group| {
             (1..=self.axes).map(|axis| group.name().replace(AXIS_PLACEHOLDER, &axis.to_string()))

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::evidence::ProposalError;
-use super::value::{Guess, Standing, parsed, quoted, texts};
+use super::value::{Guess, ValueOrigin, parse_value, quote_text, text_list};
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
 /// Values by key, as TOML; a bare word is text.
@@ -18,9 +18,9 @@ pub struct Entry {
     /// As TOML.
     pub value: String,
     /// Source of the value.
-    pub standing: Standing,
+    pub origin: ValueOrigin,
     /// Reason, or question.
-    pub why: String,
+    pub explanation: String,
 }
 
 impl Entry {
@@ -61,52 +61,57 @@ fn split_axis_section(section: &str) -> Option<(&str, &str)> {
 
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
-    asked: BTreeSet<String>,
+    asked_keys: BTreeSet<String>,
     /// Values that the files state themselves, so they need no key.
-    answered: Vec<(&'static str, String)>,
+    stated_values: Vec<(&'static str, String)>,
     entries: Vec<Entry>,
 }
 
 impl<'a> Draft<'a> {
     pub(super) fn new(answers: &'a Answers) -> Self {
-        Self { answers, asked: BTreeSet::new(), answered: Vec::new(), entries: Vec::new() }
+        Self {
+            answers,
+            asked_keys: BTreeSet::new(),
+            stated_values: Vec::new(),
+            entries: Vec::new(),
+        }
     }
 
     /// Adds the answer, or else the guess.
-    pub(super) fn put(&mut self, section: &str, name: &str, guess: Guess) {
-        let Guess { value, standing, why } = guess;
+    pub(super) fn add_entry(&mut self, section: &str, name: &str, guess: Guess) {
+        let Guess { value, origin: standing, explanation: why } = guess;
         let (section, name) = (section.to_owned(), name.to_owned());
-        let mut entry = Entry { section, name, value, standing, why };
-        self.asked.insert(entry.key());
+        let mut entry = Entry { section, name, value, origin: standing, explanation: why };
+        self.asked_keys.insert(entry.key());
         let answer = self.answers.get(&entry.key());
         if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != MISSING_VALUE) {
-            let (value, standing) = (as_toml(answer), Standing::Configured);
-            entry = Entry { value, standing, why: String::new(), ..entry };
+            let (value, standing) = (as_toml(answer), ValueOrigin::Configured);
+            entry = Entry { value, origin: standing, explanation: String::new(), ..entry };
         }
         self.entries.push(entry);
     }
 
     /// Adds a value that needs no entry.
-    pub(super) fn know(&mut self, key: &'static str, value: String) {
-        self.answered.push((key, value));
+    pub(super) fn add_stated_value(&mut self, key: &'static str, value: String) {
+        self.stated_values.push((key, value));
     }
 
     /// Returns true if a key has this text.
-    pub(super) fn is(&self, key: &str, text: &str) -> bool {
+    pub(super) fn has_text(&self, key: &str, text: &str) -> bool {
         self.text(key).as_deref() == Some(text)
     }
 
     /// Returns true if a key has this text for at least one axis.
-    pub(super) fn has(&self, key: &str, text: &str) -> bool {
+    pub(super) fn has_text_for_any(&self, key: &str, text: &str) -> bool {
         match self.value(key) {
             Some(toml::Value::Array(values)) => values.iter().any(|own| own.as_str() == Some(text)),
-            _ => self.is(key, text),
+            _ => self.has_text(key, text),
         }
     }
 
     /// Returns true if a key has the unit of a current, for all axes or one of them.
     pub(super) fn has_current(&self, key: &str) -> bool {
-        CURRENT_UNITS.iter().any(|(unit, _)| self.has(key, unit))
+        CURRENT_UNITS.iter().any(|(unit, _)| self.has_text_for_any(key, unit))
     }
 
     /// Returns the text of a key that is not open.
@@ -129,13 +134,13 @@ impl<'a> Draft<'a> {
     /// Returns the value of a key.
     pub(super) fn value(&self, key: &str) -> Option<toml::Value> {
         let entry = self.entries.iter().find(|entry| entry.key() == key);
-        let answer = self.answered.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
-        parsed(entry.map(|entry| &entry.value).or(answer)?)
+        let answer = self.stated_values.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        parse_value(entry.map(|entry| &entry.value).or(answer)?)
     }
 
     /// Returns the answer to a question that has not been asked yet.
     pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
-        parsed(&as_toml(self.answers.get(key)?))
+        parse_value(&as_toml(self.answers.get(key)?))
     }
 
     /// Returns the text that answers a question that has not been asked yet.
@@ -145,13 +150,13 @@ impl<'a> Draft<'a> {
 
     /// Returns the list of texts that answers a question that has not been asked yet.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
-        self.answer(key)?.as_array().map(|values| texts(values))
+        self.answer(key)?.as_array().map(|values| text_list(values))
     }
 
     pub(super) fn finish(self) -> Result<Proposal, ProposalError> {
-        let to_nothing = self.answers.keys().find(|key| !self.asked.contains(*key));
+        let to_nothing = self.answers.keys().find(|key| !self.asked_keys.contains(*key));
         if let Some(key) = to_nothing {
-            let keys = self.asked.into_iter().collect::<Vec<_>>().join(" ");
+            let keys = self.asked_keys.into_iter().collect::<Vec<_>>().join(" ");
             return Err(ProposalError::NotAsked { key: key.clone(), available: keys });
         }
         let mut entries = self.entries;
@@ -168,13 +173,13 @@ impl<'a> Draft<'a> {
 
 /// Converts an answer to TOML; a bare word becomes text.
 fn as_toml(answer: &str) -> String {
-    if parsed(answer).is_some() { answer.to_owned() } else { quoted(answer) }
+    if parse_value(answer).is_some() { answer.to_owned() } else { quote_text(answer) }
 }
 
 impl Proposal {
     /// Returns the missing entries.
     pub fn missing(&self) -> impl Iterator<Item = &Entry> {
-        self.entries.iter().filter(|entry| entry.standing == Standing::Missing)
+        self.entries.iter().filter(|entry| entry.origin == ValueOrigin::Missing)
     }
 
     /// The cell file.
@@ -183,7 +188,7 @@ impl Proposal {
             "# The comment above a value names its source: stated by you, found in the files, \
                 assumed because it is\n# usual (please check), or missing. Replace {} by the \
                 missing values; `didim check` lists what is left.\n\n",
-            quoted(MISSING_VALUE)
+            quote_text(MISSING_VALUE)
         );
         let mut section = "";
         for entry in &self.entries {
@@ -196,9 +201,9 @@ impl Proposal {
                 };
             }
             // A name in the reason may have several lines, but a comment has only one.
-            let why = entry.why.replace(char::is_control, " ");
+            let why = entry.explanation.replace(char::is_control, " ");
             let why = if why.is_empty() { why } else { format!(": {why}") };
-            let _ = writeln!(text, "# {}{why}", entry.standing.as_str());
+            let _ = writeln!(text, "# {}{why}", entry.origin.as_str());
             let _ = writeln!(text, "{} = {}", entry.name, entry.value);
         }
         text

@@ -173,7 +173,7 @@ impl Evidence {
     /// Returns the robot's path in the cell file, and true if the robot file is written next to it.
     pub(super) fn robot_path(&self, out: &Path) -> (PathBuf, bool) {
         match &self.robot_file {
-            Some(file) => (relative(file, out), false),
+            Some(file) => (relative_to_cell(file, out), false),
             None => {
                 let name = Self::description_path(out).file_name().map(PathBuf::from);
                 (name.unwrap_or_default(), true)
@@ -193,7 +193,7 @@ pub(super) fn is_dcf(file: &Path) -> bool {
 }
 
 /// Returns a path for the cell file: relative to its folder if it lies below, else absolute.
-pub(super) fn relative(path: &Path, out: &Path) -> PathBuf {
+pub(super) fn relative_to_cell(path: &Path, out: &Path) -> PathBuf {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     match (path.canonicalize(), folder.canonicalize()) {

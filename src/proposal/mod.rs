@@ -20,10 +20,10 @@ use std::path::Path;
 
 pub use draft::{Answers, Entry, Proposal};
 pub use evidence::{Evidence, ProposalError, Sources};
-pub use value::Standing;
+pub use value::ValueOrigin;
 
 use draft::Draft;
-use value::{Guess, list, quoted};
+use value::{Guess, list_text, quote_text};
 
 /// Maximum rows per second after the decimation filter. They cover the motion of an arm below about
 /// 10 Hz.
@@ -43,10 +43,10 @@ pub fn propose(
 ) -> Result<Proposal, ProposalError> {
     let mut draft = Draft::new(answers);
     let stem = out.file_stem().map_or_else(|| "cell".into(), |stem| stem.to_string_lossy());
-    draft.put("", "name", Guess::assumed(quoted(&stem), "the name of this file"));
+    draft.add_entry("", "name", Guess::assumed(quote_text(&stem), "the name of this file"));
     let (robot, from) = evidence.robot_path(out);
     let why = if from { "the bag's robot_description" } else { "as named" };
-    draft.put("", "robot", Guess::from_file(quoted(&robot.display().to_string()), why));
+    draft.add_entry("", "robot", Guess::from_file(quote_text(&robot.display().to_string()), why));
     match (&evidence.table, &evidence.bag) {
         (Some(file), _) => table::propose(&mut draft, evidence, file)?,
         (None, Some(file)) => bag::propose(&mut draft, evidence, file)?,
@@ -58,58 +58,62 @@ pub fn propose(
     if !evidence.eds.is_empty() {
         nodes::propose(&mut draft, evidence, out)?;
     }
-    drives(&mut draft, evidence);
-    identification(&mut draft);
+    propose_drives(&mut draft, evidence);
+    propose_identification(&mut draft);
     draft.finish()
 }
 
 /// Proposes the drive data that a URDF does not contain.
-fn drives(draft: &mut Draft<'_>, evidence: &Evidence) {
+fn propose_drives(draft: &mut Draft<'_>, evidence: &Evidence) {
     let Some(arm) = &evidence.robot.urdf else { return };
     let joints = arm.joints();
     for (key, link) in [("base", &evidence.base), ("tip", &evidence.tip)] {
         if let Some(link) = link {
-            draft.put("urdf", key, Guess::from_file(quoted(link), "as named"));
+            draft.add_entry("urdf", key, Guess::from_file(quote_text(link), "as named"));
         }
     }
-    draft.put(
+    draft.add_entry(
         "urdf",
         "drive_inertia",
-        Guess::open(
+        Guess::without_value(
             "true if torque comes from motor current, false if it comes from joint torque \
                 sensors",
         ),
     );
-    let ratios = if draft.is("data.side", "joint") {
-        Guess::assumed(list(&vec!["1.0"; joints]), "the signals are of the joints' side")
+    let ratios = if draft.has_text("data.side", "joint") {
+        Guess::assumed(list_text(&vec!["1.0"; joints]), "the signals are of the joints' side")
     } else {
-        Guess::open(
+        Guess::without_value(
             "motor turns per joint turn, such as [100.0, 100.0]; 1 if the signals are on the \
                 joint side",
         )
     };
-    draft.put("urdf", "gear_ratios", ratios);
+    draft.add_entry("urdf", "gear_ratios", ratios);
     let laws = "{ viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", \
         width_rad_s = 0.02 } }";
     let why = "the usual law; `friction = \"auto\"` in [identification] lets the recording \
         choose";
-    draft.put("urdf", "friction", Guess::assumed(laws.to_owned(), why));
+    draft.add_entry("urdf", "friction", Guess::assumed(laws.to_owned(), why));
 }
 
-fn identification(draft: &mut Draft<'_>) {
+fn propose_identification(draft: &mut Draft<'_>) {
     let rate_hz = draft.number("data.rate_hz").or(draft.number("bus.layout.rate_hz"));
     let section = "identification";
-    draft.put(section, "method", Guess::assumed(quoted("idim-ls"), "needs no controller"));
+    draft.add_entry(
+        section,
+        "method",
+        Guess::assumed(quote_text("idim-ls"), "needs no controller"),
+    );
     let why = "the recording chooses the cut-off; enter the printed one before you compare \
         results over time";
-    draft.put(section, "position_filter.cutoff_hz", Guess::assumed(quoted("auto"), why));
+    draft.add_entry(section, "position_filter.cutoff_hz", Guess::assumed(quote_text("auto"), why));
     let factor = rate_hz.map(|rate_hz| (rate_hz / ROWS_HZ).round().max(SAMPLES_PER_ROW));
     let guess = match factor {
         Some(factor) => Guess::assumed(
             format!("{factor:.0}"),
             "samples per row: ten, or as many as give 25 rows a second",
         ),
-        None => Guess::open("samples per row: ten, or rate_hz / 25 if that is more"),
+        None => Guess::without_value("samples per row: ten, or rate_hz / 25 if that is more"),
     };
-    draft.put(section, "decimation_filter.factor", guess);
+    draft.add_entry(section, "decimation_filter.factor", guess);
 }

@@ -70,7 +70,7 @@ const OTHER_WORDS: &[&str] = &[
 ];
 
 /// Returns the words of a name in lower case, without its numbers.
-pub(super) fn words(name: &str) -> Vec<String> {
+pub(super) fn split_words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
     for c in name.chars() {
@@ -87,29 +87,29 @@ pub(super) fn words(name: &str) -> Vec<String> {
     words
 }
 
-fn has(words: &[String], any: &[&str]) -> bool {
+fn has_any_word(words: &[String], any: &[&str]) -> bool {
     words.iter().any(|word| any.contains(&word.as_str()))
 }
 
 /// Returns the content of a column. A bus signal has the name of its message in front. That name
 /// shows whether the signal is a command, but not its quantity.
-pub(super) fn meaning(name: &str) -> Option<Meaning> {
-    let all_words = words(name);
-    let last_words = name.rsplit_once('.').map(|(_, own)| words(own));
+pub(super) fn column_meaning(name: &str) -> Option<Meaning> {
+    let all_words = split_words(name);
+    let last_words = name.rsplit_once('.').map(|(_, own)| split_words(own));
     let words = last_words.filter(|own| !own.is_empty()).unwrap_or_else(|| all_words.clone());
     // The unit rad/s indicates a speed.
-    if has(&words, OTHER_WORDS) || name.contains("/s") {
+    if has_any_word(&words, OTHER_WORDS) || name.contains("/s") {
         return None;
     }
-    let asked_for = has(&all_words, COMMAND_WORDS);
-    if has(&words, TORQUE_WORDS) {
+    let asked_for = has_any_word(&all_words, COMMAND_WORDS);
+    if has_any_word(&words, TORQUE_WORDS) {
         Some(if asked_for { Meaning::Command } else { Meaning::Torque })
-    } else if has(&words, CURRENT_WORDS) {
+    } else if has_any_word(&words, CURRENT_WORDS) {
         (!asked_for).then_some(Meaning::Current)
-    } else if has(&words, POSITION_WORDS) {
+    } else if has_any_word(&words, POSITION_WORDS) {
         Some(if asked_for { Meaning::Reference } else { Meaning::Position })
     } else {
-        has(&words, TIME_WORDS).then_some(Meaning::Time)
+        has_any_word(&words, TIME_WORDS).then_some(Meaning::Time)
     }
 }
 
@@ -119,7 +119,7 @@ const STAMP_PARTS: [&[&str]; 2] =
 
 /// Finds pairs of columns that are the two parts of a stamp. Their names differ only in the last
 /// word.
-pub(super) fn stamps(columns: &[String]) -> Vec<[&String; 2]> {
+pub(super) fn stamp_pairs(columns: &[String]) -> Vec<[&String; 2]> {
     let stem = |name: &'_ String, part: usize| -> Option<String> {
         let digits_at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
         let (stem, last) = name.split_at_checked(digits_at)?;
@@ -162,11 +162,11 @@ impl Group {
 
 /// Finds columns that differ by a number. Returns their name with a placeholder, counted from 0 or
 /// 1, and the number of consecutive columns.
-fn patterns(columns: &[String]) -> Vec<(String, usize)> {
+fn number_patterns(columns: &[String]) -> Vec<(String, usize)> {
     let is = |name: String| columns.contains(&name);
     let mut patterns = Vec::new();
     for column in columns {
-        for number in numbers(column) {
+        for number in number_ranges(column) {
             let (begin, end) = (&column[..number.start], &column[number.end..]);
             let first = match &column[number] {
                 "0" => 0,
@@ -184,9 +184,9 @@ fn patterns(columns: &[String]) -> Vec<(String, usize)> {
 }
 
 /// Returns all groups of columns with one column for each axis.
-pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
+pub(super) fn column_groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
     let is = |name: &String| columns.contains(name);
-    let mut groups: Vec<Group> = (patterns(columns).into_iter())
+    let mut groups: Vec<Group> = (number_patterns(columns).into_iter())
         .filter(|(_, count)| *count == axes)
         .map(|(pattern, _)| Group::Numbered(pattern))
         .collect();
@@ -210,7 +210,7 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
 }
 
 /// Returns the positions of the numbers in a name.
-fn numbers(name: &str) -> Vec<core::ops::Range<usize>> {
+fn number_ranges(name: &str) -> Vec<core::ops::Range<usize>> {
     let mut runs: Vec<core::ops::Range<usize>> = Vec::new();
     for (at, c) in name.char_indices().filter(|(_, c)| c.is_ascii_digit()) {
         match runs.last_mut() {
@@ -252,8 +252,9 @@ const OTHER_UNITS: &[&str] = &[
 
 /// Lists the columns of a quantity whose number differs from the number of axes, with that number.
 pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> {
-    let patterns = patterns(columns).into_iter();
-    let otherwise = patterns
-        .filter(|(pattern, count)| *count > 1 && *count != axes && meaning(pattern).is_some());
+    let patterns = number_patterns(columns).into_iter();
+    let otherwise = patterns.filter(|(pattern, count)| {
+        *count > 1 && *count != axes && column_meaning(pattern).is_some()
+    });
     otherwise.map(|(pattern, count)| format!("`{pattern}` {count} times")).collect()
 }

@@ -5,11 +5,11 @@ use didim_dynamics::robot::{JointKind, Robot};
 use didim_formats::RATE_TOLERANCE;
 
 use super::value::{
-    Guess, POSITION_UNIT_QUESTION, Standing, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
-    parsed, quoted, texts,
+    Guess, POSITION_UNIT_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, ValueOrigin,
+    list_text, parse_value, quote_text, text_list,
 };
 use crate::cell::MISSING_VALUE;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Factor by which a position may exceed its limits, which are round numbers.
 const LIMIT_FACTOR: f64 = 1.02;
@@ -33,7 +33,7 @@ const RETURN_TOLERANCE: f64 = 0.1;
 pub(super) const RATES_HZ: core::ops::Range<f64> = 20.0..20_000.0;
 
 /// Rounds a rate that is close to a whole number, within the tolerance for a table's times.
-pub(super) fn rounded(rate_hz: f64) -> f64 {
+pub(super) fn round_rate(rate_hz: f64) -> f64 {
     let rounded = rate_hz.round();
     if (rate_hz / rounded - 1.0).abs() < RATE_TOLERANCE { rounded } else { rate_hz }
 }
@@ -41,14 +41,14 @@ pub(super) fn rounded(rate_hz: f64) -> f64 {
 /// Proposes the time at which a torque is valid.
 pub(super) fn torque_valid(is_command: bool) -> Guess {
     if is_command {
-        return Guess::open(
+        return Guess::without_value(
             "how long a commanded torque acts: { held = { hold_us = …, delay_us = … } }, as a rule \
             the cycle of the controller",
         );
     }
     let why = "each torque is of the instant of its sample; { held = { hold_us = …, delay_us = … } \
         } where it is a command";
-    Guess::assumed(quoted("instant"), why)
+    Guess::assumed(quote_text("instant"), why)
 }
 
 /// Joint-side signals in unknown units, compared with the arm.
@@ -81,20 +81,20 @@ impl Survey<'_> {
     }
 
     /// Counts the joints whose motion exceeds the minimum in the signal's own unit.
-    fn moving(&self) -> usize {
-        self.position.iter().filter(|values| span(values) > MIN_MOTION).count()
+    fn moving_count(&self) -> usize {
+        self.position.iter().filter(|values| value_span(values) > MIN_MOTION).count()
     }
 
     /// Proposes rad or deg, m or mm, from the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
-            return Guess::open(POSITION_UNIT_QUESTION);
+            return Guess::without_value(POSITION_UNIT_QUESTION);
         }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);
         let is_every = |within: &[bool]| within.iter().all(|is| *is);
         let beyond = si.iter().filter(|is| !**is).count();
-        if is_every(&si) && 2 * self.moving() > self.position.len() {
+        if is_every(&si) && 2 * self.moving_count() > self.position.len() {
             let why = "all positions are within the joints' limits, and would be next to no motion \
                 in degrees";
             return Guess::assumed(self.units(["rad", "m"]), why);
@@ -103,12 +103,13 @@ impl Survey<'_> {
             let why = "most joints would be beyond their limits in radians, and none is in degrees";
             return Guess::assumed(self.units(["deg", "mm"]), why);
         }
-        Guess::open(POSITION_UNIT_QUESTION)
+        Guess::without_value(POSITION_UNIT_QUESTION)
     }
 
     /// Returns one unit for all axes, or one for each.
     fn units(&self, [turn, length]: [&str; 2]) -> String {
-        let quoted_units = |kind| quoted(if kind == JointKind::Revolute { turn } else { length });
+        let quoted_units =
+            |kind| quote_text(if kind == JointKind::Revolute { turn } else { length });
         let units: Vec<String> = self.kinds().map(quoted_units).collect();
         one_or_each(&units)
     }
@@ -128,20 +129,26 @@ impl Survey<'_> {
         for row in &inspected {
             let q: Vec<f64> = self.position.iter().map(|values| values[*row]).collect();
             let mut gravity = vec![0.0; joints];
-            model.bias(&mut workspace, nominal.standard(), &q, &vec![0.0; joints], &mut gravity);
+            model.bias(
+                &mut workspace,
+                nominal.standard_parameters(),
+                &q,
+                &vec![0.0; joints],
+                &mut gravity,
+            );
             columns.iter_mut().zip(gravity).for_each(|(column, torque)| column.push(torque));
         }
         let factor_of = |(joint, gravity): (usize, &Vec<f64>)| {
-            explained(&self.position[joint], &self.torque[joint], &inspected, gravity)
+            gravity_ratio(&self.position[joint], &self.torque[joint], &inspected, gravity)
         };
         columns.iter().enumerate().map(factor_of).collect()
     }
 
     /// Returns the signals with positions in rad or m. `unit` is their present unit, as TOML.
     pub(super) fn in_si(&self, unit: &str) -> Option<Self> {
-        let units: Vec<String> = match parsed(unit)? {
+        let units: Vec<String> = match parse_value(unit)? {
             toml::Value::String(unit) => vec![unit; self.position.len()],
-            toml::Value::Array(units) => texts(&units),
+            toml::Value::Array(units) => text_list(&units),
             _ => return None,
         };
         if units.len() != self.position.len() {
@@ -168,23 +175,25 @@ impl Survey<'_> {
             .iter()
             .zip(1..)
             .filter_map(|(factor, joint)| Some((factor.as_ref()?, joint)))
-            .map(|(factor, joint)| format!("{} of it in joint {joint}", significant(*factor, 3)))
+            .map(|(factor, joint)| {
+                format!("{} of it in joint {joint}", significant_digits(*factor, 3))
+            })
             .collect();
         let why = format!("gravity of the nominal masses shows, {}", factors.join(", "));
         let unit = match named {
             Some((unit, scale)) if factors_found.is_empty() || are_near(&factors_found, scale) => {
-                Guess::from_file(quoted(unit), "the columns' names")
+                Guess::from_file(quote_text(unit), "the columns' names")
             }
             Some((unit, _)) => {
-                Guess::open(&format!("the unit: the columns' names say {unit}, and {why}"))
+                Guess::without_value(&format!("the unit: the columns' names say {unit}, and {why}"))
             }
             None if are_near(&factors_found, 1.0) => Guess::assumed(self.units(["Nm", "N"]), &why),
             None if are_near(&factors_found, 1e3)
                 && self.kinds().all(|kind| kind == JointKind::Revolute) =>
             {
-                Guess::assumed(quoted("mNm"), &why)
+                Guess::assumed(quote_text("mNm"), &why)
             }
-            None => Guess::open(TORQUE_UNIT_QUESTION),
+            None => Guess::without_value(TORQUE_UNIT_QUESTION),
         };
         // A torque far from every unit shows no sign: the nominal masses are not those of the arm.
         let gravity = if is_a_unit(&factors_found) { gravity } else { vec![None; gravity.len()] };
@@ -196,7 +205,7 @@ impl Survey<'_> {
     fn sign(&self, gravity: &Gravity, why: &str) -> Guess {
         let sign = |of: f64| if of < 0.0 { "-1" } else { "1" };
         let signs: Vec<&str> = gravity.iter().flatten().map(|factor| sign(*factor)).collect();
-        let back = self.back();
+        let back = self.return_row();
         let share_lost = |joint| self.lost_share(back?, joint);
         let Some(first) = signs.first() else {
             return match share_lost(None) {
@@ -207,7 +216,7 @@ impl Survey<'_> {
                         100.0 * share.abs()
                     ),
                 ),
-                None => Guess::open(TORQUE_SIGN_QUESTION),
+                None => Guess::without_value(TORQUE_SIGN_QUESTION),
             };
         };
         let alike = signs.iter().all(|sign| sign == first);
@@ -225,20 +234,24 @@ impl Survey<'_> {
         }
         let value: Vec<String> = each
             .iter()
-            .map(|sign| sign.map_or_else(|| quoted(MISSING_VALUE), str::to_owned))
+            .map(|sign| sign.map_or_else(|| quote_text(MISSING_VALUE), str::to_owned))
             .collect();
         let standing = match each.iter().all(Option::is_some) {
-            true => Standing::Assumed,
-            false => Standing::Missing,
+            true => ValueOrigin::Assumed,
+            false => ValueOrigin::Missing,
         };
-        Guess { value: list(&value), standing, why: format!("{why}. {TORQUE_SIGN_QUESTION}") }
+        Guess {
+            value: list_text(&value),
+            origin: standing,
+            explanation: format!("{why}. {TORQUE_SIGN_QUESTION}"),
+        }
     }
 
     /// Returns the last row of the second half in which the arm is nearly back at its start.
-    fn back(&self) -> Option<usize> {
+    fn return_row(&self) -> Option<usize> {
         let rows = self.position.first().map_or(0, Vec::len);
         let near: Vec<f64> =
-            self.position.iter().map(|values| RETURN_TOLERANCE * span(values)).collect();
+            self.position.iter().map(|values| RETURN_TOLERANCE * value_span(values)).collect();
         (rows / 2..rows).rev().find(|row: &usize| {
             let joints = self.position.iter().zip(&near);
             joints.into_iter().all(|(values, near)| (values[*row] - values[0]).abs() <= *near)
@@ -280,7 +293,7 @@ impl Survey<'_> {
 
 /// Fits the ratio of signal torque to gravity torque, next to friction, offset and the joint's own
 /// acceleration. `None` unless gravity explains much of the remainder.
-fn explained(
+fn gravity_ratio(
     position: &[f64],
     torque: &[f64],
     inspected: &[usize],
@@ -324,7 +337,7 @@ fn explained(
     (share > MIN_EXPLAINED_SHARE).then(|| both / square(&gravity))
 }
 
-fn span(values: &[f64]) -> f64 {
+fn value_span(values: &[f64]) -> f64 {
     let (low, high) =
         values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     high - low
@@ -349,6 +362,6 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
 fn one_or_each(values: &[String]) -> String {
     match values.first() {
         Some(first) if values.iter().all(|value| value == first) => first.clone(),
-        _ => list(values),
+        _ => list_text(values),
     }
 }

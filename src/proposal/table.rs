@@ -6,12 +6,14 @@ use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_row
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
+use super::names::{
+    Group, Meaning, column_groups, column_meaning, counted_otherwise, split_words, unit,
+};
 use super::plausible::{Survey, torque_valid};
 use super::time::Time;
 use super::value::{
-    Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, list,
-    quoted,
+    Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION,
+    list_text, quote_text,
 };
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
@@ -57,29 +59,33 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn propose(&self, draft: &mut Draft<'_>) -> Result<(), ProposalError> {
-        let time = Time::find(draft, self.file, self.names)?;
+        let time = Time::find_time(draft, self.file, self.names)?;
         let rate_hz = match &time {
             Some(Time { rate_hz: Some(rate_hz), is_stated, .. }) => {
                 let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
                 guess(format!("{rate_hz:?}"), "the mean distance of the times")
             }
-            Some(_) => Guess::open("samples a second; the unit of the time tells it"),
-            None => Guess::open("samples a second; the table has no times"),
+            Some(_) => Guess::without_value("samples a second; the unit of the time tells it"),
+            None => Guess::without_value("samples a second; the table has no times"),
         };
-        draft.put(SECTION_NAME, "rate_hz", rate_hz);
-        match self.names.own {
+        draft.add_entry(SECTION_NAME, "rate_hz", rate_hz);
+        match self.names.own_format {
             None => self.of_others(draft, time.as_ref()),
             Some((side, _)) => {
                 let side = if side == Side::Joint { "joint" } else { "motor" };
-                draft.know("data.side", quoted(side));
-                draft.put(SECTION_NAME, "torque_valid", torque_valid(false));
+                draft.add_stated_value("data.side", quote_text(side));
+                draft.add_entry(SECTION_NAME, "torque_valid", torque_valid(false));
                 Ok(())
             }
         }
     }
 
     /// Reads positions and torques in their own units.
-    fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], TableError> {
+    fn group_columns(
+        &self,
+        position: &Group,
+        torque: &Group,
+    ) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
         let columns_of =
             |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
@@ -96,28 +102,30 @@ impl Table<'_> {
 
     fn of_others(&self, draft: &mut Draft<'_>, time: Option<&Time>) -> Result<(), ProposalError> {
         if let Some(time) = time {
-            time.put(draft, SECTION_NAME);
+            time.add_entries(draft, SECTION_NAME);
         }
         let axes = self.robot.joints();
         if self.names.columns.len() < 2 * axes {
             let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
             return Err(ProposalError::NoTable { file, columns, axes });
         }
-        let groups = groups(&self.names.columns, axes, &self.joints);
+        let groups = column_groups(&self.names.columns, axes, &self.joints);
         let otherwise = counted_otherwise(&self.names.columns, axes);
-        let position = chosen(&groups, Meaning::Position);
-        let (torque, is_command) = torques(&groups);
-        draft.put(SECTION_NAME, "torque_valid", torque_valid(is_command));
+        let position = choose_group(&groups, Meaning::Position);
+        let (torque, is_command) = choose_torque_group(&groups);
+        draft.add_entry(SECTION_NAME, "torque_valid", torque_valid(is_command));
         let hint = |which: String| match otherwise.is_empty() {
             true => which,
             false => format!("{which}; of {axes} joints there are {}", otherwise.join(", ")),
         };
         let (position, torque) = (position.map_err(hint), torque.map_err(hint));
-        let (position, torque) =
-            (self.answered(draft, "position", position), self.answered(draft, "torque", torque));
+        let (position, torque) = (
+            self.answer_or_found(draft, "position", position),
+            self.answer_or_found(draft, "torque", torque),
+        );
         let survey = match (&position, &torque) {
             (Ok(position), Ok(torque)) => {
-                let [position, torque, _] = self.columns(position, torque)?;
+                let [position, torque, _] = self.group_columns(position, torque)?;
                 Some(Survey { robot: self.robot, position, torque })
             }
             _ => None,
@@ -127,50 +135,52 @@ impl Table<'_> {
         let position_unit = position_guess(draft, survey.as_ref(), named.as_ref());
         let in_si =
             survey.as_ref().and_then(|survey_input| survey_input.in_si(&position_unit.value));
-        draft.put(
+        draft.add_entry(
             SECTION_NAME,
             "side",
-            self.side(&[&position, &torque], survey.as_ref(), in_si.as_ref()),
+            self.guess_side(&[&position, &torque], survey.as_ref(), in_si.as_ref()),
         );
-        let of_joints = draft.is("data.side", "joint");
+        let of_joints = draft.has_text("data.side", "joint");
         // The robot has no limits of its motors, and gravity has another torque on the motor side.
         let in_si = in_si.filter(|_| of_joints);
         put_columns(draft, "position", &position);
         let certain = of_joints || matches!(named, Some(Ok(_)));
-        let guess = if certain { position_unit } else { Guess::open(POSITION_UNIT_QUESTION) };
-        draft.put(SECTION_NAME, "position.unit", guess);
+        let guess =
+            if certain { position_unit } else { Guess::without_value(POSITION_UNIT_QUESTION) };
+        draft.add_entry(SECTION_NAME, "position.unit", guess);
         put_columns(draft, "torque", &torque);
-        let is_current =
-            torque.as_ref().is_ok_and(|group| meaning(group.name()) == Some(Meaning::Current));
+        let is_current = torque
+            .as_ref()
+            .is_ok_and(|group| column_meaning(group.name()) == Some(Meaning::Current));
         let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUE_UNIT_WORDS));
         let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
-        draft.put(SECTION_NAME, "torque.unit", unit);
+        draft.add_entry(SECTION_NAME, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
-            draft.put(
+            draft.add_entry(
                 SECTION_NAME,
                 "torque.per_ampere",
-                Guess::open(
+                Guess::without_value(
                     "torque of one ampere, on the same \
                 side as the positions, for all or a list [N·m/A]",
                 ),
             );
         }
-        draft.put(SECTION_NAME, "torque.sign", sign);
-        if let Ok(reference) = chosen(&groups, Meaning::Reference) {
+        draft.add_entry(SECTION_NAME, "torque.sign", sign);
+        if let Ok(reference) = choose_group(&groups, Meaning::Reference) {
             put_columns(draft, "reference", &Ok(reference));
             let unit = draft.text("data.position.unit").unwrap_or_else(|| MISSING_VALUE.to_owned());
             let guess = if unit == MISSING_VALUE {
-                Guess::open("the unit of the reference")
+                Guess::without_value("the unit of the reference")
             } else {
-                Guess::assumed(quoted(&unit), "as of the positions")
+                Guess::assumed(quote_text(&unit), "as of the positions")
             };
-            draft.put(SECTION_NAME, "reference.unit", guess);
+            draft.add_entry(SECTION_NAME, "reference.unit", guess);
         }
         Ok(())
     }
 
     /// Returns the columns of the answer, or those found.
-    fn answered(
+    fn answer_or_found(
         &self,
         draft: &Draft<'_>,
         what: &str,
@@ -187,7 +197,7 @@ impl Table<'_> {
         found
     }
 
-    fn side(
+    fn guess_side(
         &self,
         groups: &[&Result<Group, String>],
         survey: Option<&Survey<'_>>,
@@ -196,23 +206,23 @@ impl Table<'_> {
         // Both groups have to name motors: joint angles together with motor currents are common.
         // The word "joint" shows nothing, because it also numbers the axes of motors.
         let of_motors = groups.iter().all(|group| {
-            let words = group.as_ref().map(|group| words(group.name()));
+            let words = group.as_ref().map(|group| split_words(group.name()));
             words.is_ok_and(|words| words.iter().any(|own| own == "motor"))
         });
         match () {
-            () if of_motors => Guess::from_file(quoted("motor"), "the columns' names"),
+            () if of_motors => Guess::from_file(quote_text("motor"), "the columns' names"),
             () if in_si.is_some_and(Survey::is_of_joints) => Guess::from_file(
-                quoted("joint"),
+                quote_text("joint"),
                 "gravity of the nominal masses explains the torques",
             ),
             () => match survey.map(Survey::may_be_of_joints) {
-                Some(false) => Guess::open(&format!(
+                Some(false) => Guess::without_value(&format!(
                     "{SIDE_QUESTION}; some positions are beyond the joints' limits"
                 )),
-                Some(true) => Guess::open(&format!(
+                Some(true) => Guess::without_value(&format!(
                     "{SIDE_QUESTION}; all positions are within the joints' limits"
                 )),
-                None => Guess::open(SIDE_QUESTION),
+                None => Guess::without_value(SIDE_QUESTION),
             },
         }
     }
@@ -226,12 +236,12 @@ fn position_guess(
 ) -> Guess {
     match (draft.answer("data.position.unit"), named, survey) {
         (Some(answered), ..) => Guess::from_file(answered.to_string(), ""),
-        (None, Some(Ok(named)), _) => Guess::from_file(quoted(named), "the columns' names"),
-        (None, Some(Err(unknown)), _) => {
-            Guess::open(&format!("{POSITION_UNIT_QUESTION}; the columns' names say {unknown}"))
-        }
+        (None, Some(Ok(named)), _) => Guess::from_file(quote_text(named), "the columns' names"),
+        (None, Some(Err(unknown)), _) => Guess::without_value(&format!(
+            "{POSITION_UNIT_QUESTION}; the columns' names say {unknown}"
+        )),
         (None, None, Some(survey_input)) => survey_input.position_unit(),
-        (None, None, None) => Guess::open(POSITION_UNIT_QUESTION),
+        (None, None, None) => Guess::without_value(POSITION_UNIT_QUESTION),
     }
 }
 
@@ -252,22 +262,23 @@ fn torque_guesses(
         Some(survey_input) => survey_input.torque(newton_metres),
         None => [
             newton_metres.map_or_else(
-                || Guess::open(TORQUE_UNIT_QUESTION),
-                |(unit, _)| Guess::from_file(quoted(unit), "the columns' names"),
+                || Guess::without_value(TORQUE_UNIT_QUESTION),
+                |(unit, _)| Guess::from_file(quote_text(unit), "the columns' names"),
             ),
-            Guess::open(TORQUE_SIGN_QUESTION),
+            Guess::without_value(TORQUE_SIGN_QUESTION),
         ],
     };
     match named {
         Some(Err(unknown)) => {
-            unit =
-                Guess::open(&format!("{TORQUE_UNIT_QUESTION}; the columns' names say {unknown}"));
+            unit = Guess::without_value(&format!(
+                "{TORQUE_UNIT_QUESTION}; the columns' names say {unknown}"
+            ));
         }
         Some(Ok(own)) if of_current(own) => {
-            unit = Guess::from_file(quoted(own), "the columns' names");
+            unit = Guess::from_file(quote_text(own), "the columns' names");
         }
         None if is_current => {
-            unit = Guess::assumed(quoted("A"), "the columns are named as currents");
+            unit = Guess::assumed(quote_text("A"), "the columns are named as currents");
         }
         _ => {}
     }
@@ -276,9 +287,9 @@ fn torque_guesses(
 
 /// Returns the only group of a meaning, or the measured one if there are several. The error lists
 /// the available groups.
-pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
+pub(super) fn choose_group(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
     let fitting: Vec<&Group> =
-        groups.iter().filter(|group| meaning(group.name()) == Some(wanted)).collect();
+        groups.iter().filter(|group| column_meaning(group.name()) == Some(wanted)).collect();
     let mut of_measured = fitting.iter().filter(|group| is_measured(group.name()));
     match (fitting.as_slice(), of_measured.next(), of_measured.next()) {
         ([one], ..) => Ok((*one).clone()),
@@ -301,33 +312,34 @@ pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String>
 
 /// Returns the torques or the currents, or the commands if nothing is measured. The flag is true
 /// for commands.
-pub(super) fn torques(groups: &[Group]) -> (Result<Group, String>, bool) {
-    let is = |wanted: &Meaning| groups.iter().any(|group| meaning(group.name()) == Some(*wanted));
+pub(super) fn choose_torque_group(groups: &[Group]) -> (Result<Group, String>, bool) {
+    let is =
+        |wanted: &Meaning| groups.iter().any(|group| column_meaning(group.name()) == Some(*wanted));
     let wanted = [Meaning::Torque, Meaning::Current, Meaning::Command].into_iter().find(is);
-    let chosen_group = chosen(groups, wanted.unwrap_or(Meaning::Torque));
+    let chosen_group = choose_group(groups, wanted.unwrap_or(Meaning::Torque));
     let is_command = wanted == Some(Meaning::Command) && chosen_group.is_ok();
     (chosen_group, is_command)
 }
 
 /// Returns true if a name marks a measured quantity.
 pub(super) fn is_measured(name: &str) -> bool {
-    words(name).iter().any(|word| MEASURED_WORDS.contains(&word.as_str()))
+    split_words(name).iter().any(|word| MEASURED_WORDS.contains(&word.as_str()))
 }
 
 fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {
     let why = "by their names";
     let (key, guess) = match group {
-        Ok(Group::Numbered(pattern)) => ("column", Guess::from_file(quoted(pattern), why)),
+        Ok(Group::Numbered(pattern)) => ("column", Guess::from_file(quote_text(pattern), why)),
         Ok(Group::Named(names)) => {
-            let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
-            ("columns", Guess::from_file(list(&names), why))
+            let names: Vec<String> = names.iter().map(|name| quote_text(name)).collect();
+            ("columns", Guess::from_file(list_text(&names), why))
         }
         Err(which) => (
             "column",
-            Guess::open(&format!(
+            Guess::without_value(&format!(
                 "the columns of the {what}, with {{axis}} in place of the number; {which}"
             )),
         ),
     };
-    draft.put(SECTION_NAME, &format!("{what}.{key}"), guess);
+    draft.add_entry(SECTION_NAME, &format!("{what}.{key}"), guess);
 }

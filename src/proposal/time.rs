@@ -6,9 +6,9 @@ use didim_formats::{Columns, TableError, TableNames, TimeColumns, mean_rate_hz, 
 
 use super::draft::Draft;
 use super::evidence::ProposalError;
-use super::names::{Meaning, meaning, stamps, unit};
-use super::plausible::{RATES_HZ, rounded};
-use super::value::{Guess, quoted};
+use super::names::{Meaning, column_meaning, stamp_pairs, unit};
+use super::plausible::{RATES_HZ, round_rate};
+use super::value::{Guess, quote_text};
 use crate::cell::DATE_UNIT;
 
 const UNIT_WORDS: &[(&str, &str)] =
@@ -17,14 +17,14 @@ const UNIT_SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), 
 
 /// The time of a table.
 pub(super) struct Time {
-    which: Which,
+    time_source: TimeSource,
     /// Rate from its unit \[Hz\].
     pub(super) rate_hz: Option<f64>,
     /// True if the unit is stated by somebody, the name or the values.
     pub(super) is_stated: bool,
 }
 
-enum Which {
+enum TimeSource {
     Column {
         name: String,
         unit: Option<&'static str>,
@@ -38,20 +38,20 @@ enum Which {
 impl Time {
     /// Finds the time of a table, by detection or from an answer. Several candidates become a
     /// question.
-    pub(super) fn find(
+    pub(super) fn find_time(
         draft: &Draft<'_>,
         file: &Path,
         names: &TableNames,
     ) -> Result<Option<Self>, ProposalError> {
         let answered = |key: &str| draft.answered_text(&format!("data.time.{key}"));
-        match (names.own, answered("column"), answered("sec").zip(answered("nanosec"))) {
+        match (names.own_format, answered("column"), answered("sec").zip(answered("nanosec"))) {
             (Some((_, true)), ..) => return of_column(draft, file, names, "time_s"),
             (Some((_, false)), ..) => return Ok(None),
             (None, Some(column), _) => return of_column(draft, file, names, &column),
             (None, None, Some((sec, nanosec))) => return of_stamp(file, [sec, nanosec]),
             (None, None, None) => {}
         }
-        let pairs = stamps(&names.columns);
+        let pairs = stamp_pairs(&names.columns);
         // The stamps of messages belong to their signals; the times of a log do not.
         if let [[sec, nanosec]] = pairs.as_slice()
             && let Some(time) = of_stamp(file, [(*sec).clone(), (*nanosec).clone()])?
@@ -59,7 +59,7 @@ impl Time {
             return Ok(Some(time));
         }
         let is_part = |name: &String| pairs.iter().flatten().any(|part| *part == name);
-        let is = |name: &&String| meaning(name) == Some(Meaning::Time) && !is_part(name);
+        let is = |name: &&String| column_meaning(name) == Some(Meaning::Time) && !is_part(name);
         let columns = names.columns.iter().filter(is);
         match (columns.clone().collect::<Vec<_>>().as_slice(), pairs.len()) {
             ([], 0 | 1) => Ok(None),
@@ -67,40 +67,44 @@ impl Time {
             _ => {
                 let pairs = pairs.iter().map(|[sec, nanosec]| format!("`{sec}` with `{nanosec}`"));
                 let others = columns.map(|name| format!("`{name}`")).chain(pairs).collect();
-                let which = Which::OneOf(others);
-                Ok(Some(Self { which, rate_hz: None, is_stated: false }))
+                let which = TimeSource::OneOf(others);
+                Ok(Some(Self { time_source: which, rate_hz: None, is_stated: false }))
             }
         }
     }
 
     /// Puts its keys.
-    pub(super) fn put(&self, draft: &mut Draft<'_>, section: &str) {
-        let Self { which, rate_hz, is_stated } = self;
+    pub(super) fn add_entries(&self, draft: &mut Draft<'_>, section: &str) {
+        let Self { time_source: which, rate_hz, is_stated } = self;
         let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
         let rows = |rate_hz: f64| format!("gives {rate_hz:.6} rows per second");
         match which {
-            Which::Stamp(columns) => {
+            TimeSource::Stamp(columns) => {
                 for (key, name) in ["time.sec", "time.nanosec"].into_iter().zip(columns) {
                     let why = "by its name, one of two parts of a stamp";
-                    draft.put(section, key, Guess::from_file(quoted(name), why));
+                    draft.add_entry(section, key, Guess::from_file(quote_text(name), why));
                 }
             }
-            Which::Column { name, unit } => {
-                draft.put(section, "time.column", Guess::from_file(quoted(name), "by its name"));
+            TimeSource::Column { name, unit } => {
+                draft.add_entry(
+                    section,
+                    "time.column",
+                    Guess::from_file(quote_text(name), "by its name"),
+                );
                 let unit = match unit.zip(*rate_hz) {
-                    Some((unit, rate_hz)) => guess(quoted(unit), &rows(rate_hz)),
-                    None => Guess::open(UNIT_QUESTION),
+                    Some((unit, rate_hz)) => guess(quote_text(unit), &rows(rate_hz)),
+                    None => Guess::without_value(UNIT_QUESTION),
                 };
-                draft.put(section, "time.unit", unit);
+                draft.add_entry(section, "time.unit", unit);
             }
-            Which::OneOf(columns) => {
+            TimeSource::OneOf(columns) => {
                 let columns = columns.join(" ");
                 let question = format!(
                     "the column of the time, one of {columns}; two as `sec` and `nanosec`, without \
                     `unit`"
                 );
-                draft.put(section, "time.column", Guess::open(&question));
-                draft.put(section, "time.unit", Guess::open(UNIT_QUESTION));
+                draft.add_entry(section, "time.column", Guess::without_value(&question));
+                draft.add_entry(section, "time.unit", Guess::without_value(UNIT_QUESTION));
             }
         }
     }
@@ -110,7 +114,7 @@ const UNIT_QUESTION: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns
 
 /// Reads the times since the first one, which must not go back, and their rate. `None` if the
 /// column has no time.
-fn advancing(
+fn read_advancing(
     file: &Path,
     name: &str,
     columns: TimeColumns,
@@ -137,10 +141,10 @@ fn advancing(
 
 fn of_stamp(file: &Path, [sec, nanosec]: [String; 2]) -> Result<Option<Time>, ProposalError> {
     let columns = TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() };
-    let stamp = advancing(file, &sec, columns)?;
+    let stamp = read_advancing(file, &sec, columns)?;
     Ok(stamp.map(|(_, rate_hz)| {
-        let which = Which::Stamp([sec, nanosec]);
-        Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
+        let which = TimeSource::Stamp([sec, nanosec]);
+        Time { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
     }))
 }
 
@@ -151,15 +155,15 @@ fn of_column(
     name: &str,
 ) -> Result<Option<Time>, ProposalError> {
     let column = name.to_owned();
-    let mut types = names.columns.iter().zip(&names.seconds);
+    let mut types = names.columns.iter().zip(&names.seconds_per_unit);
     let by_type = types.find(|(own, _)| *own == name).and_then(|(_, second)| *second);
     let second = by_type.unwrap_or(1.0);
     let numbers = TimeColumns::Numbers { column: column.clone(), second };
-    let Some((times, rate_hz)) = advancing(file, name, numbers)? else {
-        let dates = advancing(file, name, TimeColumns::Dates { column: column.clone() })?;
+    let Some((times, rate_hz)) = read_advancing(file, name, numbers)? else {
+        let dates = read_advancing(file, name, TimeColumns::Dates { column: column.clone() })?;
         return Ok(dates.map(|(_, rate_hz)| {
-            let which = Which::Column { name: column, unit: Some(DATE_UNIT) };
-            Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
+            let which = TimeSource::Column { name: column, unit: Some(DATE_UNIT) };
+            Time { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
         }));
     };
     // The column's type has a unit, so the times are already in seconds.
@@ -178,6 +182,6 @@ fn of_column(
         None if counts || (1.0..RATES_HZ.start).contains(&rate_of(1.0)) => None,
         None => UNIT_SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&rate_of(*second))),
     };
-    let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(rate_of(second)))).unzip();
-    Ok(Some(Time { which: Which::Column { name: column, unit }, rate_hz, is_stated }))
+    let (unit, rate_hz) = fits.map(|(unit, second)| (unit, round_rate(rate_of(second)))).unzip();
+    Ok(Some(Time { time_source: TimeSource::Column { name: column, unit }, rate_hz, is_stated }))
 }

@@ -4,7 +4,7 @@ use crate::cell::MISSING_VALUE;
 
 /// Source of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Standing {
+pub enum ValueOrigin {
     /// It was answered.
     Configured,
     /// The files contain it.
@@ -15,7 +15,7 @@ pub enum Standing {
     Missing,
 }
 
-impl Standing {
+impl ValueOrigin {
     /// Returns the word for it.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -31,23 +31,23 @@ impl Standing {
 pub(super) struct Guess {
     /// As TOML.
     pub(super) value: String,
-    pub(super) standing: Standing,
-    pub(super) why: String,
+    pub(super) origin: ValueOrigin,
+    pub(super) explanation: String,
 }
 
 impl Guess {
     pub(super) fn from_file(value: String, why: &str) -> Self {
-        Self { value, standing: Standing::Found, why: why.to_owned() }
+        Self { value, origin: ValueOrigin::Found, explanation: why.to_owned() }
     }
 
     pub(super) fn assumed(value: String, why: &str) -> Self {
-        Self { value, standing: Standing::Assumed, why: why.to_owned() }
+        Self { value, origin: ValueOrigin::Assumed, explanation: why.to_owned() }
     }
 
     /// Creates an open value that the files cannot show; `what` is the question.
-    pub(super) fn open(what: &str) -> Self {
+    pub(super) fn without_value(what: &str) -> Self {
         let why = what.to_owned();
-        Self { value: quoted(MISSING_VALUE), standing: Standing::Missing, why }
+        Self { value: quote_text(MISSING_VALUE), origin: ValueOrigin::Missing, explanation: why }
     }
 }
 
@@ -62,23 +62,23 @@ pub(super) const SIDE_QUESTION: &str = "\"motor\" if angles and torques are on t
     side, \"joint\" if they are on the joint side";
 
 /// Returns the texts of a list.
-pub(super) fn texts(values: &[toml::Value]) -> Vec<String> {
+pub(super) fn text_list(values: &[toml::Value]) -> Vec<String> {
     values.iter().filter_map(|value| value.as_str().map(str::to_owned)).collect()
 }
 
 /// Parses a TOML value.
-pub(super) fn parsed(value: &str) -> Option<toml::Value> {
+pub(super) fn parse_value(value: &str) -> Option<toml::Value> {
     let table: toml::Table = toml::from_str(&format!("value = {value}")).ok()?;
     table.get("value").filter(|_| table.len() == 1).cloned()
 }
 
 /// Formats a TOML string.
-pub(super) fn quoted(text: &str) -> String {
+pub(super) fn quote_text(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
 /// Formats a list of TOML values.
-pub(super) fn list(values: &[impl AsRef<str>]) -> String {
+pub(super) fn list_text(values: &[impl AsRef<str>]) -> String {
     let values: Vec<&str> = values.iter().map(AsRef::as_ref).collect();
     format!("[{}]", values.join(", "))
 }

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 use didim_identification::excitation::{self, Advice, JointExcitation};
 
-use super::design::warning;
+use super::design::closing_warning;
 use crate::analysis::{Advised, Assignment, MissingParameter};
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 
 /// Maximum number of parameters to print per motion, those that improve most.
 const MAX_SHOWN: usize = 6;
@@ -26,7 +26,7 @@ pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) ->
             None => "undecided",
         };
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "{}: {answer}", judged.of);
+        let _ = writeln!(text, "{}: {answer}", judged.usage);
         for reason in &judged.reasons {
             let _ = writeln!(text, "  {reason}");
         }
@@ -36,10 +36,10 @@ pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) ->
 
 /// Formats the advice without the verdict.
 pub fn missing_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
-    let Advised { advice, enough, .. } = advised;
+    let Advised { advice, sufficient_uncertainty: enough, .. } = advised;
     let mut text = String::new();
-    let percent = format!("{} %", significant(100.0 * enough, 2));
-    let count = advice.missing.len();
+    let percent = format!("{} %", significant_digits(100.0 * enough, 2));
+    let count = advice.missing_parameters.len();
     let _ = match count {
         0 => writeln!(
             text,
@@ -54,40 +54,42 @@ pub fn missing_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -
     let mut before = &advice.deviations;
     for (number, piece) in (1..).zip(&advice.motions) {
         text += &piece_text(number, robot, piece);
-        text += &brought(assignment, advice, before, &piece.deviations);
+        text += &improved_text(assignment, advice, before, &piece.deviations);
         before = &piece.deviations;
     }
-    text += &remaining(assignment, advised, before);
+    text += &remaining_text(assignment, advised, before);
     text
 }
 
 fn table(assignment: &Assignment, advice: &Advice) -> String {
     let then = advice.motions.last().map(|piece| &piece.deviations);
     let rows: Vec<Vec<String>> = advice
-        .missing
+        .missing_parameters
         .iter()
         .map(|&k: &usize| {
             let MissingParameter { name, unit, value, .. } = &assignment.parameters[k];
             let value = value.unwrap_or(f64::NAN);
             let share = |deviation: f64| {
-                let relative = significant(100.0 * deviation / value.abs(), 2);
-                [significant(deviation, 2), format!("{relative} %")]
+                let relative = significant_digits(100.0 * deviation / value.abs(), 2);
+                [significant_digits(deviation, 2), format!("{relative} %")]
             };
             let now = share(advice.deviations[k]);
             let then = then.map_or_else(|| ["–".into(), "–".into()], |of| share(of[k]));
-            let words = [name.clone(), significant(value, 3)];
+            let words = [name.clone(), significant_digits(value, 3)];
             words.into_iter().chain(now).chain(then).chain([(*unit).to_owned()]).collect()
         })
         .collect();
-    aligned(&["parameter", "value", "σ now", "relative", "σ then", "relative", "unit"], &rows)
+    align_table(&["parameter", "value", "σ now", "relative", "σ then", "relative", "unit"], &rows)
 }
 
 /// Formats the range of motion of the joints with insufficient parameters.
 fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
     let mut text = String::new();
     let joint_of = |k: &usize| robot.parameters().parameters()[assignment.task.columns[*k]].joint;
-    for ((joint, reached), limits) in advised.reached.iter().enumerate().zip(robot.limits()) {
-        let names: Vec<&str> = (advised.advice.missing.iter())
+    for ((joint, reached), limits) in
+        advised.reached_per_joint.iter().enumerate().zip(robot.limits())
+    {
+        let names: Vec<&str> = (advised.advice.missing_parameters.iter())
             .filter(|k| joint_of(k) == JointIndex::new(joint))
             .map(|k| assignment.parameters[*k].name.as_str())
             .collect();
@@ -95,18 +97,18 @@ fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
             continue;
         }
         let kind = robot.chain()[joint].kind;
-        let [low, high] = reached.position.map(|at| place(kind, at));
+        let [low, high] = reached.position.map(|at| position_text(kind, at));
         let _ = writeln!(
             text,
             "joint {} never moved faster than {} ({}), nor accelerated by more than {}, and stayed \
              between {low} and {high}: {}",
             JointIndex::new(joint),
-            speed(kind, reached.speed()),
+            speed_text(kind, reached.highest_speed()),
             limits.velocity_max.map_or_else(
                 || "its limit is unknown".to_owned(),
-                |most| format!("{} of its limit", share(reached.speed() / most)),
+                |most| format!("{} of its limit", share_text(reached.highest_speed() / most)),
             ),
-            acceleration(kind, reached.hardest()),
+            acceleration_text(kind, reached.largest_acceleration()),
             names.join(", ")
         );
     }
@@ -120,15 +122,15 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
         .excitations
         .iter()
         .map(|excitation: &JointExcitation| {
-            let JointExcitation { joint, to, times } = *excitation;
+            let JointExcitation { joint, reversal_position: to, repetitions: times } = *excitation;
             let [fastest, hardest] = excitations.peaks(excitation);
             format!(
                 "joint {} from {} to {} and back, {times} times (up to {}, {})",
                 joint,
-                place(kind(joint.position()), excitations.posture[joint]),
-                place(kind(joint.position()), to),
-                speed(kind(joint.position()), fastest),
-                acceleration(kind(joint.position()), hardest)
+                position_text(kind(joint.position()), excitations.posture[joint]),
+                position_text(kind(joint.position()), to),
+                speed_text(kind(joint.position()), fastest),
+                acceleration_text(kind(joint.position()), hardest)
             )
         })
         .collect();
@@ -136,7 +138,9 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
         .filter(|(joint, _)| {
             excitations.excitations.iter().all(|of| of.joint != JointIndex::new(*joint))
         })
-        .map(|(joint, at)| format!("{} at {}", JointIndex::new(joint), place(kind(joint), *at)))
+        .map(|(joint, at)| {
+            format!("{} at {}", JointIndex::new(joint), position_text(kind(joint), *at))
+        })
         .collect();
     let rest = match resting.is_empty() {
         true => String::new(),
@@ -146,8 +150,13 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
 }
 
 /// Formats the parameters that a motion improves most.
-fn brought(assignment: &Assignment, advice: &Advice, before: &[f64], after: &[f64]) -> String {
-    let mut helped: Vec<(usize, f64)> = (advice.missing.iter())
+fn improved_text(
+    assignment: &Assignment,
+    advice: &Advice,
+    before: &[f64],
+    after: &[f64],
+) -> String {
+    let mut helped: Vec<(usize, f64)> = (advice.missing_parameters.iter())
         .map(|&k| (k, before[k] / after[k]))
         .filter(|(_, times)| *times >= MIN_IMPROVEMENT)
         .collect();
@@ -158,11 +167,11 @@ fn brought(assignment: &Assignment, advice: &Advice, before: &[f64], after: &[f6
         .take(MAX_SHOWN)
         .map(|&(k, _): &(usize, f64)| {
             let MissingParameter { name, unit, value, .. } = &assignment.parameters[k];
-            let relative = |deviation: f64| share(deviation / value.unwrap_or(f64::NAN).abs());
+            let relative = |deviation: f64| share_text(deviation / value.unwrap_or(f64::NAN).abs());
             format!(
                 "   would bring σ of {name} from {} to {} {unit} ({} to {})\n",
-                significant(before[k], 2),
-                significant(after[k], 2),
+                significant_digits(before[k], 2),
+                significant_digits(after[k], 2),
                 relative(before[k]),
                 relative(after[k])
             )
@@ -175,14 +184,14 @@ fn brought(assignment: &Assignment, advice: &Advice, before: &[f64], after: &[f6
 }
 
 /// Formats the parameters that stay uncertain, and those that no motion improves.
-fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String {
-    let Advised { advice, enough, .. } = advised;
+fn remaining_text(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String {
+    let Advised { advice, sufficient_uncertainty: enough, .. } = advised;
     let name = |k: usize| assignment.parameters[k].name.as_str();
     let mut text = String::from("\n");
     let value = |k: usize| assignment.parameters[k].value.unwrap_or(f64::NAN).abs();
-    let undetermined: Vec<String> = (advice.missing.iter())
+    let undetermined: Vec<String> = (advice.missing_parameters.iter())
         .filter(|&&k| then[k] > enough * value(k))
-        .map(|&k| format!("{} ({})", name(k), share(then[k] / value(k))))
+        .map(|&k| format!("{} ({})", name(k), share_text(then[k] / value(k))))
         .collect();
     if !undetermined.is_empty() {
         let _ = writeln!(
@@ -192,8 +201,8 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
             undetermined.join(", ")
         );
     }
-    if !advice.small.is_empty() {
-        let names: Vec<&str> = advice.small.iter().map(|k| name(*k)).collect();
+    if !advice.small_parameters.is_empty() {
+        let names: Vec<&str> = advice.small_parameters.iter().map(|k| name(*k)).collect();
         let _ = writeln!(
             text,
             "too small compared with the noise for all of these motions, even if all others \
@@ -203,7 +212,7 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
     }
     if !advised.not_by_noise.is_empty() {
         let share_of =
-            |(k, combined): &(usize, f64)| format!("{} ({})", name(*k), share(*combined));
+            |(k, combined): &(usize, f64)| format!("{} ({})", name(*k), share_text(*combined));
         let names: Vec<String> = advised.not_by_noise.iter().map(share_of).collect();
         let _ = writeln!(
             text,
@@ -212,7 +221,7 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
             names.join(", ")
         );
     }
-    let [now, after] = advice.torque.map(share);
+    let [now, after] = advice.torque.map(share_text);
     let _ = write!(text, "torque uncertainty from noise, over all tried motions: {now}");
     let _ = match advice.motions.is_empty() {
         true => writeln!(text),
@@ -221,27 +230,27 @@ fn remaining(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String
     let noise = if assignment.measured_noise { "the residuals of the result" } else { "ASSUMED" };
     let _ = writeln!(text, "noise: {noise}; each σ is with the result and all pieces before it");
     if !advice.motions.is_empty() {
-        text += warning(assignment);
+        text += closing_warning(assignment);
     }
     text
 }
 
-fn share(of: f64) -> String {
-    format!("{} %", significant(100.0 * of, 2))
+fn share_text(of: f64) -> String {
+    format!("{} %", significant_digits(100.0 * of, 2))
 }
 
-fn place(kind: JointKind, at: f64) -> String {
+fn position_text(kind: JointKind, at: f64) -> String {
     match kind {
         JointKind::Revolute => format!("{:.0}°", at.to_degrees()),
         JointKind::Prismatic => format!("{:.0} mm", 1e3 * at),
     }
 }
 
-fn speed(kind: JointKind, of: f64) -> String {
+fn speed_text(kind: JointKind, of: f64) -> String {
     let unit = if kind == JointKind::Revolute { "rad/s" } else { "m/s" };
-    format!("{} {unit}", significant(of, 2))
+    format!("{} {unit}", significant_digits(of, 2))
 }
 
-fn acceleration(kind: JointKind, of: f64) -> String {
-    format!("{}²", speed(kind, of))
+fn acceleration_text(kind: JointKind, of: f64) -> String {
+    format!("{}²", speed_text(kind, of))
 }

@@ -2,7 +2,7 @@
 
 use didim_identification::feasibility::{Class, Outcome};
 
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Summarises the cost of consistent parameters, the sources of their values, and notes for the
 /// user.
@@ -12,9 +12,9 @@ pub fn consistent_summary(outcome: &Outcome) -> String {
         "{judgement}: cost {} of the nearest ones (correct results stay below {}, 99 %), cost \
             {} of those written, near the prior\nparameters without enough data come from \
             {prior}: ",
-        significant(*least_cost, 3),
-        significant(*threshold, 3),
-        significant(*cost, 3)
+        significant_digits(*least_cost, 3),
+        significant_digits(*threshold, 3),
+        significant_digits(*cost, 3)
     );
     let count = |class| outcome.parameters.iter().filter(|of| of.class == class).count();
     text += &format!(
@@ -27,7 +27,7 @@ pub fn consistent_summary(outcome: &Outcome) -> String {
         text += &format!(
             "largest change of a base parameter: {}, {} σ\n",
             largest.name,
-            significant(largest.deviations, 2)
+            significant_digits(largest.deviations, 2)
         );
     }
     if let Some(far) = outcome.far_body() {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use didim_identification::identification::ConvergenceStep;
 
 use super::panel::{PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP};
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 
 /// Length of the longest bar, in characters.
 const LONGEST_BAR: f64 = 24.0;
@@ -13,20 +13,20 @@ const LONGEST_BAR: f64 = 24.0;
 /// Formats one line per step; the bars show the change of the parameters on a logarithmic scale.
 pub fn table(steps: &[ConvergenceStep]) -> String {
     let changes = steps.iter().map(|step| step.parameter_change);
-    let Some((low, high)) = decades(changes) else { return String::new() };
+    let Some((low, high)) = covering_decades(changes) else { return String::new() };
     let rows: Vec<Vec<String>> = steps
         .iter()
         .map(|step| {
             vec![
                 format!("simulation {}", step.simulation),
-                format!("{} %", significant(100.0 * step.relative_error, 4)),
-                significant(step.parameter_change, 3),
+                format!("{} %", significant_digits(100.0 * step.relative_error, 4)),
+                significant_digits(step.parameter_change, 3),
                 step.halvings.to_string(),
             ]
         })
         .collect();
     let header = ["convergence", "relative error", "largest step [σ]", "halvings"];
-    let text = aligned(&header, &rows);
+    let text = align_table(&header, &rows);
     let mut lines = text.lines();
     let mut with_bars = format!("{}\n", lines.next().unwrap_or_default());
     for (line, step) in lines.zip(steps) {
@@ -47,7 +47,7 @@ fn bar(eighths: f64) -> String {
 }
 
 /// Returns the powers of ten around all positive values; `None` without values.
-fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+fn covering_decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logs = values.filter(|v| *v > 0.0 && v.is_finite()).map(f64::log10);
     let (low, high) =
         logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -59,7 +59,9 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 pub fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
     let errors: Vec<f64> = steps.iter().map(|step| step.relative_error).collect();
     let changes: Vec<f64> = steps.iter().map(|step| step.parameter_change).collect();
-    let Some((low, high)) = decades(errors.iter().chain(&changes).copied()) else { return };
+    let Some((low, high)) = covering_decades(errors.iter().chain(&changes).copied()) else {
+        return;
+    };
     let (wide, tall) =
         (PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT, PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM);
     let last = steps.last().map_or(1, |step| step.simulation).max(2);

@@ -10,7 +10,7 @@ use super::payload::{AXIS_NAMES, INERTIA_NAMES};
 use crate::analysis::{
     Assignment, ExpectedParameter, MissingParameter, WantedLoad, expectation_line,
 };
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 
 /// Header of a motion file: the arm, the limits, the checks, and the [expected
 /// deviations](prediction_lines). `keeps_time` says whether the arm follows it in time.
@@ -21,7 +21,7 @@ pub fn design_header(
     deviations: &[String],
     keeps_time: bool,
 ) -> Vec<String> {
-    let Checked { duration_s, used, nearest } = checked;
+    let Checked { duration_s, used, narrowest_gap: nearest } = checked;
     // A constant-speed sweep ends with its passes, so its duration is no round number.
     let duration_s = (1e3 * duration_s).round() / 1e3;
     let mut lines = vec![format!(
@@ -47,17 +47,17 @@ pub fn design_header(
                 .into(),
         );
     }
-    if let Some(moving) = moving(assignment) {
+    if let Some(moving) = moving_joints_text(assignment) {
         lines.push(format!("{moving} at rest."));
     }
     if let Some(load) = &assignment.load {
-        lines.push(format!("Torques are those with {}.", declared_load(load.expected)));
+        lines.push(format!("Torques are those with {}.", declared_load(load.expected_load)));
     }
     if !assignment.task.bounds.limits_torques() {
         lines.push("Without parameters the torques of the motion are unknown.".into());
     }
     lines.push("Limits used (SI units):".into());
-    lines.extend(used.iter().map(limit));
+    lines.extend(used.iter().map(limit_text));
     if keeps_time {
         lines.extend_from_slice(deviations);
     }
@@ -72,18 +72,22 @@ pub struct Checked<'a> {
     /// Used share of each limit.
     pub used: &'a [Used],
     /// Narrowest gap along the motion, if shapes are configured.
-    pub nearest: Option<Nearest>,
+    pub narrowest_gap: Option<Nearest>,
 }
 
 impl<'a> From<&'a Design> for Checked<'a> {
     fn from(design: &'a Design) -> Self {
-        Self { duration_s: design.series.duration_s, used: &design.used, nearest: design.nearest }
+        Self {
+            duration_s: design.series.duration_s,
+            used: &design.used,
+            narrowest_gap: design.narrowest_gap,
+        }
     }
 }
 
 impl<'a> From<&'a Swept> for Checked<'a> {
-    fn from(Swept { sweep, used, nearest }: &'a Swept) -> Self {
-        Self { duration_s: sweep.duration_s(), used, nearest: *nearest }
+    fn from(Swept { sweep, used, narrowest_gap: nearest }: &'a Swept) -> Self {
+        Self { duration_s: sweep.duration_s(), used, narrowest_gap: *nearest }
     }
 }
 
@@ -106,10 +110,10 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     let mut lines = vec![format!(
         "Standard deviations that `didim payload` finds for {}, from a simulated recording of \
             this motion:",
-        declared_load(wanted.expected)
+        declared_load(wanted.expected_load)
     )];
     let mut line = |what: String, found: Uncertain, unit: &str| {
-        lines.push(format!("  {what}: {} {unit}", significant(found.standard_deviation, 3)));
+        lines.push(format!("  {what}: {} {unit}", significant_digits(found.standard_deviation, 3)));
     };
     let load = &simulated.load;
     if let Some(found) = load.mass_kg {
@@ -138,14 +142,14 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
 }
 
 fn declared_load(load: KnownLoad) -> String {
-    let [x, y, z] = load.centre_m.map(|of| significant(of, 3));
-    let mass = significant(load.mass_kg, 3);
+    let [x, y, z] = load.centre_m.map(|of| significant_digits(of, 3));
+    let mass = significant_digits(load.mass_kg, 3);
     format!("a load of {mass} kg with its centre at {x}, {y}, {z} m in the frame of the last link")
 }
 
 /// Lists the joints that move, if some do not.
-fn moving(assignment: &Assignment) -> Option<String> {
-    let moving = &assignment.task.moving;
+fn moving_joints_text(assignment: &Assignment) -> Option<String> {
+    let moving = &assignment.task.moving_joints;
     let joints = |moves: bool| -> Vec<String> {
         let moving_joints = (1..).zip(moving).filter(|(_, of)| **of == moves);
         moving_joints.map(|(joint, _)| joint.to_string()).collect()
@@ -162,27 +166,34 @@ pub fn expectation_text(parameters: &[ExpectedParameter]) -> String {
         .iter()
         .map(|of: &ExpectedParameter| {
             let [expected, achieved] =
-                [of.expected, of.achieved].map(|value| significant(value, 3));
-            vec![of.name.clone(), expected, achieved, of.unit.clone(), format!("{:.2}", times(of))]
+                [of.expected, of.achieved].map(|value| significant_digits(value, 3));
+            vec![
+                of.name.clone(),
+                expected,
+                achieved,
+                of.unit.clone(),
+                format!("{:.2}", deviation_ratio(of)),
+            ]
         })
         .collect();
-    let table = aligned(&["parameter", "σ expected", "σ achieved", "unit", "times"], &rows);
+    let table = align_table(&["parameter", "σ expected", "σ achieved", "unit", "times"], &rows);
     format!("\n{table}\n{}\n", expectation_summary(parameters))
 }
 
 /// So many times the expected standard deviation came out.
-pub(super) fn times(of: &ExpectedParameter) -> f64 {
+pub(super) fn deviation_ratio(of: &ExpectedParameter) -> f64 {
     of.achieved / of.expected
 }
 
 /// Summarises this ratio in one sentence.
 pub(super) fn expectation_summary(parameters: &[ExpectedParameter]) -> String {
-    let square: f64 = parameters.iter().map(|of| times(of).powi(2)).sum();
+    let square: f64 = parameters.iter().map(|of| deviation_ratio(of).powi(2)).sum();
     let rms = (square / parameters.len() as f64).sqrt();
-    let off = |of: &ExpectedParameter| times(of).ln().abs();
+    let off = |of: &ExpectedParameter| deviation_ratio(of).ln().abs();
     let farthest = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
-    let farthest = farthest
-        .map_or_else(String::new, |of| format!("; farthest {}, {:.2} times", of.name, times(of)));
+    let farthest = farthest.map_or_else(String::new, |of| {
+        format!("; farthest {}, {:.2} times", of.name, deviation_ratio(of))
+    });
     format!(
         "standard deviations: {rms:.2} times the expected ones, rms of {}{farthest}",
         parameters.len()
@@ -200,16 +211,16 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
         Other::Link(other) => format!("{} and {}", link(of), link(other)),
         Other::Side => format!("{} and the box", link(of)),
     };
-    match assignment.task.bounds.shapes() {
+    match assignment.task.bounds.separated_shapes() {
         None => lines.push(
             "Collision NOT checked: neither of the arm with itself nor with anything around it."
                 .into(),
         ),
         Some(shapes) => {
             let inside =
-                if shapes.boxed { ", and all links but the base inside the box" } else { "" };
+                if shapes.has_box { ", and all links but the base inside the box" } else { "" };
             let near = nearest.map_or_else(String::new, |of| {
-                format!(" Nearest: {}, {:.0} mm.", pair(of.link, of.other), 1e3 * of.gap_m)
+                format!(" Nearest: {}, {:.0} mm.", pair(of.link, of.neighbour), 1e3 * of.gap_m)
             });
             lines.push(format!(
                 "Collision checked at {CHECK_HZ} points per second by the stated shapes, {:.0} mm \
@@ -219,10 +230,11 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
             lines.push(format!(
                 "Collision NOT checked: links that a joint connects, tool, load, cables, and \
                 anything {}.",
-                if shapes.boxed { "inside the box" } else { "around the arm" }
+                if shapes.has_box { "inside the box" } else { "around the arm" }
             ));
-            if !shapes.shapeless.is_empty() {
-                let links: Vec<String> = shapes.shapeless.iter().map(|of| link(*of)).collect();
+            if !shapes.links_without_shape.is_empty() {
+                let links: Vec<String> =
+                    shapes.links_without_shape.iter().map(|of| link(*of)).collect();
                 lines.push(format!(
                     "Collision NOT checked, for they have no shape: {}.",
                     links.join(", ")
@@ -248,8 +260,8 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
 }
 
 /// Returns the last line of the output.
-pub(super) fn warning(assignment: &Assignment) -> &'static str {
-    match assignment.task.bounds.shapes() {
+pub(super) fn closing_warning(assignment: &Assignment) -> &'static str {
+    match assignment.task.bounds.separated_shapes() {
         None => "collision NOT checked; first run it at 10 % speed\n",
         Some(_) => {
             "collision checked by the stated shapes alone, as the head of a file says; first run \
@@ -258,26 +270,27 @@ pub(super) fn warning(assignment: &Assignment) -> &'static str {
     }
 }
 
-fn limit(used: &Used) -> String {
+fn limit_text(used: &Used) -> String {
     let side = if used.of_motor { "motor" } else { "joint" };
-    let [lowest, highest] = [used.lowest, used.highest].map(|value| significant(value, 5));
+    let [lowest, highest] =
+        [used.lower_limit, used.upper_limit].map(|value| significant_digits(value, 5));
     format!(
         "  {side} {} {}: {lowest} to {highest}, {:.0} % used",
         used.joint,
         used.kind,
-        100.0 * used.share
+        100.0 * used.used_share
     )
 }
 
 /// Table of the expected standard deviations.
 pub fn design_text(assignment: &Assignment, design: &Design, prediction: &Predicted) -> String {
-    parameters_text(assignment, prediction) + &conditions(assignment, &design.used)
+    parameters_text(assignment, prediction) + &conditions_text(assignment, &design.used)
 }
 
 /// Formats the end of the output: the noise behind the figures, the used limits, and what was not
 /// checked.
-pub fn conditions(assignment: &Assignment, used: &[Used]) -> String {
-    let rows_per_s = significant(assignment.task.noise.rows_per_s, 3);
+pub fn conditions_text(assignment: &Assignment, used: &[Used]) -> String {
+    let rows_per_s = significant_digits(assignment.task.noise.rows_per_s, 3);
     let mut text = if assignment.measured_noise {
         format!("noise: the residuals of the result, {rows_per_s} rows per second\n")
     } else {
@@ -288,7 +301,7 @@ pub fn conditions(assignment: &Assignment, used: &[Used]) -> String {
     };
     let most = |kind: LimitKind| {
         let of_kind = used.iter().filter(|used| used.kind == kind);
-        of_kind.map(|used| used.share).max_by(f64::total_cmp)
+        of_kind.map(|used| used.used_share).max_by(f64::total_cmp)
     };
     let shares = LimitKind::ALL.into_iter().map(|kind| match most(kind) {
         Some(share) => format!("{kind} {:.0} %", 100.0 * share),
@@ -296,15 +309,16 @@ pub fn conditions(assignment: &Assignment, used: &[Used]) -> String {
     });
     let shares: Vec<String> = shares.collect();
     text += &format!("of the limits it uses: {}\n", shares.join(", "));
-    if let Some(moving) = moving(assignment) {
+    if let Some(moving) = moving_joints_text(assignment) {
         text += &format!("{} at rest\n", moving.to_lowercase());
     }
-    text + warning(assignment)
+    text + closing_warning(assignment)
 }
 
 /// Formats the known and the predicted uncertainty of each parameter.
 fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
-    let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |of| significant(of, 3));
+    let number =
+        |value: Option<f64>| value.map_or_else(|| "–".into(), |of| significant_digits(of, 3));
     let rows: Vec<_> = assignment
         .parameters
         .iter()
@@ -315,14 +329,17 @@ fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
                 own.name.clone(),
                 number(own.value),
                 number(own.standard_deviation),
-                significant(*deviation, 3),
+                significant_digits(*deviation, 3),
                 own.unit.to_owned(),
-                share.map_or_else(|| "–".into(), |share| format!("{} %", significant(share, 2))),
+                share.map_or_else(
+                    || "–".into(),
+                    |share| format!("{} %", significant_digits(share, 2)),
+                ),
             ]
         })
         .collect();
-    let table = aligned(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
-    let condition = significant(prediction.condition_number, 3);
+    let table = align_table(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
+    let condition = significant_digits(prediction.condition_number, 3);
     format!(
         "{table}\ncondition number of the base columns of inertia along this motion: {condition} \
         (unweighted, no friction)\n"

@@ -7,7 +7,7 @@ use didim_identification::identification::{Estimate, ParameterEstimate};
 
 use super::uses::UseLine;
 use super::{convergence, uses};
-use crate::text::{aligned, significant, to_uncertainty};
+use crate::text::{align_table, significant_digits, to_uncertainty};
 
 /// True value of a parameter, if known: from a simulated arm.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
@@ -22,18 +22,18 @@ pub fn parameter_table(estimate: &Estimate) -> String {
             let share = 100.0 * p.combined_standard_deviation / p.value.abs();
             vec![
                 p.name.clone(),
-                value(p),
+                value_text(p),
                 p.unit.to_owned(),
-                significant(p.standard_deviation, 2),
-                significant(p.combined_standard_deviation, 2),
-                relative(p),
-                format!("{} %", significant(share, 2)),
+                significant_digits(p.standard_deviation, 2),
+                significant_digits(p.combined_standard_deviation, 2),
+                relative_text(p),
+                format!("{} %", significant_digits(share, 2)),
             ]
         })
         .collect();
     let header =
         ["parameter", "value", "unit", "± statistical", "± combined", "relative", "combined"];
-    let mut text = aligned(&header, &rows);
+    let mut text = align_table(&header, &rows);
     if !estimate.nominal.is_empty() {
         let _ = writeln!(text, "kept at their nominal values: {}", fixed_parameters(estimate));
     }
@@ -45,7 +45,7 @@ pub(super) fn fixed_parameters(estimate: &Estimate) -> String {
     let parameters = estimate
         .nominal
         .iter()
-        .map(|p| format!("{} {} {}", p.name, significant(p.value, 4), p.unit));
+        .map(|p| format!("{} {} {}", p.name, significant_digits(p.value, 4), p.unit));
     parameters.collect::<Vec<_>>().join(", ")
 }
 
@@ -57,15 +57,23 @@ pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
         .iter()
         .map(|p| {
             let (true_value, deviation) = match truth(&p.name) {
-                Some(t) => {
-                    (significant(t, 4), format!("{:+.1}", (p.value - t) / p.standard_deviation))
-                }
+                Some(t) => (
+                    significant_digits(t, 4),
+                    format!("{:+.1}", (p.value - t) / p.standard_deviation),
+                ),
                 None => ("–".to_owned(), "–".to_owned()),
             };
-            vec![p.name.clone(), true_value, value(p), p.unit.to_owned(), relative(p), deviation]
+            vec![
+                p.name.clone(),
+                true_value,
+                value_text(p),
+                p.unit.to_owned(),
+                relative_text(p),
+                deviation,
+            ]
         })
         .collect();
-    aligned(&["parameter", "truth", "estimate", "unit", "relative σ", "deviation [σ]"], &rows)
+    align_table(&["parameter", "truth", "estimate", "unit", "relative σ", "deviation [σ]"], &rows)
 }
 
 /// Formats errors per joint, conditioning, convergence and the verdict with its reasons.
@@ -73,8 +81,8 @@ pub fn summary(estimate: &Estimate) -> String {
     let delays = estimate.torque_delay_per_joint.iter().map(|delay| match delay {
         Some(delay) => format!(
             "{} ± {}",
-            significant(1e6 * delay.delay_s, 3),
-            significant(1e6 * delay.standard_deviation_s, 2)
+            significant_digits(1e6 * delay.delay_s, 3),
+            significant_digits(1e6 * delay.standard_deviation_s, 2)
         ),
         None => "–".to_owned(),
     });
@@ -89,14 +97,14 @@ pub fn summary(estimate: &Estimate) -> String {
             vec![
                 format!("joint {}", JointIndex::new(joint)),
                 format!("{:.2} %", 100.0 * relative),
-                significant(*rms, 3),
+                significant_digits(*rms, 3),
                 format!("{durbin_watson:.2}"),
                 delay,
             ]
         })
         .collect();
     let header = ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay [µs]"];
-    let mut text = aligned(&header, &joints);
+    let mut text = align_table(&header, &joints);
     if !estimate.convergence.is_empty() {
         text += "\n";
         text += &convergence::table(&estimate.convergence);
@@ -131,10 +139,10 @@ pub fn summary(estimate: &Estimate) -> String {
 fn uses_table(estimate: &Estimate) -> String {
     let lines: Vec<UseLine> = uses::lines(estimate).collect();
     let row = |line: &UseLine| {
-        vec![line.of.to_string(), line.answer.into(), line.figure.clone(), line.limit.clone()]
+        vec![line.usage.to_string(), line.answer.into(), line.figure.clone(), line.limit.clone()]
     };
     let rows: Vec<Vec<String>> = lines.iter().map(row).collect();
-    let table = aligned(&["use", "usable", "figure", "limit"], &rows);
+    let table = align_table(&["use", "usable", "figure", "limit"], &rows);
     let mut shown = table.lines();
     let mut text = shown.next().map_or(String::new(), |header| format!("{header}\n"));
     for (row, UseLine { meaning, .. }) in shown.zip(&lines) {
@@ -145,7 +153,7 @@ fn uses_table(estimate: &Estimate) -> String {
 
 /// Formats a value with the digits that its uncertainty justifies: down to a tenth of the standard
 /// deviation.
-pub fn value(p: &ParameterEstimate) -> String {
+pub fn value_text(p: &ParameterEstimate) -> String {
     short_value(p, 7)
 }
 
@@ -154,6 +162,6 @@ pub fn short_value(p: &ParameterEstimate, most: usize) -> String {
     to_uncertainty(p.value, p.standard_deviation, most)
 }
 
-fn relative(p: &ParameterEstimate) -> String {
-    format!("{} %", significant(100.0 * p.relative_standard_deviation, 2))
+fn relative_text(p: &ParameterEstimate) -> String {
+    format!("{} %", significant_digits(100.0 * p.relative_standard_deviation, 2))
 }

@@ -86,19 +86,19 @@ const BAND_DEVIATIONS: f64 = 2.0;
 /// A value axis next to a time axis.
 struct Axis {
     top: f64,
-    tall: f64,
+    height: f64,
     low: f64,
     high: f64,
 }
 
 impl Axis {
-    fn y(&self, value: f64) -> f64 {
-        self.top + (self.high - value) / (self.high - self.low) * self.tall
+    fn y_pixel(&self, value: f64) -> f64 {
+        self.top + (self.high - value) / (self.high - self.low) * self.height
     }
 
-    fn draw(&self, svg: &mut String, wanted: u32) {
+    fn draw_axis(&self, svg: &mut String, wanted: u32) {
         for tick in ticks(self.low, self.high, wanted) {
-            let line_y = self.y(tick);
+            let line_y = self.y_pixel(tick);
             let _ = write!(
                 svg,
                 "<line class=\"grid\" x1=\"{PLOT_LEFT}\" x2=\"{}\" y1=\"{line_y:.1}\" \
@@ -129,10 +129,10 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let base = TORQUE_PANEL_HEIGHT - PLOT_BOTTOM;
     draw_time(svg, (start, end), x);
     draw_unit(svg, panel.unit, 20.0);
-    let torque = Axis { top: PLOT_TOP, tall: TORQUE_AXIS_HEIGHT, low, high };
-    torque.draw(svg, 4);
+    let torque = Axis { top: PLOT_TOP, height: TORQUE_AXIS_HEIGHT, low, high };
+    torque.draw_axis(svg, 4);
     let curve = |values: &[f64], axis: &Axis| -> Vec<(f64, f64)> {
-        panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y(*v))).collect()
+        panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y_pixel(*v))).collect()
     };
     draw_curve(svg, "measured", curve(panel.measured_nm, &torque).into_iter());
     draw_curve(svg, "predicted", curve(panel.predicted_nm, &torque).into_iter());
@@ -203,9 +203,9 @@ pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
         ("residual", panel.velocity, below, RESIDUAL_AXIS_HEIGHT),
     ] {
         let Some((low, high)) = value_range([values]) else { continue };
-        let axis = Axis { top, tall, low, high };
-        axis.draw(svg, 4);
-        let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y(*v)));
+        let axis = Axis { top, height: tall, low, high };
+        axis.draw_axis(svg, 4);
+        let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y_pixel(*v)));
         draw_curve(svg, class, points);
     }
 }
@@ -227,18 +227,19 @@ fn draw_residual(
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let axis = Axis {
         top: PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP,
-        tall: RESIDUAL_AXIS_HEIGHT,
+        height: RESIDUAL_AXIS_HEIGHT,
         low: -reach,
         high: reach,
     };
-    let (top, bottom) = (axis.y(BAND_DEVIATIONS * sigma), axis.y(-BAND_DEVIATIONS * sigma));
+    let (top, bottom) =
+        (axis.y_pixel(BAND_DEVIATIONS * sigma), axis.y_pixel(-BAND_DEVIATIONS * sigma));
     let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let _ = write!(
         svg,
         r#"<rect class="sigmas" x="{PLOT_LEFT}" y="{top:.1}" width="{wide}" height="{:.1}"/>"#,
         bottom - top
     );
-    axis.draw(svg, 4);
+    axis.draw_axis(svg, 4);
     draw_curve(svg, "residual", curve(&residual, &axis).into_iter());
 }
 

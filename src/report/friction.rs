@@ -3,20 +3,20 @@
 use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
-use super::percent;
+use super::percent_text;
 use crate::cell::Cell;
-use crate::text::aligned;
+use crate::text::align_table;
 
 /// Formats the changes with the gain of each, and the lines for the files of the cell, which
 /// already has the laws. `added` are the new parameters of these laws, if the cell lists its own.
-pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
-    let rows: Vec<Vec<String>> = gains(chosen).map(Vec::from).collect();
+pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
+    let rows: Vec<Vec<String>> = gains_text(chosen).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
         "No other friction law predicts better than the ones of the robot file\n".to_owned()
     } else {
-        aligned(&["joint", "friction", "held-out error", "with it"], &rows)
+        align_table(&["joint", "friction", "held-out error", "with it"], &rows)
     };
-    text += &format!("{}\n", effect(chosen));
+    text += &format!("{}\n", effect_sentence(chosen));
     if !rows.is_empty() {
         text += "\nin the robot file, of these [[joint]]s:\n";
         let changed = |joint: JointIndex| chosen.gains.iter().any(|gain| gain.joint == joint);
@@ -37,21 +37,21 @@ pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String 
 }
 
 /// Returns joint, change, and the joint's held-out error before and after.
-pub(super) fn gains(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]> {
+pub(super) fn gains_text(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]> {
     chosen.gains.iter().map(|gain| {
         let change = match gain.change {
             FrictionChange::Sign(sign) => format!("sign = {sign}"),
             FrictionChange::Law(law) => law.to_string(),
         };
-        let [before, after] = gain.held_out.map(percent);
+        let [before, after] = gain.held_out.map(percent_text);
         [gain.joint.to_string(), change, before, after]
     })
 }
 
 /// Summarises the effect of all changes in a sentence.
-pub(super) fn effect(chosen: &ChosenFriction) -> String {
+pub(super) fn effect_sentence(chosen: &ChosenFriction) -> String {
     let change_of = |score: fn(&FrictionScore) -> f64| {
-        format!("{} → {}", percent(score(&chosen.before)), percent(score(&chosen.after)))
+        format!("{} → {}", percent_text(score(&chosen.before)), percent_text(score(&chosen.after)))
     };
     format!(
         "Chosen in {} identifications: held-out error {}, uncertainty outside the motion {}",

@@ -3,7 +3,7 @@
 use didim_identification::identification::{PayloadLimits, Scale};
 
 use crate::analysis::{FoundGain, FoundGains};
-use crate::text::{aligned, significant, to_uncertainty};
+use crate::text::{align_table, significant_digits, to_uncertainty};
 
 /// Maximum number of digits of a value.
 const MAX_DIGITS: usize = 5;
@@ -20,17 +20,17 @@ pub fn gains_text(found: &FoundGains) -> String {
             };
             vec![
                 gain.joint.to_string(),
-                significant(gain.configured, MAX_DIGITS),
+                significant_digits(gain.configured, MAX_DIGITS),
                 shown(&|value, sigma| to_uncertainty(value, sigma, MAX_DIGITS)),
-                shown(&|_, sigma| significant(sigma, 2)),
+                shown(&|_, sigma| significant_digits(sigma, 2)),
                 gain.unit.to_owned(),
-                shown(&|value, _| significant(value / gain.configured, 4)),
+                shown(&|value, _| significant_digits(value / gain.configured, 4)),
                 format!("{:.2} %", 100.0 * error),
             ]
         })
         .collect();
     let header = ["joint", "stated", "found", "σ", "unit", "found / stated", "not explained"];
-    let mut text = aligned(&header, &rows);
+    let mut text = align_table(&header, &rows);
 
     text += &match found.scale {
         Scale::Load(_) => "\nparameters of the arm without the load, with these gains\n".to_owned(),
@@ -43,10 +43,10 @@ pub fn gains_text(found: &FoundGains) -> String {
         .map(|of| {
             let (value, sigma) = (of.found.value, of.found.standard_deviation);
             let value = to_uncertainty(value, sigma, MAX_DIGITS);
-            vec![of.name.clone(), value, significant(sigma, 2), of.unit.to_owned()]
+            vec![of.name.clone(), value, significant_digits(sigma, 2), of.unit.to_owned()]
         })
         .collect();
-    text += &aligned(&["name", "value", "σ", "unit"], &rows);
+    text += &align_table(&["name", "value", "σ", "unit"], &rows);
 
     let lines = |gain: &FoundGain| Some((gain.joint, gain.cell_line.clone()?));
     let lines: Vec<_> = found.gains.iter().filter_map(lines).collect();
@@ -101,9 +101,9 @@ fn notes(found: &FoundGains) -> Vec<String> {
             } else {
                 "agree with"
             },
-            significant(centre.chi_squared, 3),
+            significant_digits(centre.chi_squared, 3),
             centre.degrees_of_freedom,
-            significant(centre.probability, 2)
+            significant_digits(centre.probability, 2)
         ),
         None => "the recordings do not identify the centre of the load; the configured centre \
             is assumed"

@@ -23,12 +23,13 @@ mod uses;
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::identification::{Identification, Prediction};
 
-use crate::text::significant;
+use crate::text::significant_digits;
 
 pub use advice::{advice_text, missing_text};
 pub use consistent::consistent_summary;
 pub use design::{
-    Checked, conditions, design_header, design_text, expectation_text, load_lines, prediction_lines,
+    Checked, conditions_text, design_header, design_text, expectation_text, load_lines,
+    prediction_lines,
 };
 pub use gains::gains_text;
 pub use payload::payload_text;
@@ -88,7 +89,10 @@ impl<'a> From<&'a Prediction> for TorqueCurves<'a> {
 }
 
 /// Creates one panel per joint.
-pub fn panels<'a>(curves: impl Into<TorqueCurves<'a>>, robot: &Robot) -> Vec<TorquePanel<'a>> {
+pub fn joint_panels<'a>(
+    curves: impl Into<TorqueCurves<'a>>,
+    robot: &Robot,
+) -> Vec<TorquePanel<'a>> {
     let curves = curves.into();
     let joints = curves.measured.iter().zip(curves.predicted).zip(curves.relative_error_per_joint);
     joints
@@ -115,6 +119,6 @@ fn value_range<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, 
 }
 
 /// Formats a ratio in per cent, with three digits.
-fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
+fn percent_text(share: f64) -> String {
+    format!("{} %", significant_digits(100.0 * share, 3))
 }

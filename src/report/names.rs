@@ -3,7 +3,7 @@
 use didim_dynamics::robot::ParameterKind::{self, *};
 
 /// Returns the meaning of a kind of parameter, as a sentence.
-pub fn meaning(kind: ParameterKind) -> &'static str {
+pub fn kind_meaning(kind: ParameterKind) -> &'static str {
     match kind {
         Xx => {
             "Moment of inertia of the link about the x axis of its frame, at the origin of the \

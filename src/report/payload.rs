@@ -3,7 +3,7 @@
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{Declared, Payload, PayloadLimits, Uncertain};
 
-use crate::text::{aligned, significant, to_uncertainty};
+use crate::text::{align_table, significant_digits, to_uncertainty};
 
 pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 pub(super) const INERTIA_NAMES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
@@ -16,7 +16,7 @@ pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> Str
     let rows = rows(payload, declared);
     if !rows.is_empty() {
         text += "\n";
-        text += &aligned(
+        text += &align_table(
             &["", "found", "σ", "unit", "possible body", "declared", "found − declared"],
             &rows,
         );
@@ -28,9 +28,9 @@ pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> Str
         text += &format!(
             "the declared load is {is} the uncertainty: χ² {} of {} (by chance with a probability \
             of {})\n",
-            significant(together.chi_squared, 3),
+            significant_digits(together.chi_squared, 3),
             together.degrees_of_freedom,
-            significant(together.probability, 2)
+            significant_digits(together.probability, 2)
         );
     }
     let [before, after] = [&payload.before, &payload.after].map(|of| 100.0 * of.relative_error);
@@ -53,14 +53,17 @@ fn headline(payload: &Payload) -> String {
     let presence = &payload.presence;
     match (presence.seen, presence.mass_deviations, presence.mass_limit_kg) {
         (true, Some(deviations), _) => {
-            format!("a load is seen: its mass is {} σ\n", significant(deviations, 3))
+            format!("a load is seen: its mass is {} σ\n", significant_digits(deviations, 3))
         }
         (true, None, _) => "a load is seen, but not its mass\n".to_owned(),
         (false, _, Some(limit)) => {
-            format!("no load is seen: its mass is below {} kg (95 %)\n", significant(limit, 2))
+            format!(
+                "no load is seen: its mass is below {} kg (95 %)\n",
+                significant_digits(limit, 2)
+            )
         }
         (false, Some(deviations), None) => {
-            format!("no load is seen: the mass is {} σ\n", significant(deviations, 3))
+            format!("no load is seen: the mass is {} σ\n", significant_digits(deviations, 3))
         }
         (false, None, None) => "no load is seen; its mass is not identifiable\n".to_owned(),
     }
@@ -76,14 +79,15 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
             return;
         }
         let none = || "–".to_owned();
-        let number =
-            |value: Option<f64>| value.map_or_else(none, |value| significant(value, MAX_DIGITS));
+        let number = |value: Option<f64>| {
+            value.map_or_else(none, |value| significant_digits(value, MAX_DIGITS))
+        };
         rows.push(vec![
             name,
             found.map_or_else(none, |of| {
                 to_uncertainty(of.value, of.standard_deviation, MAX_DIGITS)
             }),
-            found.map_or_else(none, |of| significant(of.standard_deviation, 2)),
+            found.map_or_else(none, |of| significant_digits(of.standard_deviation, 2)),
             unit.to_owned(),
             number(possible),
             number(configured),
@@ -130,8 +134,8 @@ fn notes(payload: &Payload) -> Vec<String> {
             format!(
                 "no body explains what is found: the nearest costs {} where the true one stays \
                  below {} (χ², 99 %); the arm has changed, or the load is not fixed",
-                significant(body.cost, 3),
-                significant(body.cost_limit, 3)
+                significant_digits(body.cost, 3),
+                significant_digits(body.cost_limit, 3)
             )
         } else {
             "what is found is no body by itself; the possible one agrees with it within the \

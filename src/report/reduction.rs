@@ -2,25 +2,25 @@
 
 use didim_identification::identification::{Reduction, ReductionStep};
 
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 
 /// Width of a line of the list, in characters.
 const LINE_WIDTH: usize = 88;
 
 /// Formats the eliminated parameters, one line each, and the remaining ones.
-pub fn sequence(reduction: &Reduction) -> String {
+pub fn reduction_text(reduction: &Reduction) -> String {
     let line = |step: &ReductionStep, what: &str| {
         vec![
             step.name.clone(),
-            format!("{} %", significant(100.0 * step.relative_standard_deviation, 3)),
-            significant(step.f_statistic, 3),
-            significant(step.probability, 2),
+            format!("{} %", significant_digits(100.0 * step.relative_standard_deviation, 3)),
+            significant_digits(step.f_statistic, 3),
+            significant_digits(step.probability, 2),
             what.to_owned(),
         ]
     };
     let mut rows: Vec<_> = reduction.left_out.iter().map(|step| line(step, "left out")).collect();
     rows.extend(reduction.fixed.iter().map(|step| line(step, "stays")));
-    let mut text = aligned(&["parameter", "relative σ", "F", "probability", ""], &rows);
+    let mut text = align_table(&["parameter", "relative σ", "F", "probability", ""], &rows);
     text += &format!(
         "\n{} of {} base parameters are essential to this motion, at a level of {}\n\n",
         reduction.essential.len(),

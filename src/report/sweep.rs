@@ -4,9 +4,9 @@
 use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
 use didim_identification::excitation::{Sweep, SweptJoint, Term};
 
-use super::design::{Checked, conditions};
+use super::design::{Checked, conditions_text};
 use crate::analysis::Assignment;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Describes the constant-speed sweeps and the terms that they identify, for the header of a file
 /// and for people.
@@ -26,7 +26,7 @@ pub fn sweep_lines(
     ];
     for pass in &sweep.passes {
         let [speed, [low, high]] =
-            [[pass.speed; 2], pass.between].map(|of| of.map(|of| significant(of, 3)));
+            [[pass.speed; 2], pass.end_positions].map(|of| of.map(|of| significant_digits(of, 3)));
         let [per_s, unit, _] = units(pass.joint.position());
         let (joint, speed) = (pass.joint, &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
@@ -40,20 +40,25 @@ pub fn sweep_lines(
         false => "",
     };
     lines.push(format!("Friction terms that it tells apart{figures}:"));
-    for SweptJoint { joint, stribeck, terms } in reported {
+    for SweptJoint { joint, stribeck_speed: stribeck, terms } in reported {
         let [per_s, _, torque] = units(joint.position());
         let named = |kind: ParameterKind| match kind {
             ParameterKind::Fs => {
-                format!("{} (of {} {per_s})", kind.symbol(), significant(*stribeck, 2))
+                format!("{} (of {} {per_s})", kind.symbol(), significant_digits(*stribeck, 2))
             }
             kind => kind.symbol().to_owned(),
         };
-        let number = |of: Option<f64>| of.map_or_else(|| "–".to_owned(), |of| significant(of, 2));
+        let number =
+            |of: Option<f64>| of.map_or_else(|| "–".to_owned(), |of| significant_digits(of, 2));
         let (term_line, not): (Vec<&Term>, Vec<&Term>) =
-            terms.iter().partition(|of| of.alone.is_some());
+            terms.iter().partition(|of| of.separate_deviation.is_some());
         let term_lines = term_line.into_iter().map(|of| {
             let deviations = match assignment.measured_noise {
-                true => format!(" {} ({}) {torque}", number(of.alone), number(of.together)),
+                true => format!(
+                    " {} ({}) {torque}",
+                    number(of.separate_deviation),
+                    number(of.joint_deviation)
+                ),
                 false => String::new(),
             };
             named(of.kind) + &deviations
@@ -69,6 +74,6 @@ pub fn sweep_lines(
 /// Formats the same lines, with the noise behind them and the used share of the limits.
 pub fn sweep_text(assignment: &Assignment, checked: Checked<'_>, lines: &[String]) -> String {
     let (length, conditions) =
-        (significant(checked.duration_s, 4), conditions(assignment, checked.used));
+        (significant_digits(checked.duration_s, 4), conditions_text(assignment, checked.used));
     format!("{length} s\n{}\n\n{conditions}", lines.join("\n"))
 }

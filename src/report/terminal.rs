@@ -38,14 +38,14 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
         _ => 0.0,
     };
     let mut text = format!("joint {}, torque over {seconds:.1} s\n", panel.joint);
-    text += &labelled(
-        &canvas(panel.measured_nm, low, high, columns, measured_rows),
+    text += &add_labels(
+        &draw_canvas(panel.measured_nm, low, high, columns, measured_rows),
         low,
         high,
         "measured",
     );
-    text += &labelled(
-        &canvas(&residual, -half, half, columns, residual_rows),
+    text += &add_labels(
+        &draw_canvas(&residual, -half, half, columns, residual_rows),
         -half,
         half,
         "measured − predicted, same scale",
@@ -53,7 +53,7 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     text
 }
 
-fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
+fn add_labels(lines: &[String], low: f64, high: f64, name: &str) -> String {
     let last = lines.len().saturating_sub(1);
     let mut text = format!("{}{name}\n", " ".repeat(LABEL_WIDTH));
     for (row, line) in lines.iter().enumerate() {
@@ -70,7 +70,7 @@ fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
 }
 
 /// Draws `values` over the whole width: each dot column spans the extremes of its samples.
-fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> Vec<String> {
+fn draw_canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> Vec<String> {
     let (wide, tall) = (columns * DOT_COLUMNS, rows * DOT_ROWS);
     let mut cells = vec![vec![0_u8; columns]; rows];
     #[expect(
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_ramp_runs_from_corner_to_corner() {
         let ramp: Vec<f64> = (0..64).map(f64::from).collect();
-        let lines = canvas(&ramp, 0.0, 63.0, 8, 2);
+        let lines = draw_canvas(&ramp, 0.0, 63.0, 8, 2);
         assert_eq!(lines.len(), 2);
         assert!(lines.iter().all(|l| l.chars().count() == 8));
         // Bottom left and top right hold the first and the last dot; the other corners are empty.
@@ -137,6 +137,6 @@ mod tests {
             relative_error: f64::NAN,
         };
         assert_eq!(torque_plot(&panel, 10), "");
-        assert_eq!(canvas(&[], 0.0, 1.0, 3, 1), ["\u{2800}\u{2800}\u{2800}"]);
+        assert_eq!(draw_canvas(&[], 0.0, 1.0, 3, 1), ["\u{2800}\u{2800}\u{2800}"]);
     }
 }

@@ -3,11 +3,11 @@
 use didim_identification::feasibility::Judgement;
 use didim_identification::identification::{Estimate, PhysicalConsistency, Use};
 
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// One line of the table of uses.
 pub(super) struct UseLine {
-    pub(super) of: Use,
+    pub(super) usage: Use,
     /// `yes`, `no`, `undecided`, or `–` if the use has figures and no verdict.
     pub(super) answer: &'static str,
     pub(super) figure: String,
@@ -28,9 +28,11 @@ pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
         };
         let shown = |value: Option<f64>| match value {
             None => "–".to_owned(),
-            Some(value) if verdict.unit == "1" => format!("{} %", significant(100.0 * value, 3)),
-            Some(value) if of == Use::RigidBody => format!("{} σ", significant(value, 2)),
-            Some(value) => format!("{} {}", significant(value, 3), verdict.unit),
+            Some(value) if verdict.unit == "1" => {
+                format!("{} %", significant_digits(100.0 * value, 3))
+            }
+            Some(value) if of == Use::RigidBody => format!("{} σ", significant_digits(value, 2)),
+            Some(value) => format!("{} {}", significant_digits(value, 3), verdict.unit),
         };
         let meaning = match of {
             Use::Monitoring => "statistical uncertainty of a joint's torque along the motion",
@@ -41,17 +43,23 @@ pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
             }
             Use::RigidBody => "distance of the mass matrix from positive definite",
         };
-        UseLine { of, answer, figure: shown(verdict.figure), limit: shown(verdict.limit), meaning }
+        UseLine {
+            usage: of,
+            answer,
+            figure: shown(verdict.figure),
+            limit: shown(verdict.limit),
+            meaning,
+        }
     });
     uses.chain(estimate.link_bodies.as_ref().map(of_bodies))
 }
 
 fn of_bodies(link_bodies: &PhysicalConsistency) -> UseLine {
     UseLine {
-        of: Use::RigidBody,
+        usage: Use::RigidBody,
         answer: if link_bodies.judgement == Judgement::Infeasible { "no" } else { "yes" },
-        figure: format!("{} σ²", significant(link_bodies.cost, 2)),
-        limit: format!("{} σ²", significant(link_bodies.cost_limit, 2)),
+        figure: format!("{} σ²", significant_digits(link_bodies.cost, 2)),
+        limit: format!("{} σ²", significant_digits(link_bodies.cost_limit, 2)),
         meaning: "squared distance from physically consistent parameters",
     }
 }

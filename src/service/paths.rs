@@ -43,7 +43,7 @@ impl Paths {
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn make(&self) -> Result<(), FolderError> {
+    pub fn create_folders(&self) -> Result<(), FolderError> {
         let folders = [Some(&self.runtime), self.state.as_ref()];
         folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))
     }
@@ -67,7 +67,7 @@ impl Paths {
         self.runtime.join(FOLDER_NAME)
     }
 
-    pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
+    pub(crate) fn stream_options(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
         StreamOptions::new(
             &cell.name,
             (&self.stream_root(), &self.prefix),

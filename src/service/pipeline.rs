@@ -102,7 +102,7 @@ impl OneRun {
         let run = RUN_COUNTER.fetch_add(1, Ordering::Relaxed);
         let prefix = format!("{RUN_PREFIX}{}-{run}_", std::process::id());
         let paths = Paths { runtime: folder.path().to_path_buf(), state, prefix };
-        paths.make()?;
+        paths.create_folders()?;
         let network = PrivateNetwork::new(folder.path(), &paths.prefix)
             .map_err(|cause| PipelineError::OneRun { place: SHARED_MEMORY.into(), cause })?;
         Ok(Self { paths, _network: network, _folder: folder })
@@ -113,7 +113,7 @@ impl OneRun {
 ///
 /// # Errors
 /// [`PipelineError::Stream`].
-pub fn acquisition(
+pub fn build_acquisition(
     cell: &Cell,
     paths: &Paths,
     source: Box<dyn Source>,
@@ -123,14 +123,14 @@ pub fn acquisition(
     let period = bus.layout.period_ns() * 1e-9;
     // A log is a recording already.
     let recorder =
-        recordings(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
+        recording_options(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
             RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
         });
     Ok(Box::new(AcquisitionPart {
         source,
         assembler: bus.assembler(),
         options: AcquireOptions {
-            stream: paths.stream(cell)?,
+            stream: paths.stream_options(cell)?,
             pace,
             real_time: cell.service.real_time,
             silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
@@ -144,23 +144,24 @@ pub fn acquisition(
 /// # Errors
 /// [`PipelineError::Folder`].
 pub fn make_recordings(cell: &Cell, paths: &Paths) -> Result<(), PipelineError> {
-    let Some(ArchiverOptions { folder, .. }) = archiver(cell, paths) else { return Ok(()) };
+    let Some(ArchiverOptions { folder, .. }) = archiver_options(cell, paths) else { return Ok(()) };
     own_folder(&folder)?;
     let parts = recording_folders(&folder);
     Ok(parts.iter().try_for_each(|part| own_folder(part))?)
 }
 
 /// Returns the recording options and the folder of the recordings.
-fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions, PathBuf)> {
+fn recording_options<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions, PathBuf)> {
     let options = cell.service.recordings.as_ref()?;
     Some((options, options.folder(paths.state.as_deref()?)))
 }
 
 /// Returns the archiver options of `didim run`. Frames from a log are already recorded.
-pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
+pub fn archiver_options(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let bus = cell.bus().ok()?;
-    let (options, folder) = recordings(cell, paths).filter(|_| !bus.sources.iter().any(is_log))?;
+    let (options, folder) =
+        recording_options(cell, paths).filter(|_| !bus.sources.iter().any(is_log))?;
     Some(ArchiverOptions { folder, recordings: options.clone(), curves: cell.joint_curves(bus) })
 }
 
@@ -168,7 +169,7 @@ pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
 ///
 /// # Errors
 /// [`PipelineError::Windows`].
-pub fn configuration(
+pub fn build_configuration(
     cell: &Cell,
     paths: &Paths,
     last: &LastIdentification,
@@ -184,8 +185,12 @@ pub fn configuration(
         let provenance = WindowProvenance::from_window(window);
         let report = has_folder.then(|| {
             let samples = SampleRange::Window(provenance.clone());
-            let origin =
-                Origin { input: None, samples, further: Vec::new(), note: window.note.clone() };
+            let origin = Origin {
+                input: None,
+                samples,
+                further_files: Vec::new(),
+                note: window.note.clone(),
+            };
             Report::new(cell, &identification, &origin).to_html()
         });
         let estimate = identification.estimate.clone();
@@ -218,23 +223,23 @@ fn time_of_day(cell: &Cell) -> TimeOfDay {
 ///
 /// # Errors
 /// [`PipelineError::Stream`] and [`PipelineError::Windows`].
-pub fn estimation(
+pub fn build_estimation(
     cell: &Cell,
     paths: &Paths,
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
     let Configuration { windows, identify, find_load, sha256, results } =
-        configuration(cell, paths, last)?;
+        build_configuration(cell, paths, last)?;
     Ok(EstimationPart {
         identify,
         find_load,
         options: WorkerOptions {
-            stream: paths.stream(cell)?,
+            stream: paths.stream_options(cell)?,
             time_of_day: time_of_day(cell),
             windows,
             queue: WINDOWS_WAITING,
             folder: paths.state.clone(),
-            keep: cell.service.keep_results,
+            max_results: cell.service.keep_results,
             configuration: sha256,
             recorded: None,
             archiver: None,
@@ -295,7 +300,7 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
         }
     }
     let options = SocketCanOptions {
-        fd: bus.layout.messages().iter().any(|message| message.format.fd),
+        accepts_fd: bus.layout.messages().iter().any(|message| message.format.is_fd),
         ids: Some(bus.layout.messages().iter().map(|message| message.format.id).collect()),
         receive_buffer_bytes: bus.receive_buffer_bytes,
     };

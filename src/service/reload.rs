@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::analysis::identify::LastIdentification;
 use crate::cell::Cell;
 use crate::service::paths::Paths;
-use crate::service::pipeline::configuration;
+use crate::service::pipeline::build_configuration;
 use crate::service::supervision::Reload;
 
 /// Creates a function that reads the file again at each call. Settings of the bus and of the
@@ -25,7 +25,7 @@ pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) ->
         if !estimates {
             return Ok(None);
         }
-        configuration(&cell, &paths, &LastIdentification::default())
+        build_configuration(&cell, &paths, &LastIdentification::default())
             .map(Some)
             .map_err(|error| error.to_string())
     })

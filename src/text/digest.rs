@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 
 /// Returns the digest in 64 hexadecimal digits.
-pub fn hexadecimal(digest: Sha256) -> String {
+pub fn to_hexadecimal(digest: Sha256) -> String {
     digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -15,7 +15,7 @@ pub fn sha256(texts: &[&str]) -> String {
         digest.update((text.len() as u64).to_le_bytes());
         digest.update(text.as_bytes());
     }
-    hexadecimal(digest)
+    to_hexadecimal(digest)
 }
 
 /// Returns true if the text is a digest, and therefore safe as a file name.

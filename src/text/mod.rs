@@ -3,8 +3,8 @@
 mod digest;
 mod table;
 
-pub use digest::{hexadecimal, is_digest, sha256};
-pub use table::{aligned, significant, to_uncertainty};
+pub use digest::{is_digest, sha256, to_hexadecimal};
+pub use table::{align_table, significant_digits, to_uncertainty};
 
 /// Escapes text for XML and HTML.
 pub fn escape(text: &str) -> String {

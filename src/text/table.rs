@@ -2,7 +2,7 @@
 
 /// Renders rows under a header: the first column to the left, the others to the right, with two
 /// spaces between columns. Widths count characters, so Greek letters align.
-pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
+pub fn align_table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut widths: Vec<usize> = header.iter().map(|h| h.chars().count()).collect();
     for row in rows {
         for (width, cell) in widths.iter_mut().zip(row) {
@@ -34,7 +34,7 @@ pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// Formats a number with `digits` significant digits, in plain notation if that is readable.
-pub fn significant(value: f64, digits: usize) -> String {
+pub fn significant_digits(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
@@ -61,7 +61,7 @@ pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> Strin
     )]
     let digits =
         if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
-    significant(value, digits.min(most))
+    significant_digits(value, digits.min(most))
 }
 
 #[cfg(test)]
@@ -71,11 +71,11 @@ mod tests {
     #[test]
     fn columns_align_by_characters() {
         let rows = vec![vec!["ψ".into(), "1.5".into()], vec!["zz1r".into(), "-12".into()]];
-        assert_eq!(aligned(&["name", "σ"], &rows), "name    σ\nψ     1.5\nzz1r  -12\n");
+        assert_eq!(align_table(&["name", "σ"], &rows), "name    σ\nψ     1.5\nzz1r  -12\n");
     }
 
     #[test]
-    fn significant_digits() {
+    fn numbers_have_the_given_digits() {
         let cases = [
             (1.28043, "1.280"),
             (0.012_345, "0.01235"),
@@ -86,7 +86,7 @@ mod tests {
             (f64::NAN, "NaN"),
         ];
         for (value, text) in cases {
-            assert_eq!(significant(value, 4), text);
+            assert_eq!(significant_digits(value, 4), text);
         }
     }
 }

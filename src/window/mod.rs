@@ -40,11 +40,11 @@ pub struct Window {
     /// The samples, margins included; their sequence numbers have no gap.
     pub samples: Vec<JointSample>,
     /// Range of the counted samples; the others are margin for the edges of the filters.
-    pub counted: Range<usize>,
+    pub counted_samples: Range<usize>,
     /// Reason for its end.
     pub end: WindowEnd,
     /// Recording time of its first sample, if known.
-    pub start: Option<RecordingStart>,
+    pub recording_start: Option<RecordingStart>,
     /// Note on the window.
     pub note: Option<Note>,
 }
@@ -57,7 +57,7 @@ impl Window {
 
     /// Returns the additional drive readings along the counted samples.
     pub fn readings(&self) -> DriveReadings {
-        let counted = self.samples.get(self.counted.clone()).unwrap_or_default();
+        let counted = self.samples.get(self.counted_samples.clone()).unwrap_or_default();
         DriveReadings::from_cycles(counted.iter().map(|sample| &sample.readings))
     }
 

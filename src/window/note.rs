@@ -58,7 +58,7 @@ impl Note {
     ///
     /// # Errors
     /// [`NoteError`].
-    pub fn checked(self) -> Result<Self, NoteError> {
+    pub fn validated(self) -> Result<Self, NoteError> {
         if self == Self::default() {
             return Err(NoteError::Empty);
         }
@@ -81,7 +81,7 @@ impl Note {
 
     /// Replaces each value that a later note gives.
     #[must_use]
-    pub fn amended(self, later: Self) -> Self {
+    pub fn amend(self, later: Self) -> Self {
         Self {
             payload_kg: later.payload_kg.or(self.payload_kg),
             temperature_c: later.temperature_c.or(self.temperature_c),
@@ -117,27 +117,27 @@ mod tests {
         let long = "ü".repeat(100);
         let notes = [payload(0.0), payload(3000.0), text(&long), text("gripper changed")];
         for note in notes {
-            assert_eq!(note.clone().checked(), Ok(note));
+            assert_eq!(note.clone().validated(), Ok(note));
         }
-        let full_note = Note { temperature_c: Some(-12.5), ..payload(2.0) }.amended(text("x"));
+        let full_note = Note { temperature_c: Some(-12.5), ..payload(2.0) }.amend(text("x"));
         assert_eq!(full_note.line(), "2 kg, -12.5 °C, x");
-        assert_eq!(full_note.amended(payload(3.0)).line(), "3 kg, -12.5 °C, x");
+        assert_eq!(full_note.amend(payload(3.0)).line(), "3 kg, -12.5 °C, x");
     }
 
     #[test]
     fn what_cannot_be_is_refused_in_words() {
-        assert_eq!(Note::default().checked(), Err(NoteError::Empty));
+        assert_eq!(Note::default().validated(), Err(NoteError::Empty));
         for kg in [-0.1, 3000.1, f64::NAN, f64::INFINITY] {
-            let error = payload(kg).checked().unwrap_err().to_string();
+            let error = payload(kg).validated().unwrap_err().to_string();
             assert!(error.contains("payload") && error.contains("0 and 3000 kg"), "{error}");
         }
         for celsius in [-273.15, 201.0, f64::NAN] {
             let note = Note { temperature_c: Some(celsius), ..Note::default() };
-            let error = note.checked().unwrap_err().to_string();
+            let error = note.validated().unwrap_err().to_string();
             assert!(error.contains("temperature") && error.contains("-60 and 200 °C"), "{error}");
         }
         for bad in ["", "  ", "two\nlines", "\u{1b}[2J", &"x".repeat(101)] {
-            assert_eq!(text(bad).checked(), Err(NoteError::Text), "{bad:?}");
+            assert_eq!(text(bad).validated(), Err(NoteError::Text), "{bad:?}");
         }
     }
 }

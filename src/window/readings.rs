@@ -6,7 +6,7 @@ use didim_dynamics::robot::JointIndex;
 use didim_dynamics::{MAX_JOINTS, Reading, Readings};
 use serde::{Deserialize, Serialize};
 
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Drive readings along the samples. They depend on the samples alone and not on earlier readings:
 /// a replay of the same samples gives the same.
@@ -71,20 +71,21 @@ struct Sum {
     sum: i64,
     count: u32,
     range: [i16; 2],
-    ends: [i16; 2],
+    first_and_last: [i16; 2],
 }
 
 impl Sum {
-    fn extended(before: Option<Self>, value: i16) -> Self {
-        let Some(Self { sum, count, range: [least, most], ends: [first, _] }) = before else {
+    fn extend(before: Option<Self>, value: i16) -> Self {
+        let Some(Self { sum, count, range: [least, most], first_and_last: [first, _] }) = before
+        else {
             let both = [value; 2];
-            return Self { sum: value.into(), count: 1, range: both, ends: both };
+            return Self { sum: value.into(), count: 1, range: both, first_and_last: both };
         };
         Self {
             sum: sum + i64::from(value),
             count: count + 1,
             range: [least.min(value), most.max(value)],
-            ends: [first, value],
+            first_and_last: [first, value],
         }
     }
 }
@@ -97,7 +98,7 @@ impl DriveReadings {
             for reading in Reading::ALL {
                 for (joint, sum) in sums[reading as usize].iter_mut().enumerate() {
                     if let Some(value) = readings.get(reading, joint) {
-                        *sum = Some(Sum::extended(*sum, value));
+                        *sum = Some(Sum::extend(*sum, value));
                     }
                 }
             }
@@ -109,33 +110,38 @@ impl DriveReadings {
         let values = |reading: Reading| {
             let steps = reading.steps_per_unit();
             joints_of(reading)
-                .map(|(joint, Sum { sum, count, range, ends }): (JointIndex, Sum)| {
-                    let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
-                    let [first, last] = ends.map(|value| f64::from(value) / steps);
-                    #[expect(
-                        clippy::cast_precision_loss,
-                        reason = "16 bits times a window's samples"
-                    )]
-                    let mean = sum as f64 / (steps * f64::from(count));
-                    let unit = reading.unit().to_owned();
-                    JointReading {
-                        joint,
-                        unit,
-                        mean,
-                        minimum,
-                        maximum,
-                        first,
-                        last,
-                        readings: count.into(),
-                    }
-                })
+                .map(
+                    |(joint, Sum { sum, count, range, first_and_last: ends }): (
+                        JointIndex,
+                        Sum,
+                    )| {
+                        let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
+                        let [first, last] = ends.map(|value| f64::from(value) / steps);
+                        #[expect(
+                            clippy::cast_precision_loss,
+                            reason = "16 bits times a window's samples"
+                        )]
+                        let mean = sum as f64 / (steps * f64::from(count));
+                        let unit = reading.unit().to_owned();
+                        JointReading {
+                            joint,
+                            unit,
+                            mean,
+                            minimum,
+                            maximum,
+                            first,
+                            last,
+                            readings: count.into(),
+                        }
+                    },
+                )
                 .collect()
         };
         Self {
             temperature: values(Reading::Temperature),
             supply_voltage: values(Reading::SupplyVoltage),
             drive_mode: joints_of(Reading::Mode)
-                .map(|(joint, sum)| JointMode { joint, mode: sum.ends[1] })
+                .map(|(joint, sum)| JointMode { joint, mode: sum.first_and_last[1] })
                 .collect(),
             stiffness: values(Reading::Stiffness),
             damping: values(Reading::Damping),
@@ -180,7 +186,7 @@ impl JointReading {
         let Self { joint, mean, minimum, maximum, .. } = self;
         let range =
             if minimum < maximum { format!(" ({minimum} to {maximum})") } else { String::new() };
-        format!("joint {joint} {}{range}", significant(*mean, 3))
+        format!("joint {joint} {}{range}", significant_digits(*mean, 3))
     }
 }
 

@@ -245,7 +245,8 @@ fn urdf(bytes: &[u8]) {
     with_text(bytes, |text| {
         let Some(arm) = message_of(UrdfArm::read(text, None, None)) else { return };
         arm.notes().iter().for_each(|note| said(note));
-        let drives = UrdfDrives { joints: BTreeMap::new(), ..UrdfDrives::assumed(arm.joints()) };
+        let drives =
+            UrdfDrives { joints: BTreeMap::new(), ..UrdfDrives::with_assumed_drives(arm.joints()) };
         robot(arm.to_toml(&drives).as_bytes());
     });
 }
@@ -329,6 +330,6 @@ fn baseline(bytes: &[u8]) {
 
 fn result(bytes: &[u8]) {
     with_file("result.json", bytes, |path| {
-        message_of(StoredModel::read(path, cells()[0].clone()).map(drop));
+        message_of(StoredModel::read_stored_model(path, cells()[0].clone()).map(drop));
     });
 }

@@ -7,7 +7,7 @@ use didim_identification::identification::{ChosenCutoff, ChosenFriction, Estimat
 use indicatif::ProgressBar;
 
 use super::CliError;
-use super::progress::styled;
+use super::progress::style_bar;
 use didim::analysis::identify::{choose_cutoff_from, choose_friction_from};
 use didim::analysis::screening::{FRICTION_LAWS_REMEDY, unlisted_laws};
 use didim::cell::Cell;
@@ -19,19 +19,19 @@ pub(super) struct Choices {
     cutoff: Option<ChosenCutoff>,
     friction: Option<ChosenFriction>,
     /// Parameters of the friction laws that were not in the cell's list, if it has one.
-    added: Vec<String>,
+    added_parameters: Vec<String>,
 }
 
 impl Choices {
     /// Makes the choices that the cell leaves open, and writes them into the cell.
-    pub(super) fn make(
+    pub(super) fn make_choices(
         cell: &mut Cell,
         measurements: &[(&Measurement, Range<usize>)],
         file: &Path,
     ) -> Result<Self, CliError> {
-        let mut choices = Self { cutoff: None, friction: None, added: Vec::new() };
+        let mut choices = Self { cutoff: None, friction: None, added_parameters: Vec::new() };
         if cell.chooses_cutoff {
-            let bar = counting("cut-offs");
+            let bar = trial_counter("cut-offs");
             let chosen = choose_cutoff_from(cell, measurements, || bar.inc(1));
             bar.finish_and_clear();
             let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
@@ -40,15 +40,16 @@ impl Choices {
         }
         // Friction is chosen after the filter, with the motion that the filter passes.
         if cell.chooses_friction {
-            let bar = counting("friction laws");
+            let bar = trial_counter("friction laws");
             let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
             bar.finish_and_clear();
             let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
             let listed = cell.options.parameters.clone().unwrap_or_default();
             let changed = cell.clone().with_friction(chosen.friction.clone());
-            *cell = changed.map_err(CliError::failed)?;
+            *cell = changed.map_err(CliError::from_failure)?;
             let laws = cell.options.parameters.iter().flatten();
-            choices.added = laws.filter(|name| !listed.contains(name)).cloned().collect();
+            choices.added_parameters =
+                laws.filter(|name| !listed.contains(name)).cloned().collect();
             choices.friction = Some(chosen);
         } else if let Some(unlisted) = unlisted_laws(cell) {
             tracing::warn!("{unlisted}; {FRICTION_LAWS_REMEDY}");
@@ -58,14 +59,15 @@ impl Choices {
 
     /// Formats each choice that the cell now has, followed by an empty line.
     pub(super) fn text(&self, cell: &Cell) -> String {
-        let cutoff = self.cutoff.as_ref().map(report::cutoff::choice);
+        let cutoff = self.cutoff.as_ref().map(report::cutoff::cutoff_text);
         let friction = self.friction.as_ref();
-        let friction = friction.map(|of| report::friction::choice(of, cell, &self.added));
+        let friction =
+            friction.map(|of| report::friction::friction_text(of, cell, &self.added_parameters));
         cutoff.into_iter().chain(friction).map(|text| text + "\n").collect()
     }
 
     /// Adds the choices to the result, which needs them for its use.
-    pub(super) fn note_in(&self, estimate: &mut Estimate) {
+    pub(super) fn write_to_cell(&self, estimate: &mut Estimate) {
         if self.friction.is_some() {
             // This note's advice was followed.
             estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
@@ -76,7 +78,7 @@ impl Choices {
 }
 
 /// Counts the trials, on stderr if it is a terminal.
-fn counting(what: &str) -> ProgressBar {
+fn trial_counter(what: &str) -> ProgressBar {
     let template = format!("{{spinner}} {what} tried: {{pos}}  {{elapsed}}");
-    styled(ProgressBar::new_spinner(), &template)
+    style_bar(ProgressBar::new_spinner(), &template)
 }

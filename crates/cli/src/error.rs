@@ -24,17 +24,17 @@ pub enum CliError {
 
 impl CliError {
     /// Creates a failure of the work itself.
-    pub fn failed(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+    pub fn from_failure(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Failed(error.into())
     }
 
     /// Creates a failure caused by the content of a file.
     pub fn in_file(file: &Path, error: impl fmt::Display) -> Self {
-        Self::failed(format!("{}: {error}", file.display()))
+        Self::from_failure(format!("{}: {error}", file.display()))
     }
 
     /// Creates a configuration error.
-    pub fn configuration(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+    pub fn from_configuration(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Configuration(error.into())
     }
 

@@ -10,7 +10,7 @@ use didim_drivers::ethercat::Capture;
 use didim_drivers::source::TextLog;
 
 use super::CliError;
-use super::progress::Working;
+use super::progress::WorkIndicator;
 use super::stream::Input;
 use didim::analysis::read_log;
 use didim::analysis::screening::{LIMITS_REMEDY, check_limits, open_limits, still_joints};
@@ -26,7 +26,7 @@ use didim_formats::{
 #[derive(Debug, Default, Args)]
 pub(super) struct Samples {
     /// Samples per second of a table without a time column
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -39,38 +39,39 @@ pub(super) struct Samples {
 /// A contiguous piece of a file, and the range of its samples that count.
 pub(super) struct Counted {
     pub(super) piece: Piece,
-    pub(super) counted: Range<usize>,
+    pub(super) counted_range: Range<usize>,
     /// Time of the first sample of the file, if it is known.
-    pub(super) recorded: Option<RecordingStart>,
+    pub(super) recording_start: Option<RecordingStart>,
 }
 
 impl Samples {
     /// Reads a file with the cell's rate and selects the samples that count. At least one piece has
     /// some.
     pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
-        let path = input.shown();
-        let reading = Working::start(&format!("reading {}", path.display()));
-        let record = reading.during(|| read_input(input, cell, self.sample_rate))?;
+        let path = input.displayed_path();
+        let reading = WorkIndicator::start(&format!("reading {}", path.display()));
+        let record = reading.show_during(|| read_input(input, cell, self.sample_rate))?;
         for note in record.notes() {
             tracing::warn!("{}: {note}", path.display());
         }
-        for piece in &record.parts {
+        for piece in &record.segments {
             check_rate(&piece.measurement, cell, path)?;
         }
-        let parts = counted([self.from, self.to], cell, record, path)?;
+        let parts = counted_pieces([self.from, self.to], cell, record, path)?;
         if let Some(open) = open_limits(&cell.robot) {
             tracing::warn!("{}: {open}; {LIMITS_REMEDY}", path.display());
         }
-        for Counted { piece, counted, .. } in &parts {
+        for Counted { piece, counted_range: counted, .. } in &parts {
             let beyond =
                 check_limits(&piece.measurement, counted, &cell.robot, cell.screening.limits);
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
                 tracing::warn!("{}: {one}", path.display());
             }
         }
-        if let Some(hint) =
-            standstill(&still_joints(&pairs(&parts), cell.screening.rest), cell.robot.joints())
-        {
+        if let Some(hint) = standstill_text(
+            &still_joints(&measurement_pairs(&parts), cell.screening.rest),
+            cell.robot.joints(),
+        ) {
             tracing::warn!("{}: {hint}", path.display());
         }
         Ok(parts)
@@ -78,10 +79,10 @@ impl Samples {
 
     /// Reads a file like [`Self::read`] and returns only its longest piece.
     pub(super) fn read_longest(&self, input: &Input, cell: &Cell) -> Result<Counted, CliError> {
-        let path = input.shown();
+        let path = input.displayed_path();
         let parts = self.read(input, cell)?;
         let others = parts.len() > 1;
-        let longest = parts.into_iter().max_by_key(|of| of.counted.len());
+        let longest = parts.into_iter().max_by_key(|of| of.counted_range.len());
         let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
         if others {
             let [from, to] = longest.times_s();
@@ -95,31 +96,31 @@ impl Counted {
     /// Returns the times of the first and the last sample that count \[s after the first of the
     /// file\].
     fn times_s(&self) -> [f64; 2] {
-        let Self { piece, counted, .. } = self;
+        let Self { piece, counted_range: counted, .. } = self;
         [counted.start, counted.end - 1].map(|sample| piece.time_s(sample))
     }
 
     /// Describes the part of the file that became rows; the rest is margin for the filters.
-    pub(super) fn what_counted(&self) -> String {
+    pub(super) fn counted_text(&self) -> String {
         let [from, to] = self.times_s();
-        let margins = self.piece.measurement.samples() - self.counted.len();
+        let margins = self.piece.measurement.samples() - self.counted_range.len();
         format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
     }
 
     /// Describes the start of the piece, unless it is the start of the file.
-    pub(super) fn begin(&self) -> String {
+    pub(super) fn recording_begin(&self) -> String {
         let begins_s = self.piece.begins_s;
         if begins_s > 0.0 { format!(" from {begins_s:.3} s") } else { String::new() }
     }
 
     /// Returns the range of samples that a report states.
-    pub(super) fn range(&self) -> SampleRange {
+    pub(super) fn sample_range(&self) -> SampleRange {
         let Piece { begins_s, measurement, .. } = &self.piece;
         SampleRange::Measurement {
-            counted: self.counted.clone(),
+            counted: self.counted_range.clone(),
             rate_hz: measurement.signals.sample_rate_hz,
             begins_s: *begins_s,
-            recorded: self.recorded,
+            recorded: self.recording_start,
             readings: self.readings(),
         }
     }
@@ -128,20 +129,20 @@ impl Counted {
     fn readings(&self) -> DriveReadings {
         let readings = self.piece.readings.iter();
         DriveReadings::from_cycles(
-            readings.filter(|(at, _)| self.counted.contains(at)).map(|(_, of)| of),
+            readings.filter(|(at, _)| self.counted_range.contains(at)).map(|(_, of)| of),
         )
     }
 }
 
 /// Returns the pairs that the identification takes.
-pub(super) fn pairs<'a>(
+pub(super) fn measurement_pairs<'a>(
     parts: impl IntoIterator<Item = &'a Counted>,
 ) -> Vec<(&'a Measurement, Range<usize>)> {
-    parts.into_iter().map(|of| (&of.piece.measurement, of.counted.clone())).collect()
+    parts.into_iter().map(|of| (&of.piece.measurement, of.counted_range.clone())).collect()
 }
 
 /// Explains the consequence of joints that never move; joints count from 1.
-fn standstill(still: &[JointIndex], joints: usize) -> Option<String> {
+fn standstill_text(still: &[JointIndex], joints: usize) -> Option<String> {
     let named: Vec<String> = still.iter().map(ToString::to_string).collect();
     match still {
         [] => None,
@@ -163,7 +164,7 @@ fn standstill(still: &[JointIndex], joints: usize) -> Option<String> {
 }
 
 /// Parses an argument as a positive number.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
     let fits = number.is_finite() && number > 0.0;
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
@@ -171,15 +172,15 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 /// Parses N numbers separated by commas. If there are more or fewer, the error names the expected
 /// input.
-pub(super) fn numbers<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
+pub(super) fn parse_numbers<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     numbers.try_into().map_err(|_| give.to_owned())
 }
 
 /// Parses a point from three numbers separated by commas.
-pub(super) fn centre(text: &str) -> Result<[f64; 3], String> {
-    let numbers: [f64; 3] = numbers(text, "give three numbers, as 0,0,0.05")?;
+pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
+    let numbers: [f64; 3] = parse_numbers(text, "give three numbers, as 0,0,0.05")?;
     match numbers.iter().all(|number| number.is_finite()) {
         true => Ok(numbers),
         false => Err("has to be finite".to_owned()),
@@ -197,7 +198,7 @@ pub(super) fn read_input(
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
-    input.named(read_file(input, cell, sample_rate_hz))
+    input.with_displayed_path(read_file(input, cell, sample_rate_hz))
 }
 
 fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<Record, CliError> {
@@ -206,7 +207,7 @@ fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
     let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
     if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
-        return read_bag(path, spec).map_err(CliError::failed);
+        return read_bag(path, spec).map_err(CliError::from_failure);
     }
     // Without a bus a file can only be a table, unless it has the format of a bus log.
     let has_bus = cell.bus().is_ok();
@@ -220,7 +221,7 @@ fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<
         // A cell without a bus defines the row interval of its tables.
         let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
         return read_table(path, rate_hz, cell.sample_rate_hz(), cell.columns.as_ref())
-            .map_err(CliError::failed);
+            .map_err(CliError::from_failure);
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(
@@ -228,7 +229,7 @@ fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<
                 .into(),
         ));
     }
-    read_log(path, cell).map_err(CliError::failed)
+    read_log(path, cell).map_err(CliError::from_failure)
 }
 
 /// Checks the sample rate. The layout gives the delay of the torque as a fraction of a sample,
@@ -253,13 +254,13 @@ pub(super) fn check_rate(
 
 /// Returns the range of each piece that counts: from `--from` to `--to`, or all but the margins of
 /// the cell's windows. Pieces without such samples are left out.
-fn counted(
+fn counted_pieces(
     [first_s, last_s]: [Option<f64>; 2],
     cell: &Cell,
     record: Record,
     file: &Path,
 ) -> Result<Vec<Counted>, CliError> {
-    let end_s = record.parts.last().map_or(0.0, Piece::ends_s);
+    let end_s = record.segments.last().map_or(0.0, Piece::ends_s);
     for (name, seconds) in [("--from", first_s), ("--to", last_s)] {
         // Displayed times are rounded.
         let last_s = end_s + 0.5 / cell.sample_rate_hz();
@@ -268,9 +269,9 @@ fn counted(
             return Err(CliError::Usage(message));
         }
     }
-    let margins = cell.window.plan(cell.sample_rate_hz()).map_err(CliError::configuration)?;
+    let margins = cell.window.plan(cell.sample_rate_hz()).map_err(CliError::from_configuration)?;
     let ranges: Vec<Range<usize>> = record
-        .parts
+        .segments
         .iter()
         .map(|piece: &Piece| {
             let samples = piece.measurement.samples();
@@ -302,14 +303,18 @@ fn counted(
             begin..end.min(samples)
         })
         .collect();
-    let samples: usize = record.parts.iter().map(|piece| piece.measurement.samples()).sum();
+    let samples: usize = record.segments.iter().map(|piece| piece.measurement.samples()).sum();
     let row = cell.options.decimation_filter.factor;
-    let recorded = record.start;
-    let (parts, first) = (record.parts.len(), ranges.first().cloned().unwrap_or_default());
-    let counted: Vec<Counted> = (record.parts.into_iter().zip(ranges))
+    let recorded = record.recording_start;
+    let (parts, first) = (record.segments.len(), ranges.first().cloned().unwrap_or_default());
+    let counted: Vec<Counted> = (record.segments.into_iter().zip(ranges))
         // If there are several pieces, those too short for a row are left out.
         .filter(|(_, counted)| counted.len() >= if parts > 1 { row } else { 1 })
-        .map(|(piece, counted)| Counted { piece, counted, recorded })
+        .map(|(piece, counted)| Counted {
+            piece,
+            counted_range: counted,
+            recording_start: recorded,
+        })
         .collect();
     check_not_empty([first_s, last_s], file, samples, parts, &first, &counted)?;
     if counted.len() < parts {

@@ -53,7 +53,7 @@ pub fn main() -> ExitCode {
                 return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
             }
             let text = error.render();
-            let coloured = terminal::coloured(&std::io::stdout());
+            let coloured = terminal::has_colours(&std::io::stdout());
             let text = if coloured { text.ansi().to_string() } else { text.to_string() };
             return match output::print(&text) {
                 Ok(()) => ExitCode::SUCCESS,
@@ -76,7 +76,7 @@ pub fn main() -> ExitCode {
     if !arguments.command.handles_signals()
         && let Err(error) = didim::signals::end_on_signal()
     {
-        return CliError::failed(error).report();
+        return CliError::from_failure(error).report();
     }
     match arguments.command.execute() {
         Ok(()) => ExitCode::SUCCESS,
@@ -111,7 +111,7 @@ fn log_to_stderr(usual: LevelFilter) {
         .with_writer(|| progress::ProgressWriter)
         // If stderr is closed or full, the error cannot be reported.
         .log_internal_errors(false)
-        .with_ansi(terminal::coloured(&std::io::stderr()))
+        .with_ansi(terminal::has_colours(&std::io::stderr()))
         .with_target(false);
     tracing_subscriber::registry().with(lines).with(filter).init();
 }

@@ -8,12 +8,12 @@ use didim_identification::identification::Method;
 pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
 
 /// Returns a parser for the name of a method.
-pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
+pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, |method| PossibleValue::new(method.name()).help(method.long_name()))
 }
 
 /// Returns a parser for the name of a model format.
-pub(super) fn formats() -> impl TypedValueParser<Value = Format> {
+pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
     one_of(Format::ALL, |format| PossibleValue::new(format.name()))
 }
 

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::notes::print_note;
-use super::output::number;
+use super::output::count_with_noun;
 use didim::analysis::identify::{LastIdentification, LastWindow};
 use didim::live::worker::{EstimationStatus, Rejection};
 use didim::service::status::Snapshot;
@@ -12,7 +12,7 @@ use didim::service::supervision::{ServiceEnd, ServiceReport};
 ///
 /// # Errors
 /// The pipeline was interrupted, a result was not stored, or there is none.
-pub(super) fn identified(
+pub(super) fn last_identification(
     report: &ServiceReport,
     last: &LastIdentification,
 ) -> Result<LastWindow, CliError> {
@@ -24,7 +24,7 @@ pub(super) fn identified(
     }
     if let Some(status) = &snapshot.estimation {
         if let Some(unstored) = not_stored(status) {
-            return Err(CliError::failed(unstored));
+            return Err(CliError::from_failure(unstored));
         }
         if status.windows_identified > 0 {
             report_rejections(status);
@@ -45,7 +45,7 @@ fn not_stored(status: &EstimationStatus) -> Option<String> {
         |rejected| format!("window {}: {}", rejected.number, rejected.rejection),
     );
     let windows = status.windows_identified + count;
-    Some(format!("{count} of {} not stored; {why}", number(windows, "result")))
+    Some(format!("{count} of {} not stored; {why}", count_with_noun(windows, "result")))
 }
 
 fn report_rejections(status: &EstimationStatus) {
@@ -53,7 +53,7 @@ fn report_rejections(status: &EstimationStatus) {
     if let Some(first) = &status.first_rejection {
         print_note(&format!(
             "didim: {rejected} of {} rejected; the first, window {}: {}\n",
-            number(status.windows_opened, "window"),
+            count_with_noun(status.windows_opened, "window"),
             first.number,
             first.rejection
         ));
@@ -64,7 +64,7 @@ fn report_rejections(status: &EstimationStatus) {
 fn nothing_identified(snapshot: &Snapshot) -> CliError {
     let samples = snapshot.acquisition.as_ref().map_or(0, |bus| bus.samples);
     let rejection = snapshot.estimation.as_ref().and_then(|e| e.last_rejection.as_ref());
-    CliError::failed(match rejection {
+    CliError::from_failure(match rejection {
         Some(rejected) => {
             format!("window {} was not identified: {}", rejected.number, rejected.rejection)
         }

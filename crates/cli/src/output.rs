@@ -12,14 +12,14 @@ use didim::cell::Cell;
 use didim::files::replace;
 use didim::report::figure::torque_figure;
 use didim::report::html::Report;
-use didim::report::panels;
+use didim::report::joint_panels;
 
 /// Writes to stdout. A reader that has closed its end (`didim … | head`) is no failure.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(CliError::failed(error))
+            Err(CliError::from_failure(error))
         }
         _ => Ok(()),
     }
@@ -38,7 +38,7 @@ pub(super) fn write_whole(
             std::io::ErrorKind::Other.into()
         })
     });
-    replaced.map_err(|error| refused.unwrap_or_else(|| not_written(path, &error)))
+    replaced.map_err(|error| refused.unwrap_or_else(|| write_error(path, &error)))
 }
 
 /// Checks the files that a command will write, before any work: the place of each, and that it is
@@ -74,9 +74,9 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    std::fs::read_dir(folder).map_err(|error| not_written(path, &error))?;
+    std::fs::read_dir(folder).map_err(|error| write_error(path, &error))?;
     // A file without a name leaves nothing behind in any case.
-    tempfile::tempfile_in(folder).map(drop).map_err(|error| not_written(path, &error))
+    tempfile::tempfile_in(folder).map(drop).map_err(|error| write_error(path, &error))
 }
 
 /// Checks that a file to be written is not one of the input files.
@@ -94,7 +94,7 @@ fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
     }
 }
 
-fn not_written(path: &Path, error: &std::io::Error) -> CliError {
+fn write_error(path: &Path, error: &std::io::Error) -> CliError {
     // The error of a temporary file has its temporary name, which does not help the user.
     let error =
         error.raw_os_error().map_or_else(|| error.kind().into(), std::io::Error::from_raw_os_error);
@@ -103,7 +103,7 @@ fn not_written(path: &Path, error: &std::io::Error) -> CliError {
 
 /// Writes a text like [`write_whole`].
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::failed))
+    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::from_failure))
 }
 
 /// Writes the figure of measured and predicted torque.
@@ -115,7 +115,8 @@ pub(super) fn write_figure(
     let estimate = &identification.estimate;
     let heading =
         format!("{}: torque, measured and predicted by {}", estimate.robot, estimate.method);
-    let svg = torque_figure(&heading, &panels(identification, &cell.robot), &estimate.convergence);
+    let svg =
+        torque_figure(&heading, &joint_panels(identification, &cell.robot), &estimate.convergence);
     write_text(path, &svg)
 }
 
@@ -130,7 +131,7 @@ pub(super) fn refuses_colour(no_color: Option<&OsStr>) -> bool {
 }
 
 /// Returns a count with its noun: `1 window`, `2 windows`.
-pub(super) fn number(count: impl std::fmt::Display, noun: &str) -> String {
+pub(super) fn count_with_noun(count: impl std::fmt::Display, noun: &str) -> String {
     let count = count.to_string();
     let ending = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{ending}")
@@ -142,7 +143,7 @@ mod tests {
 
     #[test]
     fn one_is_no_plural() {
-        let shown = [0_u64, 1, 2].map(|count| number(count, "window"));
+        let shown = [0_u64, 1, 2].map(|count| count_with_noun(count, "window"));
         assert_eq!(shown, ["0 windows", "1 window", "2 windows"]);
     }
 }

@@ -9,12 +9,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// Bar on the terminal now; other output to the terminal hides it meanwhile.
 static VISIBLE_BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-fn shown() -> MutexGuard<'static, Option<ProgressBar>> {
+fn visible_bar() -> MutexGuard<'static, Option<ProgressBar>> {
     VISIBLE_BAR.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Styles a bar with a template; the bar is hidden if stderr is no terminal.
-pub(super) fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+pub(super) fn style_bar(bar: ProgressBar, template: &str) -> ProgressBar {
     // A template that does not parse would be a mistake in this program; the default style is good
     // enough.
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -29,7 +29,7 @@ pub(super) struct ProgressWriter;
 impl Write for ProgressWriter {
     fn write(&mut self, text: &[u8]) -> std::io::Result<usize> {
         let write = || std::io::stderr().write_all(text).map(|()| text.len());
-        match &*shown() {
+        match &*visible_bar() {
             Some(bar) => bar.suspend(write),
             None => write(),
         }
@@ -42,30 +42,30 @@ impl Write for ProgressWriter {
 
 /// Display of long work and its duration, only on the terminal of standard error. Very short work
 /// shows nothing.
-pub(super) struct Working(ProgressBar);
+pub(super) struct WorkIndicator(ProgressBar);
 
 /// Interval of the spinner.
 const SPINNER_INTERVAL: Duration = Duration::from_millis(200);
 
-impl Working {
+impl WorkIndicator {
     /// Starts the display for a task: `reading drive.log`.
     pub(super) fn start(what: &str) -> Self {
-        let bar = styled(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
+        let bar = style_bar(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
         bar.set_message(what.to_owned());
         bar.enable_steady_tick(SPINNER_INTERVAL);
-        *shown() = Some(bar.clone());
+        *visible_bar() = Some(bar.clone());
         Self(bar)
     }
 
     /// Shows the display during the work.
-    pub(super) fn during<T>(self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn show_during<T>(self, work: impl FnOnce() -> T) -> T {
         work()
     }
 }
 
-impl Drop for Working {
+impl Drop for WorkIndicator {
     fn drop(&mut self) {
-        *shown() = None;
+        *visible_bar() = None;
         self.0.finish_and_clear();
     }
 }

@@ -23,14 +23,14 @@ impl WhichState {
     /// Reads the cell, if its file is given.
     ///
     /// # Errors
-    /// [`CliError::configuration`].
-    pub(super) fn cell(&self) -> Result<Option<Cell>, CliError> {
-        self.cell.as_deref().map(Cell::read).transpose().map_err(CliError::configuration)
+    /// [`CliError::from_configuration`].
+    pub(super) fn read_cell(&self) -> Result<Option<Cell>, CliError> {
+        self.cell.as_deref().map(Cell::read).transpose().map_err(CliError::from_configuration)
     }
 
     /// Returns the folder and the drift options.
     pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
-        let service = self.cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
+        let service = self.read_cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
         Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))
     }
 }

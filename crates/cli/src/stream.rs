@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use didim::report::html::InputFile;
 
 use super::CliError;
-use super::progress::Working;
+use super::progress::WorkIndicator;
 
 /// Name of standard input on the command line.
 const STANDARD_INPUT: &str = "-";
@@ -19,7 +19,7 @@ const MAX_COPY_BYTES: u64 = 4 << 30;
 /// Input file, under any name it was given.
 pub(super) struct Input {
     /// Name shown to people.
-    shown: PathBuf,
+    displayed_path: PathBuf,
     /// The opened file.
     path: PathBuf,
     /// Copy of a stream. It is a file without a name, so nothing remains however this process ends.
@@ -39,17 +39,21 @@ impl Input {
                     file, or redirect one: < FILE";
                 return Err(CliError::Usage(explanation.to_owned()));
             }
-            return Self::copied("standard input".into(), &mut stdin.lock(), MAX_COPY_BYTES);
+            return Self::copy_stream("standard input".into(), &mut stdin.lock(), MAX_COPY_BYTES);
         }
         let is_pipe = std::fs::metadata(source).is_ok_and(|of| of.file_type().is_fifo());
         if !is_pipe {
-            return Ok(Self { shown: source.to_owned(), path: source.to_owned(), copy: None });
+            return Ok(Self {
+                displayed_path: source.to_owned(),
+                path: source.to_owned(),
+                copy: None,
+            });
         }
         let mut pipe = File::open(source).map_err(|error| CliError::in_file(source, error))?;
-        Self::copied(source.to_owned(), &mut pipe, MAX_COPY_BYTES)
+        Self::copy_stream(source.to_owned(), &mut pipe, MAX_COPY_BYTES)
     }
 
-    fn copied(shown: PathBuf, from: &mut dyn Read, most: u64) -> Result<Self, CliError> {
+    fn copy_stream(shown: PathBuf, from: &mut dyn Read, most: u64) -> Result<Self, CliError> {
         let folder = std::env::temp_dir();
         let refused = |error: std::io::Error| {
             let why = format!(
@@ -60,8 +64,8 @@ impl Input {
             CliError::in_file(&shown, why)
         };
         let mut copy = tempfile::tempfile_in(&folder).map_err(refused)?;
-        let copying = Working::start(&format!("copying {}", shown.display()));
-        let copied = copying.during(|| std::io::copy(&mut from.take(most + 1), &mut copy));
+        let copying = WorkIndicator::start(&format!("copying {}", shown.display()));
+        let copied = copying.show_during(|| std::io::copy(&mut from.take(most + 1), &mut copy));
         let length = copied.map_err(refused)?;
         if length > most {
             let why = format!("a stream of more than {} GB; give a file", most >> 30);
@@ -76,7 +80,7 @@ impl Input {
         }
         // Opened again, it is read from its beginning.
         let path = format!("/proc/self/fd/{}", copy.as_raw_fd()).into();
-        Ok(Self { shown, path, copy: Some(copy) })
+        Ok(Self { displayed_path: shown, path, copy: Some(copy) })
     }
 
     /// True if the input came as a stream, whose name gives no information.
@@ -90,27 +94,28 @@ impl Input {
     }
 
     /// Returns the name for people.
-    pub(super) fn shown(&self) -> &Path {
-        &self.shown
+    pub(super) fn displayed_path(&self) -> &Path {
+        &self.displayed_path
     }
 
     /// Replaces the path of the copy in an error by the name for people.
-    pub(super) fn named<T>(&self, of: Result<T, CliError>) -> Result<T, CliError> {
+    pub(super) fn with_displayed_path<T>(&self, of: Result<T, CliError>) -> Result<T, CliError> {
         if !self.is_stream() {
             return of;
         }
-        let (path, shown) = (self.path.display().to_string(), self.shown.display().to_string());
+        let (path, shown) =
+            (self.path.display().to_string(), self.displayed_path.display().to_string());
         of.map_err(|error| match error {
-            CliError::Failed(why) => CliError::failed(why.to_string().replace(&path, &shown)),
+            CliError::Failed(why) => CliError::from_failure(why.to_string().replace(&path, &shown)),
             other => other,
         })
     }
 
     /// Returns the name and SHA-256 of the input, for a report.
-    pub(super) fn provenance(&self) -> Result<InputFile, CliError> {
+    pub(super) fn input_file(&self) -> Result<InputFile, CliError> {
         let read = InputFile::read(&self.path);
-        let read = read.map_err(|error| CliError::in_file(&self.shown, error))?;
-        let name = self.shown.file_name().unwrap_or(self.shown.as_os_str());
+        let read = read.map_err(|error| CliError::in_file(&self.displayed_path, error))?;
+        let name = self.displayed_path.file_name().unwrap_or(self.displayed_path.as_os_str());
         Ok(InputFile { name: name.to_string_lossy().into_owned(), ..read })
     }
 }
@@ -121,20 +126,22 @@ mod tests {
 
     #[test]
     fn a_stream_is_read_as_often_as_wanted_and_leaves_nothing() {
-        let input = Input::copied("x".into(), &mut &b"abc"[..], 3).unwrap();
+        let input = Input::copy_stream("x".into(), &mut &b"abc"[..], 3).unwrap();
         for _ in 0..2 {
             assert_eq!(std::fs::read(input.path()).unwrap(), b"abc");
         }
         assert!(std::fs::metadata(input.path()).unwrap().is_file());
         let error = CliError::in_file(input.path(), "no end");
-        let CliError::Failed(why) = input.named::<()>(Err(error)).unwrap_err() else { panic!() };
+        let CliError::Failed(why) = input.with_displayed_path::<()>(Err(error)).unwrap_err() else {
+            panic!()
+        };
         assert_eq!(why.to_string(), "x: no end");
-        assert_eq!(input.provenance().unwrap().name, "x");
+        assert_eq!(input.input_file().unwrap().name, "x");
     }
 
     #[test]
     fn a_stream_without_end_or_with_nothing_in_it_is_refused() {
-        let why = |from: &mut dyn Read| match Input::copied("x".into(), from, 1 << 20) {
+        let why = |from: &mut dyn Read| match Input::copy_stream("x".into(), from, 1 << 20) {
             Err(CliError::Failed(why)) => why.to_string(),
             _ => panic!(),
         };

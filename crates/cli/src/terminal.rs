@@ -16,24 +16,24 @@ const MIN_WIDTH: usize = 40;
 
 /// Returns the line width for people on standard output.
 pub(super) fn width() -> usize {
-    own_width().unwrap_or(DEFAULT_WIDTH).clamp(MIN_WIDTH, MAX_WIDTH)
+    terminal_width().unwrap_or(DEFAULT_WIDTH).clamp(MIN_WIDTH, MAX_WIDTH)
 }
 
 /// Returns the maximum line width of a table in characters: unlimited if standard output is no
 /// terminal.
 pub(super) fn line() -> usize {
-    own_width().unwrap_or(usize::MAX)
+    terminal_width().unwrap_or(usize::MAX)
 }
 
 /// Returns the width of the terminal on standard output, which no line should exceed.
-fn own_width() -> Option<usize> {
+fn terminal_width() -> Option<usize> {
     let size = rustix::termios::tcgetwinsize(std::io::stdout()).ok()?;
     Some(usize::from(size.ws_col)).filter(|columns| *columns > 0)
 }
 
 /// Returns true if a stream gets colours: a terminal with colours, whose user has not forbidden
 /// them.
-pub(super) fn coloured(stream: &impl IsTerminal) -> bool {
+pub(super) fn has_colours(stream: &impl IsTerminal) -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     stream.is_terminal() && !dumb && !refuses_colour(std::env::var_os("NO_COLOR").as_deref())
 }
@@ -66,13 +66,13 @@ const COLOURED_PHRASES: [(&str, Style); 15] = [
 ///
 /// # Errors
 /// See [`print`].
-pub(super) fn show(text: &str) -> Result<(), CliError> {
-    let fitted = own_width().map(|columns| fitted(text, columns.max(MIN_WIDTH)));
+pub(super) fn print_for_terminal(text: &str) -> Result<(), CliError> {
+    let fitted = terminal_width().map(|columns| wrap_text(text, columns.max(MIN_WIDTH)));
     let text = fitted.as_deref().unwrap_or(text);
-    if coloured(&std::io::stdout()) { print(&painted(text)) } else { print(text) }
+    if has_colours(&std::io::stdout()) { print(&add_colours(text)) } else { print(text) }
 }
 
-fn painted(text: &str) -> String {
+fn add_colours(text: &str) -> String {
     let mut painted = String::new();
     let mut rest = text;
     let mut at_begin = true;
@@ -97,21 +97,21 @@ fn painted(text: &str) -> String {
 
 /// Breaks a text into lines of at most `columns` characters. Longer lines break between words and
 /// continue below their last column, as far as the width allows.
-fn fitted(text: &str, columns: usize) -> String {
+fn wrap_text(text: &str, columns: usize) -> String {
     let mut fitted = String::new();
     for line in text.split_inclusive('\n') {
         let (own, end) = line.strip_suffix('\n').map_or((line, ""), |own| (own, "\n"));
         if own.chars().count() <= columns {
             fitted += own;
         } else {
-            fitted += &broken(own, columns);
+            fitted += &wrap_line(own, columns);
         }
         fitted += end;
     }
     fitted
 }
 
-fn broken(line: &str, columns: usize) -> String {
+fn wrap_line(line: &str, columns: usize) -> String {
     let indent = match line.rfind("  ") {
         Some(at) => line[..at].chars().count() + 2,
         None => 2,
@@ -144,12 +144,12 @@ mod tests {
     fn long_lines_are_broken_between_words_below_their_last_column() {
         let text = "ab\n  key  one two three four five six seven eight nine ten\n";
         let expected = "ab\n  key  one two three four five six seven\n       eight nine ten\n";
-        assert_eq!(fitted(text, 40), expected);
-        assert_eq!(fitted(text, 80), text);
+        assert_eq!(wrap_text(text, 40), expected);
+        assert_eq!(wrap_text(text, 80), text);
         let path = format!("x {}", "y".repeat(60));
-        assert_eq!(fitted(&path, 40), path, "a word is not broken");
+        assert_eq!(wrap_text(&path, 40), path, "a word is not broken");
         let plain = "one two three four five six seven eight nine ten";
-        assert_eq!(fitted(plain, 40), "one two three four five six seven eight\n  nine ten");
+        assert_eq!(wrap_text(plain, 40), "one two three four five six seven eight\n  nine ten");
     }
 
     #[test]
@@ -160,6 +160,6 @@ mod tests {
             "{red}verdict: NOT applicable{end}\n  - no error\n0  7  {red}ALARM{end} \
             fc3\n{red}errors{end}\n"
         );
-        assert_eq!(painted(text), expected);
+        assert_eq!(add_colours(text), expected);
     }
 }

@@ -44,7 +44,7 @@ fn capture(frames: &[Frame]) -> Pcapng {
     for (index, cycle) in (0..=u8::MAX).cycle().zip(frames.chunk_by(|_, next| next.id != sync)) {
         let mut image = vec![0; AXES * (OUTPUTS + INPUTS)];
         for frame in &cycle[1..] {
-            let (id, data) = (frame.id.raw() as usize, frame.data());
+            let (id, data) = (frame.id.number() as usize, frame.data());
             if id < 0x200 {
                 // Network state, position, torque, status word; on the wire the last comes first.
                 let inputs = &mut image[AXES * OUTPUTS + INPUTS * (id - 0x181)..];

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use didim::service::metrics::{Limits, MAX_LABELS, exposition, serve};
+use didim::service::metrics::{Limits, MAX_LABELS, metrics_text, serve};
 use didim::service::status::Snapshot;
 
 const STATUS: &str = include_str!("metrics/status.json");
@@ -30,7 +30,7 @@ fn samples(text: &str) -> BTreeMap<&str, f64> {
 #[test]
 #[allow(clippy::float_cmp, reason = "written and read back exactly")]
 fn a_status_is_reported_in_base_units() {
-    let text = exposition(Some(&snapshot()));
+    let text = metrics_text(Some(&snapshot()));
     let samples = samples(&text);
     for (name, value) in [
         ("didim_up", 1.0),
@@ -78,7 +78,7 @@ fn a_status_is_reported_in_base_units() {
 
 #[test]
 fn every_family_is_described_once_and_named_by_the_rules() {
-    let text = exposition(Some(&snapshot()));
+    let text = metrics_text(Some(&snapshot()));
     let mut kinds = BTreeMap::new();
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
@@ -102,7 +102,7 @@ fn labels_are_bounded() {
     let mut snapshot = snapshot();
     let unused = &mut snapshot.acquisition.as_mut().unwrap().frames_unused;
     unused.extend((0..1000u32).map(|k| (format!("cause{k}"), 1)));
-    let text = exposition(Some(&snapshot));
+    let text = metrics_text(Some(&snapshot));
     let unused_lines = text.lines().filter(|line| line.starts_with("didim_frames_unused_total{"));
     assert_eq!(unused_lines.count(), MAX_LABELS);
 }
@@ -119,7 +119,7 @@ fn promtool_finds_nothing() {
             .stderr(Stdio::piped())
             .spawn();
         let mut promtool = checked.unwrap();
-        let text = exposition(snapshot.as_ref());
+        let text = metrics_text(snapshot.as_ref());
         promtool.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
         let output = promtool.wait_with_output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
@@ -277,7 +277,7 @@ fn a_service_that_is_away_is_reported_and_one_that_comes_is_asked() {
     });
     let metrics = get(address, "/metrics");
     let (_, body) = metrics.split_once("\r\n\r\n").unwrap();
-    assert_eq!(body, exposition(Some(&snapshot())));
+    assert_eq!(body, metrics_text(Some(&snapshot())));
 
     // It stops when asked to.
     let pid = i32::try_from(program.0.id()).unwrap();

@@ -30,7 +30,7 @@ fn motion(robot: &Path) -> Vec<[f64; 5]> {
     let robot = Robot::from_toml(&succeed(&[&"robot", &robot, &"--toml"])).unwrap();
     let model = Model::new(&robot);
     let mut workspace = Workspace::new();
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     (0..4000)
         .map(|k: u32| {
             let t = f64::from(k) / 200.0;

@@ -10,7 +10,7 @@ use didim::analysis::identify::LastIdentification;
 use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::live::worker::TimeOfDay;
-use didim::service::pipeline::{OneRun, acquisition, archiver, estimation};
+use didim::service::pipeline::{OneRun, archiver_options, build_acquisition, build_estimation};
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 use didim_drivers::frame::Frame;
 use didim_drivers::samples::Samples;
@@ -55,10 +55,10 @@ fn live(installation: &Installation, frames: Vec<Frame>, speed: f64) -> ServiceR
     let paths = &run_once.paths;
     let name = [InterfaceName::new("vcan0").unwrap()];
     let (sender, source) = in_process_bus(&name, 4096, WhenFull::Wait);
-    let bus = acquisition(&cell, paths, Box::new(source), Pace::Live).unwrap();
+    let bus = build_acquisition(&cell, paths, Box::new(source), Pace::Live).unwrap();
     assert!(bus.recorder.is_some());
-    let mut work = estimation(&cell, paths, &LastIdentification::default()).unwrap();
-    work.options.archiver = archiver(&cell, paths);
+    let mut work = build_estimation(&cell, paths, &LastIdentification::default()).unwrap();
+    work.options.archiver = archiver_options(&cell, paths);
     // Its stamps begin at 0.
     work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     assert!(work.options.archiver.is_some());
@@ -148,7 +148,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
         archived.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["result-00000000.mcap", "result-00000001.mcap"]);
     for (n, (file, live)) in archived.iter().zip(&live).enumerate() {
-        assert_eq!(McapScan::read(file).unwrap().end, FileEnd::Finished);
+        assert_eq!(McapScan::read(file).unwrap().file_end, FileEnd::Finished);
         let replayed = replay(&cell, file, &format!("replayed-{n}"));
         assert_eq!(replayed, [live.as_str()], "{}", file.display());
         assert_curves_are_of_the_frames(&cell.cell(), file);
@@ -290,7 +290,7 @@ fn a_mode_that_changes_ends_a_window_and_cuts_a_log() {
     let name = [InterfaceName::new("can0").unwrap()];
     let mut writer = CandumpWriter::new(&mut out, &name, StampDigits::Nanoseconds);
     for mut frame in frames.into_iter().take(once.len()) {
-        if (0x381..=0x386).contains(&frame.id.raw()) && frame.stamp_ns < middle_ns {
+        if (0x381..=0x386).contains(&frame.id.number()) && frame.stamp_ns < middle_ns {
             frame.payload[6] = 1;
         }
         writer.write(&frame).unwrap();

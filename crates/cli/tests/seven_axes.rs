@@ -43,7 +43,8 @@ fn urdf() -> String {
     let parameters = robot.parameters().parameters().iter();
     let standard: Vec<f64> = parameters.map(|one| value(one.kind, one.joint.position())).collect();
     let origin = ["A simulated arm.".to_owned()];
-    to_urdf(&ExportModel { robot: &robot, standard: &standard, origin: &origin }).unwrap()
+    to_urdf(&ExportModel { robot: &robot, standard_parameters: &standard, origin: &origin })
+        .unwrap()
 }
 
 /// 40 s of all joints: stamps that jitter by 0.3 ms, noise of 1e-6 rad and 0.2 N·m.
@@ -61,7 +62,7 @@ fn record(folder: &Path) {
     let joints: Vec<&str> =
         names.iter().map(String::as_str).filter(|name| name.starts_with("joint_")).collect();
     let (model, mut workspace) = (Model::new(&robot), Workspace::new());
-    let standard = robot.nominal().unwrap().standard();
+    let standard = robot.nominal().unwrap().standard_parameters();
     // Uniform noise by a linear congruential generator.
     let mut state = 7_u64;
     let mut noise = |size: f64| {

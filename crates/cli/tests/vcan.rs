@@ -317,7 +317,7 @@ fn read_recordings(files: &[PathBuf]) -> Vec<Frame> {
         while let Some(frame) = source.next_frame().unwrap() {
             frames.push(frame);
         }
-        assert_eq!(source.ending(), Some(FileEnd::Finished), "{}", file.display());
+        assert_eq!(source.file_end(), Some(FileEnd::Finished), "{}", file.display());
         assert_eq!(source.counters().queue_drops, 0);
     }
     frames

@@ -21,7 +21,7 @@ pub enum Quantity {
 impl Quantity {
     pub(crate) const ALL: [Self; 3] = [Self::Position, Self::Torque, Self::Reference];
 
-    pub(crate) fn stem(self) -> &'static str {
+    pub(crate) fn column_stem(self) -> &'static str {
         match self {
             Self::Position => "position_rad",
             Self::Torque => "torque_nm",
@@ -33,7 +33,8 @@ impl Quantity {
 /// Columns of one quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisColumns {
-    /// Their name, with [`AXIS`] or [`INDEX`] in place of the number; or one name for each axis.
+    /// Their name, with [`AXIS_PLACEHOLDER`] or [`INDEX_PLACEHOLDER`] in place of the number; or
+    /// one name for each axis.
     pub names: Vec<String>,
     /// SI value of a 1 in each column, its sign included \[rad, m, N·m or N\]; one per axis.
     pub scales: Vec<f64>,

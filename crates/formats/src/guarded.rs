@@ -4,7 +4,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Calls the library. A panic becomes an error with its message.
-pub(crate) fn guarded<T, E>(
+pub(crate) fn catch_panic<T, E>(
     call: impl FnOnce() -> Result<T, E>,
     damaged: impl FnOnce(String) -> E,
 ) -> Result<T, E> {

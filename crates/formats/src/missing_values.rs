@@ -9,16 +9,16 @@ pub struct MissingValues {
     /// Number of rows with missing values.
     pub missing: usize,
     /// Number of all rows.
-    pub of: usize,
+    pub total: usize,
     /// `rows` or `messages`.
-    pub what: &'static str,
+    pub row_kind: &'static str,
     /// The first of them, in words.
-    pub first: String,
+    pub first_missing: String,
 }
 
 impl fmt::Display for MissingValues {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { missing, of, what, first } = self;
+        let Self { missing, total: of, row_kind: what, first_missing: first } = self;
         write!(f, "{missing} of {of} {what} lack a value, the first {first}; they are no samples")
     }
 }
@@ -29,9 +29,9 @@ pub(crate) struct CompleteRows {
     /// Their numbers, from 0.
     pub(crate) rows: Vec<usize>,
     /// Number of all rows.
-    pub(crate) of: usize,
+    pub(crate) total: usize,
     /// The first incomplete row, and the column of its missing value.
-    pub(crate) first: (usize, usize),
+    pub(crate) first_incomplete: (usize, usize),
 }
 
 impl CompleteRows {
@@ -43,11 +43,11 @@ impl CompleteRows {
         let row_count = columns.iter().map(Vec::len).max().unwrap_or_default();
         let first = (0..row_count).find_map(|row| Some((row, lacks(row)?)))?;
         let rows = (0..row_count).filter(|row| lacks(*row).is_none()).collect();
-        Some(Self { rows, of: row_count, first })
+        Some(Self { rows, total: row_count, first_incomplete: first })
     }
 
     /// Removes the incomplete rows from a column.
-    pub(crate) fn keep(&self, column: &mut Vec<f64>) {
+    pub(crate) fn retain_complete(&self, column: &mut Vec<f64>) {
         if !column.is_empty() {
             *column = self.rows.iter().map(|row| column[*row]).collect();
         }
@@ -60,7 +60,7 @@ pub struct DisjointColumns {
     /// The columns, each with its number of values.
     pub columns: [(String, usize); 2],
     /// Number of rows in which both have a value.
-    pub together: usize,
+    pub common_rows: usize,
 }
 
 impl DisjointColumns {
@@ -77,7 +77,7 @@ impl DisjointColumns {
         let (other, other_name) = others.min_by_key(|(column, _)| together(column))?;
         Some(Self {
             columns: [(name.clone(), values(fewest)), (other_name.clone(), values(other))],
-            together: together(other),
+            common_rows: together(other),
         })
     }
 }
@@ -88,7 +88,7 @@ impl fmt::Display for DisjointColumns {
         write!(
             f,
             "column `{one}` has {ones} values and `{other}` {others}, {} of them in the same rows",
-            self.together
+            self.common_rows
         )
     }
 }

@@ -47,40 +47,40 @@ impl Piece {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// The pieces in their order; at least one.
-    pub parts: Vec<Piece>,
+    pub segments: Vec<Piece>,
     /// Changes made for a uniform grid.
     pub resampled: Resampled,
     /// Rows left out because they lack a value.
     pub missing_values: Option<MissingValues>,
     /// When its first sample was recorded, where its stamps say so.
-    pub start: Option<RecordingStart>,
+    pub recording_start: Option<RecordingStart>,
 }
 
 impl Record {
-    pub(crate) fn resampled(
+    pub(crate) fn from_uniform(
         (parts, resampled): (Vec<Uniform>, Resampled),
         measurement: impl Fn(Vec<Vec<f64>>) -> Measurement,
     ) -> Self {
         let piece = |Uniform { begins_s, columns }| Piece::new(begins_s, measurement(columns));
         let part_list = parts.into_iter().map(piece).collect();
-        Self { parts: part_list, resampled, missing_values: None, start: None }
+        Self { segments: part_list, resampled, missing_values: None, recording_start: None }
     }
 
-    pub(crate) fn starting(self, start: Option<RecordingStart>) -> Self {
-        Self { start, ..self }
+    pub(crate) fn with_start(self, start: Option<RecordingStart>) -> Self {
+        Self { recording_start: start, ..self }
     }
 
     /// All of it, where nothing is missing.
     pub fn into_whole(mut self) -> Option<Measurement> {
-        let last = self.parts.pop();
-        last.filter(|_| self.parts.is_empty()).map(|piece| piece.measurement)
+        let last = self.segments.pop();
+        last.filter(|_| self.segments.is_empty()).map(|piece| piece.measurement)
     }
 
     /// Returns notes for the reader, if there are any.
     pub fn notes(&self) -> Vec<String> {
         let missing_values = self.missing_values.as_ref().map(ToString::to_string);
         let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
-        let cut = (self.parts.len() > 1).then(|| Cut(&self.parts).to_string());
+        let cut = (self.segments.len() > 1).then(|| Cut(&self.segments).to_string());
         missing_values.into_iter().chain(resampled).chain(cut).collect()
     }
 }
@@ -89,7 +89,12 @@ impl From<Measurement> for Record {
     /// One whole piece.
     fn from(measurement: Measurement) -> Self {
         let parts = vec![Piece::new(0.0, measurement)];
-        Self { parts, resampled: Resampled::default(), missing_values: None, start: None }
+        Self {
+            segments: parts,
+            resampled: Resampled::default(),
+            missing_values: None,
+            recording_start: None,
+        }
     }
 }
 

@@ -31,14 +31,14 @@ impl RecordingStart {
     }
 
     /// For people: `2026-11-22 07:17:29.250 UTC`, or that it is not known.
-    pub fn shown(start: Option<Self>) -> String {
+    pub fn display_text(start: Option<Self>) -> String {
         let text = |start: Self| start.to_string().replace('T', " ").replace('Z', " UTC");
         start.map_or_else(|| "not known".to_owned(), text)
     }
 
     /// For tables, to the minute: `2026-11-22 07:17`, or that it is not known.
     pub fn minute(start: Option<Self>) -> String {
-        Self::shown(start).chars().take("2026-11-22 07:17".len()).collect()
+        Self::display_text(start).chars().take("2026-11-22 07:17".len()).collect()
     }
 
     fn system_time(self) -> SystemTime {
@@ -97,7 +97,7 @@ mod tests {
             assert_eq!(text.parse(), Ok(start));
         }
         let start = RecordingStart::of_unix_ns(second_ns + 250_000_000);
-        assert_eq!(RecordingStart::shown(start), "2026-11-22 07:17:29.250 UTC");
+        assert_eq!(RecordingStart::display_text(start), "2026-11-22 07:17:29.250 UTC");
         assert_eq!(RecordingStart::minute(start), "2026-11-22 07:17");
     }
 
@@ -108,7 +108,7 @@ mod tests {
             assert_eq!(RecordingStart::of_unix_ns(ns), None, "{ns}");
         }
         assert!(RecordingStart::of_unix_ns(946_684_800_000_000_000).is_some());
-        assert_eq!(RecordingStart::shown(None), "not known");
+        assert_eq!(RecordingStart::display_text(None), "not known");
         assert_eq!(RecordingStart::minute(None), "not known");
         for bad in ["yesterday", "1970-01-01T00:00:00Z", "2026-13-01T00:00:00Z"] {
             assert!(bad.parse::<RecordingStart>().is_err(), "{bad}");

@@ -88,15 +88,15 @@ pub struct Resampled {
     /// At most \[s\].
     pub largest_s: f64,
     /// Rows that repeated the previous one, or came right behind it.
-    pub repeated: usize,
+    pub repeated_rows: usize,
     /// Rows that are missing alone, and are interpolated.
-    pub alone: usize,
+    pub interpolated_rows: usize,
 }
 
 impl Resampled {
     /// True if all rows were on the grid.
     pub fn is_nothing(&self) -> bool {
-        self.largest_s < ON_GRID_S && self.repeated == 0 && self.alone == 0
+        self.largest_s < ON_GRID_S && self.repeated_rows == 0 && self.interpolated_rows == 0
     }
 }
 
@@ -108,15 +108,15 @@ impl fmt::Display for Resampled {
             "the times are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms \
             at most; the signals are resampled"
         )?;
-        if self.repeated > 0 {
+        if self.repeated_rows > 0 {
             write!(
                 f,
                 "; {} rows repeat the one before or come right behind it, and are left out",
-                self.repeated
+                self.repeated_rows
             )?;
         }
-        if self.alone > 0 {
-            write!(f, "; {} rows that are missing alone are interpolated", self.alone)?;
+        if self.interpolated_rows > 0 {
+            write!(f, "; {} rows that are missing alone are interpolated", self.interpolated_rows)?;
         }
         Ok(())
     }
@@ -149,7 +149,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     }
     if let Some(row) = (1..rows.times_s.len()).find(|row: &usize| {
         let step = rows.times_s[*row] - rows.times_s[*row - 1];
-        step < 0.0 || (step <= 0.0 && rows.changed(*row) > 0)
+        step < 0.0 || (step <= 0.0 && rows.changed_columns(*row) > 0)
     }) {
         return Err(TimesError::Backwards { time_s: rows.times_s[row] - first_s, row: row + 1 });
     }
@@ -185,18 +185,21 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
             let times = &times_s[piece.clone()];
             let columns: Vec<&[f64]> =
                 columns.iter().map(|column| &column[piece.clone()]).collect();
-            let columns = interpolated(times, &columns, period_s, &mut off);
+            let columns = interpolate_columns(times, &columns, period_s, &mut off);
             Uniform { begins_s: times[0] - first_s, columns }
         })
         .collect();
     let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
-    Ok((part_list, Resampled { rms_s, largest_s, repeated, alone }))
+    Ok((
+        part_list,
+        Resampled { rms_s, largest_s, repeated_rows: repeated, interpolated_rows: alone },
+    ))
 }
 
 impl Rows {
     /// Returns the number of columns in which a row differs from the previous one.
     #[expect(clippy::float_cmp, reason = "what was sent again is the same to the bit")]
-    fn changed(&self, row: usize) -> usize {
+    fn changed_columns(&self, row: usize) -> usize {
         self.columns.iter().filter(|column| column[row] != column[row - 1]).count()
     }
 }
@@ -206,9 +209,9 @@ impl Rows {
 /// next. Returns their number as well.
 fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
     let (count, times_s) = (rows.times_s.len(), &rows.times_s);
-    let moves = |row: usize| 2 * rows.changed(row) > rows.columns.len();
+    let moves = |row: usize| 2 * rows.changed_columns(row) > rows.columns.len();
     let repeats = |row: usize| -> bool {
-        if row == 0 || rows.changed(row) > 0 {
+        if row == 0 || rows.changed_columns(row) > 0 {
             return false;
         }
         let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
@@ -238,24 +241,29 @@ fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
 /// Deviation of times from the grid.
 #[derive(Default)]
 struct Off {
-    squares: f64,
+    sum_of_squares: f64,
     count: f64,
     largest_s: f64,
 }
 
 impl Off {
     fn add(&mut self, off_s: f64) {
-        self.squares += off_s * off_s;
+        self.sum_of_squares += off_s * off_s;
         self.count += 1.0;
         self.largest_s = self.largest_s.max(off_s);
     }
 
     fn rms_s(&self) -> f64 {
-        (self.squares / self.count).sqrt()
+        (self.sum_of_squares / self.count).sqrt()
     }
 }
 
-fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off) -> Vec<Vec<f64>> {
+fn interpolate_columns(
+    times: &[f64],
+    columns: &[&[f64]],
+    period_s: f64,
+    off: &mut Off,
+) -> Vec<Vec<f64>> {
     let (start, end) = (times[0], times[times.len() - 1]);
     #[expect(
         clippy::cast_possible_truncation,
@@ -273,7 +281,7 @@ fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off)
         }
         off.add((times[next] - time).abs().min((times[next + 1] - time).abs()));
         let first = next.saturating_sub(1).min(times.len() - MIN_CUBIC_POINTS);
-        let weights = cubic(&times[first..first + MIN_CUBIC_POINTS], time);
+        let weights = cubic_weights(&times[first..first + MIN_CUBIC_POINTS], time);
         for (on_grid, column) in on_grid.iter_mut().zip(columns) {
             let near = column[first..first + MIN_CUBIC_POINTS].iter().zip(weights);
             on_grid.push(near.map(|(value, weight)| weight * value).sum());
@@ -283,7 +291,7 @@ fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off)
 }
 
 /// Returns the weights of four points in the cubic through them (Lagrange).
-fn cubic(times: &[f64], time: f64) -> [f64; MIN_CUBIC_POINTS] {
+fn cubic_weights(times: &[f64], time: f64) -> [f64; MIN_CUBIC_POINTS] {
     core::array::from_fn(|k| {
         let others = times.iter().enumerate().filter(|(other, _)| *other != k);
         others.map(|(_, other)| (time - other) / (times[k] - other)).product()
@@ -344,17 +352,17 @@ mod tests {
             column[20] = column[19];
         }
         let (parts, resampled) = resample(moving, 100.0).unwrap();
-        assert_eq!(resampled.repeated, 1);
+        assert_eq!(resampled.repeated_rows, 1);
         assert!((parts[0].columns[0][20] - (3.0 * parts[0].columns[1][20]).sin()).abs() < 1e-6);
         let mut resting = rows(0..50);
         resting.columns.iter_mut().for_each(|column| column.fill(1.0));
-        assert_eq!(resample(resting, 100.0).unwrap().1.repeated, 0);
+        assert_eq!(resample(resting, 100.0).unwrap().1.repeated_rows, 0);
     }
 
     #[test]
     fn one_missing_row_is_counted_and_one_right_behind_another_is_left_out() {
         let (parts, resampled) = resample(rows((0..100).filter(|k| *k != 40)), 100.0).unwrap();
-        assert_eq!((parts.len(), resampled.alone), (1, 1));
+        assert_eq!((parts.len(), resampled.interpolated_rows), (1, 1));
         assert!(resampled.to_string().contains("1 rows that are missing alone are interpolated"));
         // A microsecond behind, and off by noise: a cubic through both would leave the limits.
         let mut behind = rows(0..100);
@@ -364,7 +372,7 @@ mod tests {
             column.insert(51, column[50] + off);
         }
         let (parts, resampled) = resample(behind, 100.0).unwrap();
-        assert_eq!(resampled.repeated, 1);
+        assert_eq!(resampled.repeated_rows, 1);
         for (sine, time) in parts[0].columns[0].iter().zip(&parts[0].columns[1]) {
             assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
         }

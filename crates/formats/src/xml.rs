@@ -1,7 +1,7 @@
 //! Text within XML.
 
 /// A text within quotes.
-pub(crate) fn escaped(text: &str) -> String {
+pub(crate) fn escape_attribute(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 

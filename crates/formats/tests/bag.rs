@@ -28,7 +28,7 @@ fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
     let spec = spec(&["b", "c", "a"]);
     for name in ["bag_none.mcap", "bag_lz4.mcap", "bag_zstd.mcap"] {
         let record = read_bag(&golden(name), &spec).unwrap();
-        let start = RecordingStart::shown(record.start);
+        let start = RecordingStart::display_text(record.recording_start);
         assert!(
             start.starts_with("2023-11-14 22:13:20.00") || start.ends_with(":19.999 UTC"),
             "{start}"
@@ -38,7 +38,9 @@ fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
             said.contains("1 rows repeat") && said.contains("2 whole pieces: 0.000 to 1.4"),
             "{said}"
         );
-        let [Piece { measurement, .. }, rest] = record.parts.as_slice() else { panic!("{said}") };
+        let [Piece { measurement, .. }, rest] = record.segments.as_slice() else {
+            panic!("{said}")
+        };
         assert!((rest.begins_s - 1.55).abs() < 0.02 && rest.measurement.samples() > 30, "{said}");
         assert!((3e-4..1e-3).contains(&resampled.rms_s) && resampled.largest_s < 2.1e-3, "{said}");
         assert_eq!((measurement.axes(), measurement.samples()), (3, 150));
@@ -61,13 +63,13 @@ fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
     // When they were recorded is 5 ms later throughout.
     let by_log = BagSpec { time: BagTime::Log, ..spec.clone() };
     let record = read_bag(&golden("bag_none.mcap"), &by_log).unwrap();
-    let start = RecordingStart::shown(record.start);
+    let start = RecordingStart::display_text(record.recording_start);
     assert!(start.starts_with("2023-11-14 22:13:20.00"), "{start}");
-    assert_eq!(record.parts[0].measurement.samples(), 150);
+    assert_eq!(record.segments[0].measurement.samples(), 150);
     let rows = BagSpec { time: BagTime::Rows, ..spec };
     let record = read_bag(&golden("bag_none.mcap"), &rows).unwrap();
-    assert_eq!(record.start, None);
-    let all_recorded = &record.parts[0].measurement;
+    assert_eq!(record.recording_start, None);
+    let all_recorded = &record.segments[0].measurement;
     assert_eq!((all_recorded.samples(), all_recorded.rate_unchecked), (196, true));
 }
 
@@ -97,7 +99,7 @@ fn what_is_wrong_with_a_bag_is_said() {
     assert!(said(folder.path(), &abc).contains("there is no .mcap file in it"));
     // A split bag is read whole, and not without one of its files.
     fs::copy(&bag, path_of("drive_0.mcap")).unwrap();
-    assert_eq!(read_bag(folder.path(), &abc).unwrap().parts[0].measurement.samples(), 150);
+    assert_eq!(read_bag(folder.path(), &abc).unwrap().segments[0].measurement.samples(), 150);
     fs::copy(&bag, path_of("drive_2.mcap")).unwrap();
     assert!(said(folder.path(), &abc).contains("file number 1 of the split bag is missing"));
     fs::rename(path_of("drive_2.mcap"), path_of("drive_1.mcap")).unwrap();
@@ -172,7 +174,7 @@ fn efforts_that_lack_in_all_messages_are_an_error_and_in_some_a_loss() {
     for time in [BagTime::Header, BagTime::Rows] {
         let record: Record = read(time).unwrap();
         let lengths: Vec<usize> =
-            record.parts.iter().map(|piece| piece.measurement.samples()).collect();
+            record.segments.iter().map(|piece| piece.measurement.samples()).collect();
         assert_eq!(lengths, [190, 195]);
         let said = record.notes().join("; ");
         assert!(

@@ -103,8 +103,8 @@ fn check(robot: &Robot, standard: &[f64]) {
     let model = CodeModel {
         robot,
         base: &base,
-        standard,
-        identified: &identified,
+        standard_parameters: standard,
+        identified_names: &identified,
         covariance: &covariance,
         origin: &origin,
     };
@@ -210,7 +210,7 @@ fn robot(file: &str) -> Robot {
 #[test]
 fn generated_code_of_the_tx40_is_the_library() {
     let robot = robot("tx40.toml");
-    let standard = robot.nominal().unwrap().standard().to_vec();
+    let standard = robot.nominal().unwrap().standard_parameters().to_vec();
     check(&robot, &standard);
 }
 
@@ -274,15 +274,15 @@ offset = false
 fn what_cannot_be_code_is_refused() {
     let robot = robot("tx40.toml");
     let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
-    let standard = robot.nominal().unwrap().standard().to_vec();
+    let standard = robot.nominal().unwrap().standard_parameters().to_vec();
     let name = base.names()[0].as_str();
     let full_covariance = DMatrix::from_element(1, 1, 1.0);
     let names = [name];
     let model = CodeModel {
         robot: &robot,
         base: &base,
-        standard: &standard,
-        identified: &names,
+        standard_parameters: &standard,
+        identified_names: &names,
         covariance: &full_covariance,
         origin: &[],
     };
@@ -296,5 +296,8 @@ fn what_cannot_be_code_is_refused() {
     let negative = DMatrix::from_element(1, 1, -1.0);
     assert_eq!(to_c(CodeModel { covariance: &negative, ..model }), Err(CodeError::Covariance));
     let unknown = ["zz9"];
-    assert_eq!(to_rust(CodeModel { identified: &unknown, ..model }), Err(CodeError::Identified));
+    assert_eq!(
+        to_rust(CodeModel { identified_names: &unknown, ..model }),
+        Err(CodeError::Identified)
+    );
 }

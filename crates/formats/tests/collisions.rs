@@ -9,7 +9,7 @@ use didim_identification::excitation::Shapes;
 fn arm() -> Robot {
     let arm = UrdfArm::read(include_str!("golden/collisions.urdf"), None, None).unwrap();
     assert!(arm.unread_shapes().is_empty());
-    Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(arm.joints()))).unwrap()
+    Robot::from_toml(&arm.to_toml(&UrdfDrives::with_assumed_drives(arm.joints()))).unwrap()
 }
 
 /// How many postures of a table collide, and how many of these are missed. All gaps have to be
@@ -18,12 +18,12 @@ fn missed(table: &str) -> [usize; 2] {
     let robot = arm();
     let (shapes, model) = (Shapes::new(&robot, None).unwrap(), Model::new(&robot));
     assert!(shapes.always_near.is_empty(), "{:?}", shapes.always_near);
-    assert!(shapes.shapeless.is_empty());
+    assert!(shapes.links_without_shape.is_empty());
     let mut counts = [0; 2];
     for line in table.lines() {
         let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
         let [q @ .., of_shapes, of_capsules] = &numbers[..] else { panic!("{line}") };
-        let gap_m = shapes.nearest(&model, q).unwrap().gap_m;
+        let gap_m = shapes.narrowest_gap(&model, q).unwrap().gap_m;
         // Coal ends its iteration at 1 µm; of capsules that overlap it may say less than how far.
         let same =
             if *of_capsules > 0.0 { (gap_m - of_capsules).abs() < 5e-6 } else { gap_m < 5e-6 };
@@ -67,7 +67,7 @@ fn what_is_not_read_is_named() {
     ] {
         let arm = UrdfArm::read(&text.replacen(from, to, 1), None, None).unwrap();
         assert_eq!(arm.unread_shapes(), [format!("l{link}")], "{to}");
-        let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(6))).unwrap();
-        assert_eq!(Shapes::new(&robot, None).unwrap().shapeless, [link]);
+        let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::with_assumed_drives(6))).unwrap();
+        assert_eq!(Shapes::new(&robot, None).unwrap().links_without_shape, [link]);
     }
 }

@@ -115,14 +115,14 @@ fn a_new_urdf_has_the_torques_of_the_robot() {
         let robot = robot.with_sign_model(didim_dynamics::robot::SignModel::Sign);
         let standard = standard(&robot, &mut random);
         let origin = ["An arm -- of a test.".to_owned()];
-        let model = ExportModel { robot: &robot, standard: &standard, origin: &origin };
+        let model = ExportModel { robot: &robot, standard_parameters: &standard, origin: &origin };
         let urdf = to_urdf(&model).unwrap();
         assert!(urdf.contains("An arm - - of a test."));
         let arm =
             UrdfArm::read(&urdf, None, None).unwrap_or_else(|error| panic!("{error}\n{urdf}"));
         let read = bodies_alone(&arm);
         let held_kinds = as_urdf_holds(&robot, &standard);
-        let nominal = read.nominal().unwrap().standard();
+        let nominal = read.nominal().unwrap().standard_parameters();
         let worst = difference((&robot, &held_kinds), (&read, nominal), &mut random);
         assert!(worst < 1e-12, "{}: {worst}", robot.name());
         for (own, other) in robot.limits().zip(read.limits()) {
@@ -146,10 +146,10 @@ fn every_robot_file_takes_new_nominal_values() {
         let text = fs::read_to_string(file.unwrap().path()).unwrap();
         let robot = Robot::from_toml(&text).unwrap();
         let standard = standard(&robot, &mut random);
-        let model = ExportModel { robot: &robot, standard: &standard, origin: &[] };
+        let model = ExportModel { robot: &robot, standard_parameters: &standard, origin: &[] };
         let written = to_robot_file(&model, &text).unwrap();
         let again = Robot::from_toml(&written).unwrap_or_else(|error| panic!("{error}\n{written}"));
-        assert_eq!(again.nominal().unwrap().standard(), standard, "{}", robot.name());
+        assert_eq!(again.nominal().unwrap().standard_parameters(), standard, "{}", robot.name());
         let worst = difference((&robot, &standard), (&again, &standard), &mut random);
         assert!(worst < 1e-15, "{}: {worst}", robot.name());
         files += 1;
@@ -178,7 +178,7 @@ fn a_file_of_ones_own_has_the_new_bodies() {
             usize::from(read.notes().iter().any(|note| matches!(note, UrdfNote::HeldStill { .. })));
         let n = read.joints();
         let drive = bodies_alone(&read);
-        let nominal = drive.nominal().unwrap().standard().to_vec();
+        let nominal = drive.nominal().unwrap().standard_parameters().to_vec();
         let parameters = drive.parameters().parameters();
         let width = parameters.len() / n;
         // Heavier than all that is held still.
@@ -205,7 +205,7 @@ fn a_file_of_ones_own_has_the_new_bodies() {
                 values.link_bodies[joint].parameters().into_iter().chain(drive)
             })
             .collect();
-        let nominal = again.nominal().unwrap().standard();
+        let nominal = again.nominal().unwrap().standard_parameters();
         assert_eq!(nominal.len(), wanted.len());
         for (found, wanted) in nominal.iter().zip(&wanted) {
             assert!((found - wanted).abs() < 1e-11 * (1.0 + wanted.abs()), "{found} {wanted}");
@@ -352,10 +352,10 @@ fn a_robot_file_has_the_new_values_and_all_else() {
     let robot = Robot::from_toml(&text).unwrap();
     let standard = standard(&robot, &mut Random(3));
     let origin = ["From a test.".to_owned()];
-    let model = ExportModel { robot: &robot, standard: &standard, origin: &origin };
+    let model = ExportModel { robot: &robot, standard_parameters: &standard, origin: &origin };
     let written = to_robot_file(&model, &text).unwrap();
     let read = Robot::from_toml(&written).unwrap();
-    assert_eq!(read.nominal().unwrap().standard(), standard);
+    assert_eq!(read.nominal().unwrap().standard_parameters(), standard);
     assert_eq!(read.chain(), robot.chain());
     assert!(written.starts_with("# From a test.\n"));
     let dos = to_robot_file(&model, &text.replace('\n', "\r\n")).unwrap();
@@ -369,7 +369,7 @@ fn a_robot_file_has_the_new_values_and_all_else() {
     let laws = vec![robot.own_friction()[0].with_law(FrictionLaw::Quadratic); 6];
     let other = robot.clone().with_friction(laws);
     let values = self::standard(&other, &mut Random(4));
-    let model = ExportModel { robot: &other, standard: &values, origin: &[] };
+    let model = ExportModel { robot: &other, standard_parameters: &values, origin: &[] };
     let remarks = [WRITTEN_BY.to_owned(), "And more.".to_owned()];
     let model = ExportModel { origin: &remarks, ..model };
     let first = to_robot_file(&model, &text).unwrap();
@@ -382,7 +382,7 @@ fn a_robot_file_has_the_new_values_and_all_else() {
 fn what_cannot_be_exported_is_refused_or_listed() {
     let robot = Robot::from_toml(&robot_text("tx40.toml")).unwrap();
     let mut values = standard(&robot, &mut Random(3));
-    let model = ExportModel { robot: &robot, standard: &values, origin: &[] };
+    let model = ExportModel { robot: &robot, standard_parameters: &values, origin: &[] };
     let omitted = LeftOut::list(&model, Holder::Urdf);
     let names = |remaining: &[LeftOut]| {
         remaining.iter().filter_map(|of| of.name.clone()).collect::<Vec<_>>().join(" ")
@@ -402,12 +402,12 @@ fn what_cannot_be_exported_is_refused_or_listed() {
     let spring =
         "[[joint]]\nknown_torque = { position_deg = [-180.0, 180.0], torque_nm = [30.0, -30.0] }";
     let sprung = Robot::from_toml(&text.replacen("[[joint]]", spring, 1)).unwrap();
-    let sprung = ExportModel { robot: &sprung, standard: &values, origin: &[] };
+    let sprung = ExportModel { robot: &sprung, standard_parameters: &values, origin: &[] };
     let omitted = LeftOut::list(&sprung, Holder::Parameters);
     let loaded = vec![robot.own_friction()[0].with_law(FrictionLaw::Load); 6];
     let loaded = robot.clone().with_friction(loaded);
     let with_loads = standard(&loaded, &mut Random(5));
-    let loaded = ExportModel { robot: &loaded, standard: &with_loads, origin: &[] };
+    let loaded = ExportModel { robot: &loaded, standard_parameters: &with_loads, origin: &[] };
     for (holder, listed) in [(Holder::Urdf, 6), (Holder::Mjcf, 6), (Holder::Parameters, 0)] {
         let omitted = LeftOut::list(&loaded, holder);
         let by_load =
@@ -427,14 +427,14 @@ fn what_cannot_be_exported_is_refused_or_listed() {
 
     let column = |kind, joint| robot.parameters().column(kind, joint).unwrap();
     values[column(ParameterKind::FvMotor, JointIndex::new(5))] = 3.0;
-    let model = ExportModel { robot: &robot, standard: &values, origin: &[] };
+    let model = ExportModel { robot: &robot, standard_parameters: &values, origin: &[] };
     let refused = to_mjcf(&model).unwrap_err();
     assert!(
         matches!(refused, ExportError::Negative { joint, .. } if joint.position() == 4),
         "{refused}"
     );
     values[column(ParameterKind::M, JointIndex::new(2))] = -1.0;
-    let model = ExportModel { robot: &robot, standard: &values, origin: &[] };
+    let model = ExportModel { robot: &robot, standard_parameters: &values, origin: &[] };
     assert_eq!(to_urdf(&model), Err(ExportError::NoBody { link: 3 }));
     assert_eq!(to_matlab(&model, "arm"), Err(ExportError::NoBody { link: 3 }));
 }
@@ -463,7 +463,7 @@ fn exported_files_are_those_that_other_programs_have_read() {
         let mut random = Random(29);
         let standard = standard(&robot, &mut random);
         let origin = ["Bodies of chance.".to_owned()];
-        let model = ExportModel { robot: &robot, standard: &standard, origin: &origin };
+        let model = ExportModel { robot: &robot, standard_parameters: &standard, origin: &origin };
         let files = [
             ("urdf", to_urdf(&model).unwrap()),
             ("mjcf", to_mjcf(&model).unwrap()),

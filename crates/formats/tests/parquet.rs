@@ -49,7 +49,10 @@ fn a_table_is_the_same_in_text_and_in_parquet_whichever_program_wrote_it() {
     assert_eq!((measurement.samples(), measurement.signals.sample_rate_hz.round()), (120, 250.0));
     // didim's own columns are known by their names.
     let names = list_table(&file("own")).unwrap();
-    assert_eq!((names.own, names.seconds), (Some((Side::Joint, true)), vec![None; 3]));
+    assert_eq!(
+        (names.own_format, names.seconds_per_unit),
+        (Some((Side::Joint, true)), vec![None; 3])
+    );
     let own_measurement =
         read_table(&file("own"), None, 250.0, None).unwrap().into_whole().unwrap();
     assert_eq!(
@@ -66,7 +69,7 @@ fn types_show_units_of_times_and_how_numbers_are_stored() {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= most), "{a:?} {b:?}");
     }
     for (name, second) in [("stamps_ms", 1e-3), ("stamps_us", 1e-6), ("stamps_ns", 1e-9)] {
-        assert_eq!(list_table(&file(name)).unwrap().seconds[0], Some(second));
+        assert_eq!(list_table(&file(name)).unwrap().seconds_per_unit[0], Some(second));
         let table = rows(&file(name), &columns(second)).unwrap();
         near(table.time.as_ref().unwrap(), text.time.as_ref().unwrap(), 1e-15);
         for (quantity, most) in [(0, 6e-8), (1, 4e-7)] {
@@ -145,7 +148,7 @@ fn rows_that_lack_a_value_are_left_out_alike_in_text_and_in_parquet() {
     .unwrap();
     let [text, parquet] = [path, file("other")]
         .map(|path| read_table(&path, Some(250.0), 250.0, Some(&columns(1e-3))).unwrap());
-    assert_eq!((&parquet.parts, parquet.resampled), (&text.parts, text.resampled));
+    assert_eq!((&parquet.segments, parquet.resampled), (&text.segments, text.resampled));
     let said = [&text, &parquet].map(|record| record.missing_values.as_ref().unwrap().to_string());
     assert_eq!(
         said,
@@ -154,7 +157,7 @@ fn rows_that_lack_a_value_are_left_out_alike_in_text_and_in_parquet() {
         ))
     );
     // Each is missing alone.
-    assert_eq!((parquet.parts.len(), parquet.resampled.alone), (1, 2));
+    assert_eq!((parquet.segments.len(), parquet.resampled.interpolated_rows), (1, 2));
 }
 
 /// Cut off or damaged anywhere, compressed or not: read or refused in words, and never more than it

@@ -47,7 +47,7 @@ fn torques_are_those_of_pinocchio() {
         let text = read.to_toml(&links_alone(arm.joints));
         let robot = Robot::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
         let (model, mut ws) = (Model::new(&robot), Workspace::default());
-        let nominal = robot.nominal().unwrap().standard();
+        let nominal = robot.nominal().unwrap().standard_parameters();
         for [q, dq, ddq, expected] in &arm.states {
             let mut torque = vec![0.0; arm.joints];
             model.inverse_dynamics(&mut ws, nominal, q, dq, ddq, &mut torque);
@@ -283,7 +283,7 @@ fn names_stay_names() {
 fn friction_of_a_urdf_is_nominal() {
     let text = two_links("", "<dynamics damping=\"0.7\" friction=\"1.5\"/>");
     let arm = UrdfArm::read(&text, None, None).unwrap();
-    let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(2))).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::with_assumed_drives(2))).unwrap();
     let nominal = robot.nominal().unwrap();
     assert_eq!((nominal.value("fv2"), nominal.value("fc2")), (Some(0.7), Some(1.5)));
     assert_eq!(nominal.value("fv1"), None);

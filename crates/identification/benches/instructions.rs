@@ -62,7 +62,7 @@ fn instruction_set() -> &'static str {
 
 fn dynamics(robot: &Robot) {
     let model = Model::new(robot);
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let states = states(STATES);
     let mut ws = Workspace::new();
     let mut out = [0.0; N];
@@ -115,7 +115,7 @@ fn dynamics(robot: &Robot) {
 fn essential_columns(model: &Model) -> Vec<usize> {
     let robot = Robot::from_toml(include_str!("../../../config/robots/tx40.toml")).unwrap();
     let base = BaseParameters::compute(model).unwrap();
-    let listed = robot.nominal().unwrap().listed();
+    let listed = robot.nominal().unwrap().given_values();
     let column = |name: &String| {
         let place = base.names().iter().position(|own| own == name).unwrap();
         base.columns()[place]
@@ -147,7 +147,7 @@ fn controller() -> ControllerConfig {
 }
 
 fn closed_loops(robot: &Robot) {
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let (reference, controller) = (reference(), controller());
     let config = SimulationConfig::default();
     let build = || {

@@ -114,8 +114,8 @@ fn scatter(count: usize, memory: f64, repetitions: u64) -> Scatter {
         });
         let y = &x * &truth + noise;
         let observations = Observations::new(x.clone(), y, JOINTS).unwrap();
-        let levels = observations.noise_levels(&observations.ordinary().unwrap().residuals);
-        let solution = observations.weighted(&levels).unwrap();
+        let levels = observations.noise_levels(&observations.solve_ordinary().unwrap().residuals);
+        let solution = observations.solve_weighted(&levels).unwrap();
         let analysis = ResidualAnalysis::new(&observations, &solution, &filter);
         let corrected = analysis.covariance();
         let tests = analysis.spectrum().ljung_box_per_joint();

@@ -33,7 +33,7 @@ fn decimated(
     counted: Range<usize>,
 ) -> Result<DMatrix<f64>, SignalError> {
     let mut next = None;
-    decimation.decimate(signals.ncols(), signals.nrows(), counted, &mut |k, values| {
+    decimation.decimate_signals(signals.ncols(), signals.nrows(), counted, &mut |k, values| {
         assert!(next.is_none_or(|next| next == k), "sample {k} after {next:?} was due");
         next = Some(k + 1);
         values.copy_from_slice(signals.column(k).as_slice());
@@ -150,7 +150,7 @@ proptest! {
         let filtered = ParallelDecimation::chebyshev1(order, 0.05, cutoff_ratio, factor).unwrap();
         let signals = random(seed, signals, samples);
         let counted = start.min(samples)..start + length;
-        for decimation in [filtered, ParallelDecimation::none()] {
+        for decimation in [filtered, ParallelDecimation::identity()] {
             let kept_samples: Vec<usize> =
                 decimation.kept_samples(counted.clone()).filter(|&k| k < samples).collect();
             let [rows, differences] = with_differences(&decimation, &signals, counted.clone());
@@ -173,7 +173,7 @@ proptest! {
 #[test]
 fn differences_without_a_filter_are_those_of_the_signal_up_to_its_ends() {
     let line = DMatrix::from_fn(1, 51, |_, k| 3.0 + 0.25 * k as f64);
-    let [_, differences] = with_differences(&ParallelDecimation::none(), &line, 0..51);
+    let [_, differences] = with_differences(&ParallelDecimation::identity(), &line, 0..51);
     assert_eq!(differences, DMatrix::from_element(51, 1, 0.5));
 }
 
@@ -194,9 +194,9 @@ fn a_signal_has_the_same_bits_whatever_the_others_are() {
 #[test]
 fn without_a_filter_the_counted_samples_stay_as_they_are() {
     let signals = random(6, 3, 50);
-    let rows = decimated(&ParallelDecimation::none(), &signals, 10..45).unwrap();
+    let rows = decimated(&ParallelDecimation::identity(), &signals, 10..45).unwrap();
     assert_eq!(rows, signals.columns(10, 35).transpose());
-    let rows = decimated(&ParallelDecimation::none(), &signals, 40..60).unwrap();
+    let rows = decimated(&ParallelDecimation::identity(), &signals, 40..60).unwrap();
     assert_eq!(rows.nrows(), 10);
 }
 

@@ -3,7 +3,7 @@
 use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::identification::{
     Experiment, Gains, GainsError, KnownLoad, PayloadLimits, Scale, Uncertain, filtered_motion,
-    gains,
+    find_gains,
 };
 
 use crate::arms::TX40;
@@ -101,7 +101,7 @@ impl Study {
     ) -> Result<Gains, GainsError> {
         let Arm { robot, base, .. } = &self.arm;
         let transmission = Some(robot.transmission());
-        gains(robot, base, empty, loaded, transmission, &options(20.0, 0.8, 10))
+        find_gains(robot, base, empty, loaded, transmission, &options(20.0, 0.8, 10))
     }
 
     fn records(&mut self) -> [Experiment; 2] {

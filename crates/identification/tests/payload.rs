@@ -6,7 +6,7 @@ use didim_identification::feasibility::Body;
 use didim_identification::identification::{
     Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
     ParameterCovariance, Payload, PayloadError, PayloadLimits, Presence, Uncertain,
-    filtered_motion, identify, payload,
+    filtered_motion, find_payload, identify,
 };
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
 
@@ -89,11 +89,14 @@ impl Example {
         let Self { arm, options, parameters, covariance, uncertainty, .. } = self;
         let parameters: Vec<(&str, f64)> =
             parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let model =
-            KnownModel { parameters: &parameters, fixed: &[], uncertainty: uncertainty.as_ref() };
+        let model = KnownModel {
+            parameters: &parameters,
+            fixed_parameters: &[],
+            uncertainty: uncertainty.as_ref(),
+        };
         let covariance = ParameterCovariance::from_symmetric(covariance);
         let arm_found = KnownArm { model, covariance: Some(&covariance) };
-        payload(&arm.robot, &arm.base, record, options, arm_found, declared)
+        find_payload(&arm.robot, &arm.base, record, options, arm_found, declared)
     }
 
     fn find(&self, record: &Experiment) -> Payload {

@@ -32,8 +32,8 @@ fn observations() -> Observations {
 }
 
 fn two_step(system: &Observations) -> Solution {
-    let ordinary = system.ordinary().unwrap();
-    system.weighted(&system.noise_levels(&ordinary.residuals)).unwrap()
+    let ordinary = system.solve_ordinary().unwrap();
+    system.solve_weighted(&system.noise_levels(&ordinary.residuals)).unwrap()
 }
 
 fn relative_difference(actual: &[f64], expected: &[f64]) -> f64 {
@@ -45,10 +45,10 @@ fn relative_difference(actual: &[f64], expected: &[f64]) -> f64 {
 fn every_figure_agrees_with_numpy() {
     let golden = golden();
     let system = observations();
-    let ordinary = system.ordinary().unwrap();
+    let ordinary = system.solve_ordinary().unwrap();
     let levels = system.noise_levels(&ordinary.residuals);
     assert!(relative_difference(&levels, &floats(&golden, "noise_levels")) < 1e-12);
-    let weighted = system.weighted(&levels).unwrap();
+    let weighted = system.solve_weighted(&levels).unwrap();
 
     for (name, solution) in [("ordinary", ordinary), ("weighted", weighted)] {
         let expected = golden[name].as_table().unwrap();
@@ -77,8 +77,8 @@ fn every_figure_agrees_with_numpy() {
 #[test]
 fn weighting_by_one_common_level_is_ordinary() {
     let system = observations();
-    let ordinary = system.ordinary().unwrap();
-    let weighted = system.weighted(&[0.3; JOINTS]).unwrap();
+    let ordinary = system.solve_ordinary().unwrap();
+    let weighted = system.solve_weighted(&[0.3; JOINTS]).unwrap();
     let difference =
         relative_difference(weighted.parameters.as_slice(), ordinary.parameters.as_slice());
     assert!(difference < 1e-12, "{difference}");
@@ -91,7 +91,7 @@ fn zero_columns_are_named() {
         x.column_mut(column).fill(0.0);
     }
     let y = observations().measurements().clone();
-    let refused = Observations::new(x, y, JOINTS).unwrap().ordinary();
+    let refused = Observations::new(x, y, JOINTS).unwrap().solve_ordinary();
     assert_eq!(refused, Err(RegressionError::ZeroColumns { columns: vec![1, 3] }));
 }
 
@@ -104,13 +104,13 @@ fn dependent_columns_are_named_and_no_others() {
     x.column_mut(2).copy_from(&copy);
     let system = Observations::new(x, y.clone(), JOINTS).unwrap();
     let expected = RegressionError::DependentColumns { columns: vec![2, 4] };
-    assert_eq!(system.ordinary(), Err(expected.clone()));
-    assert_eq!(system.weighted(&[1.0, 2.0, 3.0]), Err(expected));
+    assert_eq!(system.solve_ordinary(), Err(expected.clone()));
+    assert_eq!(system.solve_weighted(&[1.0, 2.0, 3.0]), Err(expected));
     // A column that is the sum of two others.
     let mut x = matrix();
     let sum = x.column(0) - 2.0 * x.column(3);
     x.column_mut(1).copy_from(&sum);
-    let refused = Observations::new(x, y, JOINTS).unwrap().ordinary();
+    let refused = Observations::new(x, y, JOINTS).unwrap().solve_ordinary();
     assert_eq!(refused, Err(RegressionError::DependentColumns { columns: vec![0, 1, 3] }));
 }
 
@@ -142,12 +142,12 @@ fn what_is_no_system_is_refused() {
     let refused = Observations::new(x.clone(), silent, JOINTS);
     assert_eq!(refused, Err(RegressionError::NoMeasurement { joint: JointIndex::new(1) }));
     let huge = Observations::new(&x * 1e200, y.clone(), JOINTS).unwrap();
-    assert_eq!(huge.ordinary(), Err(RegressionError::OutOfRange));
+    assert_eq!(huge.solve_ordinary(), Err(RegressionError::OutOfRange));
 
     let system = Observations::new(x, y, JOINTS).unwrap();
-    assert!(matches!(system.weighted(&[1.0]), Err(RegressionError::Shape { .. })));
+    assert!(matches!(system.solve_weighted(&[1.0]), Err(RegressionError::Shape { .. })));
     for level in [0.0, -1.0, f64::INFINITY] {
-        let refused = system.weighted(&[1.0, level, 1.0]);
+        let refused = system.solve_weighted(&[1.0, level, 1.0]);
         assert_eq!(refused, Err(RegressionError::NoiseLevel { joint: JointIndex::new(1), level }));
     }
 }

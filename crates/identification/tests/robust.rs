@@ -14,7 +14,7 @@ const LOSSES: [(&str, RobustLoss); 2] = [
 ];
 
 fn robust(system: &Observations, loss: RobustLoss) -> RobustSolution {
-    system.robust(loss, &system.robust_noise_levels(loss).unwrap()).unwrap()
+    system.fit_robust(loss, &system.robust_noise_levels(loss).unwrap()).unwrap()
 }
 
 #[test]
@@ -78,8 +78,8 @@ fn equation(seed: u64, outliers_every: Option<usize>) -> Observations {
 }
 
 fn plain(system: &Observations) -> didim_identification::regression::Solution {
-    let levels = system.noise_levels(&system.ordinary().unwrap().residuals);
-    system.weighted(&levels).unwrap()
+    let levels = system.noise_levels(&system.solve_ordinary().unwrap().residuals);
+    system.solve_weighted(&levels).unwrap()
 }
 
 /// With normal errors, a loss of 5 % of efficiency makes the estimates differ from least squares by
@@ -94,7 +94,8 @@ fn the_scatter_is_what_the_deviations_say() {
             for seed in 0..REPETITIONS {
                 let system = equation(seed, outliers);
                 let (found, least) = (robust(&system, loss), plain(&system));
-                let analysis = ResidualAnalysis::new(&found.pseudo, &found.solution, &filter);
+                let analysis =
+                    ResidualAnalysis::new(&found.pseudo_equation, &found.solution, &filter);
                 let covariance = analysis.covariance();
                 let sigma = found.solution.standard_deviations();
                 for c in 0..PARAMETERS {
@@ -162,9 +163,9 @@ fn an_exact_equation_has_no_outliers() {
 fn a_tuning_that_leaves_nothing_is_refused() {
     let system = equation(1, None);
     for tuning in [0.0, -1.0, f64::NAN] {
-        let error = system.robust(RobustLoss::Huber { tuning }, &NOISE).unwrap_err();
+        let error = system.fit_robust(RobustLoss::Huber { tuning }, &NOISE).unwrap_err();
         assert!(matches!(error, RegressionError::Tuning { .. }), "{error}");
     }
-    let error = system.robust(RobustLoss::Bisquare { tuning: 0.05 }, &NOISE).unwrap_err();
+    let error = system.fit_robust(RobustLoss::Bisquare { tuning: 0.05 }, &NOISE).unwrap_err();
     assert!(matches!(error, RegressionError::NotSettled { .. }), "{error}");
 }

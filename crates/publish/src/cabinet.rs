@@ -7,7 +7,7 @@ use std::time::Instant;
 use didim::archive::drift::DriftStatus;
 use didim::archive::store::{HistoryFollower, HistoryLine, HistoryMark, Timestamp};
 use didim::service::paths::Paths;
-use didim::service::status::fetch;
+use didim::service::status::fetch_snapshot;
 
 use crate::configuration::CabinetSection;
 use crate::ledger::{Ledger, LedgerError};
@@ -38,7 +38,7 @@ pub(crate) enum Kind {
 
 impl Kind {
     /// Returns the last level of the topic.
-    pub(crate) fn level(self) -> &'static str {
+    pub(crate) fn topic_level(self) -> &'static str {
         match self {
             Self::State => "state",
             Self::Alarm => "alarm",
@@ -70,7 +70,7 @@ pub(crate) struct Cabinet {
     sent_state: Option<(Instant, State)>,
     sent_drift: Option<Option<DriftStatus>>,
     /// True if the history could not be read and this was logged.
-    unreadable: bool,
+    logged_unreadable: bool,
 }
 
 impl Cabinet {
@@ -80,7 +80,8 @@ impl Cabinet {
     /// [`LedgerError`].
     pub(crate) fn open(section: &CabinetSection, folder: &Path) -> Result<Self, LedgerError> {
         let ledger = Ledger::open(folder, &section.name)?;
-        let history = HistoryFollower::new(&section.state_directory, ledger.mark().cloned());
+        let history =
+            HistoryFollower::new(&section.state_directory, ledger.last_acknowledged().cloned());
         Ok(Self {
             name: section.name.clone(),
             paths: Paths::with_sockets_in(&section.runtime_directory),
@@ -91,7 +92,7 @@ impl Cabinet {
             drift: None,
             sent_state: None,
             sent_drift: None,
-            unreadable: false,
+            logged_unreadable: false,
         })
     }
 
@@ -100,20 +101,20 @@ impl Cabinet {
     }
 
     /// Returns the message that the broker publishes when the connection ends.
-    pub(crate) fn will(&self) -> Vec<u8> {
+    pub(crate) fn last_will(&self) -> Vec<u8> {
         let why = Some("its publisher has no connection to the broker any more".to_owned());
         self.json(State { why, ..State::default() })
     }
 
     /// Handles a new connection: the broker has published the last will, or may have.
-    pub(crate) fn connected(&mut self) {
+    pub(crate) fn handle_connection(&mut self) {
         self.sent_state = None;
         self.sent_drift = None;
     }
 
     /// Polls the status of the service.
     pub(crate) fn poll(&mut self) {
-        let asked = fetch(&self.paths);
+        let asked = fetch_snapshot(&self.paths);
         let answered = asked.is_ok();
         if answered != self.state.online || self.state.time.is_none() {
             match &asked {
@@ -136,7 +137,7 @@ impl Cabinet {
                 }
             }
         }
-        state.unsent = Some(self.ledger.unsent());
+        state.unsent = Some(self.ledger.unsent_counts());
         self.state = state;
     }
 
@@ -146,7 +147,7 @@ impl Cabinet {
         if self.state_is_due(now) {
             return message(Kind::State, self.json(self.state.clone()));
         }
-        if let Some(alarm) = self.ledger.alarm() {
+        if let Some(alarm) = self.ledger.next_alarm() {
             return message(Kind::Alarm, self.json(alarm.clone()));
         }
         if self.sent_drift.as_ref() != Some(&self.drift) {
@@ -161,7 +162,7 @@ impl Cabinet {
     }
 
     /// Handles the acknowledgement of a message by the broker.
-    pub(crate) fn acknowledge(&mut self, kind: Kind, now: Instant) {
+    pub(crate) fn handle_acknowledgement(&mut self, kind: Kind, now: Instant) {
         match kind {
             Kind::State => self.sent_state = Some((now, self.state.clone())),
             Kind::Alarm => self.ledger.acknowledge_alarm(),
@@ -183,14 +184,14 @@ impl Cabinet {
     fn next_line(&mut self) -> Option<HistoryLine> {
         match self.history.next_line() {
             Ok(line) => {
-                self.unreadable = false;
+                self.logged_unreadable = false;
                 line
             }
             Err(why) => {
-                if !self.unreadable {
+                if !self.logged_unreadable {
                     tracing::warn!("{}: no result is sent: {why}", self.name);
                 }
-                self.unreadable = true;
+                self.logged_unreadable = true;
                 None
             }
         }

@@ -159,7 +159,7 @@ impl Configuration {
         };
         let mut configuration: Self = toml::from_str(&text(path)?)
             .map_err(|problem| ConfigurationError::Format { path: path.to_owned(), problem })?;
-        configuration.check().map_err(|(key, problem)| ConfigurationError::Value {
+        configuration.check_values().map_err(|(key, problem)| ConfigurationError::Value {
             path: path.to_owned(),
             key,
             problem,
@@ -173,7 +173,7 @@ impl Configuration {
         Ok(configuration)
     }
 
-    fn check(&self) -> Result<(), (&'static str, String)> {
+    fn check_values(&self) -> Result<(), (&'static str, String)> {
         let levels = self.prefix.split('/');
         if !levels.clone().all(is_name) {
             let problem = format!(
@@ -210,8 +210,8 @@ impl Configuration {
         for CabinetSection { name, .. } in &self.cabinets {
             if !is_name(name) || name.len() > MAX_NAME_LENGTH {
                 let problem = format!(
-                    "`{name}` is no name; use letters, digits, `-`, `_`, `.`, at most {MAX_NAME_LENGTH} \
-                    of them"
+                    "`{name}` is no name; use letters, digits, `-`, `_`, `.`, at most \
+                    {MAX_NAME_LENGTH} of them"
                 );
                 return Err(("cabinets.name", problem));
             }

@@ -60,7 +60,7 @@ pub(crate) struct Ledger {
     path: PathBuf,
     content: Content,
     /// True if the last write failed and this was logged.
-    failing: bool,
+    logged_failure: bool,
 }
 
 impl Ledger {
@@ -90,24 +90,25 @@ impl Ledger {
                 read
             }
         };
-        Ok(Self { cabinet: cabinet.to_owned(), path, content, failing: false })
+        Ok(Self { cabinet: cabinet.to_owned(), path, content, logged_failure: false })
     }
 
     /// The last result that the broker acknowledged.
-    pub(crate) fn mark(&self) -> Option<&HistoryMark> {
+    pub(crate) fn last_acknowledged(&self) -> Option<&HistoryMark> {
         self.content.acknowledged.as_ref()
     }
 
     /// Returns the counts of all messages that will never be sent.
-    pub(crate) fn unsent(&self) -> Unsent {
+    pub(crate) fn unsent_counts(&self) -> Unsent {
         self.content.unsent
     }
 
     /// Records the acknowledgement of a result. Numbers between it and the one before are results
     /// without a line.
     pub(crate) fn acknowledge_result(&mut self, line: &HistoryLine) {
-        let between =
-            self.mark().map_or(0, |last| line.result.saturating_sub(last.result).saturating_sub(1));
+        let between = self
+            .last_acknowledged()
+            .map_or(0, |last| line.result.saturating_sub(last.result).saturating_sub(1));
         if between > 0 {
             tracing::warn!(
                 "{}: results that the history does not have any more, or not readable, and that \
@@ -121,7 +122,7 @@ impl Ledger {
     }
 
     /// Returns the next alarm to send.
-    pub(crate) fn alarm(&self) -> Option<&AlarmMessage> {
+    pub(crate) fn next_alarm(&self) -> Option<&AlarmMessage> {
         self.content.waiting.front()
     }
 
@@ -169,18 +170,18 @@ impl Ledger {
         let written = serde_json::to_vec(&self.content)
             .map_err(std::io::Error::from)
             .and_then(|json| replace(&self.path, |out| out.write_all(&json)));
-        match (written, self.failing) {
+        match (written, self.logged_failure) {
             (Err(cause), false) => {
                 tracing::warn!(
                     "cannot write {}: {cause}; free room on the disk, or else messages are sent \
                     again after a restart",
                     self.path.display()
                 );
-                self.failing = true;
+                self.logged_failure = true;
             }
             (Ok(()), true) => {
                 tracing::info!("{} is written again", self.path.display());
-                self.failing = false;
+                self.logged_failure = false;
             }
             (Err(_), true) | (Ok(()), false) => {}
         }
@@ -212,7 +213,7 @@ mod tests {
 
     fn turns(ledger: &mut Ledger) -> Vec<(AlarmTurn, String)> {
         let mut turns = Vec::new();
-        while let Some(AlarmMessage { event, alarm, .. }) = ledger.alarm() {
+        while let Some(AlarmMessage { event, alarm, .. }) = ledger.next_alarm() {
             turns.push((*event, format!("{} {}", alarm.parameter, alarm.since.unix_s())));
             ledger.acknowledge_alarm();
         }
@@ -244,8 +245,8 @@ mod tests {
         let alarms: Vec<_> = (0..300).map(|parameter| alarm(parameter, 10)).collect();
         ledger.take_alarms(&alarms);
         let ledger = Ledger::open(folder.path(), "c").unwrap();
-        assert_eq!((ledger.unsent().alarms, ledger.content.waiting.len()), (300 - 256, 256));
-        assert_eq!(ledger.alarm().unwrap().alarm.parameter, "p44", "the oldest are dropped");
+        assert_eq!((ledger.unsent_counts().alarms, ledger.content.waiting.len()), (300 - 256, 256));
+        assert_eq!(ledger.next_alarm().unwrap().alarm.parameter, "p44", "the oldest are dropped");
     }
 
     #[test]
@@ -264,9 +265,12 @@ mod tests {
         // counting restarts at 0.
         for (result, unsent) in [(7, 0), (8, 0), (12, 3), (0, 3), (2, 4)] {
             ledger.acknowledge_result(&line(result));
-            assert_eq!(ledger.unsent().results, unsent, "{result}");
+            assert_eq!(ledger.unsent_counts().results, unsent, "{result}");
         }
-        assert_eq!(Ledger::open(folder.path(), "c").unwrap().mark().unwrap().result, 2);
+        assert_eq!(
+            Ledger::open(folder.path(), "c").unwrap().last_acknowledged().unwrap().result,
+            2
+        );
     }
 
     #[test]

@@ -76,7 +76,7 @@ impl BrokerAddress {
             options.set_credentials(user, broker.secrets.password.clone().unwrap_or_default());
         }
         if let Some(ca) = &broker.secrets.ca {
-            options.set_transport(encrypted(ca));
+            options.set_transport(tls_transport(ca));
         }
         Self { options }
     }
@@ -88,7 +88,7 @@ impl BrokerAddress {
 }
 
 #[cfg(feature = "tls")]
-fn encrypted(ca: &str) -> Transport {
+fn tls_transport(ca: &str) -> Transport {
     Transport::tls(ca.as_bytes().to_vec(), None, None)
 }
 
@@ -104,9 +104,9 @@ fn encrypted(_: &str) -> Transport {
 pub(crate) struct Link {
     address: String,
     client: AsyncClient,
-    heard: mpsc::Receiver<Result<PubAckReason, ConnectionError>>,
+    answers: mpsc::Receiver<Result<PubAckReason, ConnectionError>>,
     /// Task that drives the connection.
-    driver: JoinHandle<()>,
+    connection_task: JoinHandle<()>,
 }
 
 impl Link {
@@ -138,7 +138,7 @@ impl Link {
                 }
             }
         });
-        Ok(Self { address: broker_way.address(), client, heard, driver })
+        Ok(Self { address: broker_way.address(), client, answers: heard, connection_task: driver })
     }
 
     /// Sends a message at least once and waits for its acknowledgement.
@@ -153,9 +153,9 @@ impl Link {
     ) -> Result<(), LinkError> {
         let sent = self.client.publish(topic, QoS::AtLeastOnce, retain, payload).await;
         if sent.is_err() {
-            return Err(self.broken().await);
+            return Err(self.wait_until_broken().await);
         }
-        match tokio::time::timeout(ACKNOWLEDGE_TIMEOUT, self.heard.recv()).await {
+        match tokio::time::timeout(ACKNOWLEDGE_TIMEOUT, self.answers.recv()).await {
             Err(_) => Err(LinkError::Silent { topic: topic.to_owned() }),
             Ok(Some(Ok(PubAckReason::Success | PubAckReason::NoMatchingSubscribers))) => Ok(()),
             Ok(Some(Ok(reason))) => Err(LinkError::Refused { topic: topic.to_owned(), reason }),
@@ -165,9 +165,9 @@ impl Link {
     }
 
     /// Waits until the connection ends.
-    pub(crate) async fn broken(&mut self) -> LinkError {
+    pub(crate) async fn wait_until_broken(&mut self) -> LinkError {
         loop {
-            match self.heard.recv().await {
+            match self.answers.recv().await {
                 // Acknowledgement of a message that was given up.
                 Some(Ok(_)) => {}
                 Some(Err(cause)) => return self.error(cause),
@@ -183,6 +183,6 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        self.driver.abort();
+        self.connection_task.abort();
     }
 }

@@ -17,19 +17,19 @@ const RETRY_WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_s
 pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
     let topics = format!("{prefix}/{}", cabinet.name());
     let state = format!("{topics}/state");
-    let broker_way = BrokerAddress::new(&topics, broker, &state, cabinet.will());
+    let broker_way = BrokerAddress::new(&topics, broker, &state, cabinet.last_will());
     let mut link = None;
     let mut outage = Outage::new(cabinet.name());
     loop {
         let polled = Instant::now();
         cabinet.poll();
         let tried = match &mut link {
-            _ if polled < outage.until => Err(None),
+            _ if polled < outage.retry_at => Err(None),
             Some(link) => Ok(link),
             None => match Link::open(&broker_way).await {
                 Err(why) => Err(Some(why)),
                 Ok(new) => {
-                    cabinet.connected();
+                    cabinet.handle_connection();
                     Ok(link.insert(new))
                 }
             },
@@ -42,7 +42,7 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
                     let wait = POLL_INTERVAL.saturating_sub(polled.elapsed());
                     tokio::select! {
                         () = tokio::time::sleep(wait) => Ok(()),
-                        why = link.broken() => Err(Some(why)),
+                        why = link.wait_until_broken() => Err(Some(why)),
                     }
                 }
                 Err(why) => Err(Some(why)),
@@ -57,10 +57,10 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
                 }
                 outage.begin(&why);
             }
-            let wait = outage.until.saturating_duration_since(Instant::now()).min(POLL_INTERVAL);
+            let wait = outage.retry_at.saturating_duration_since(Instant::now()).min(POLL_INTERVAL);
             let broken = async {
                 match &mut link {
-                    Some(link) => link.broken().await,
+                    Some(link) => link.wait_until_broken().await,
                     None => core::future::pending().await,
                 }
             };
@@ -86,9 +86,9 @@ async fn send_all(
         && let Some(message) = cabinet.next(Instant::now())
     {
         let kind = message.kind;
-        let topic = format!("{topics}/{}", kind.level());
+        let topic = format!("{topics}/{}", kind.topic_level());
         link.publish(&topic, kind.is_retained(), message.payload).await?;
-        cabinet.acknowledge(kind, Instant::now());
+        cabinet.handle_acknowledgement(kind, Instant::now());
     }
     Ok(())
 }
@@ -98,9 +98,9 @@ struct Outage {
     cabinet: String,
     /// Fraction of each wait. It differs between cabinets, so that they do not all reconnect at
     /// once.
-    share: f64,
+    wait_fraction: f64,
     wait: Option<Duration>,
-    until: Instant,
+    retry_at: Instant,
 }
 
 impl Outage {
@@ -109,7 +109,12 @@ impl Outage {
             sum.wrapping_mul(31).wrapping_add(u32::from(byte)).wrapping_mul(2_654_435_761)
         });
         let share = 0.5 + 0.5 * f64::from(digest) / f64::from(u32::MAX);
-        Self { cabinet: cabinet.to_owned(), share, wait: None, until: Instant::now() }
+        Self {
+            cabinet: cabinet.to_owned(),
+            wait_fraction: share,
+            wait: None,
+            retry_at: Instant::now(),
+        }
     }
 
     fn begin(&mut self, why: &LinkError) {
@@ -118,7 +123,7 @@ impl Outage {
         }
         let wait = self.wait.map_or(RETRY_WAITS[0], |wait| (2 * wait).min(RETRY_WAITS[1]));
         self.wait = Some(wait);
-        self.until = Instant::now() + wait.mul_f64(self.share);
+        self.retry_at = Instant::now() + wait.mul_f64(self.wait_fraction);
     }
 
     fn end(&mut self) {

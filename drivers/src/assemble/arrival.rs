@@ -2,7 +2,7 @@
 
 use super::State;
 use super::losses::FrameCause;
-use super::values::{bit, first};
+use super::values::{index_bit, prior_cause};
 use crate::frame::Frame;
 use crate::layout::{MessagePlan, Role};
 
@@ -13,31 +13,31 @@ impl State {
     pub(super) fn arrival_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let is_sync = message.role == Role::Sync;
         let refusal = if is_sync { None } else { self.refusal_at(frame.stamp_ns) };
-        let (None, Some(cycle)) = (refusal, &mut self.open) else {
+        let (None, Some(cycle)) = (refusal, &mut self.open_cycle) else {
             return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1);
         };
-        if is_sync && (cycle.stamp_ns != frame.stamp_ns || cycle.messages & bit(index) != 0) {
+        if is_sync && (cycle.stamp_ns != frame.stamp_ns || cycle.messages & index_bit(index) != 0) {
             return; // The same SYNC twice, and counted.
         }
-        let mut latest = self.latest;
-        let fault = latest.read(index, message, frame, self.enabled);
+        let mut latest = self.latest_arrivals;
+        let fault = latest.read_arrivals(index, message, frame, self.enabled_value);
         if fault.is_none() {
-            self.latest = latest;
+            self.latest_arrivals = latest;
         }
-        if cycle.messages & bit(index) != 0 {
+        if cycle.messages & index_bit(index) != 0 {
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
-        cycle.messages |= bit(index);
+        cycle.messages |= index_bit(index);
         message.read_readings(frame, &mut self.readings);
         match message.role {
             Role::Sync | Role::Reading => {}
             Role::Sample => cycle.frames += 1,
             Role::Target => cycle.references.frames += 1,
         }
-        cycle.arrived.read(index, message, frame, self.enabled);
-        cycle.values = cycle.arrived.values;
+        cycle.first_arrivals.read_arrivals(index, message, frame, self.enabled_value);
+        cycle.values = cycle.first_arrivals.values;
         if let Some(fault) = fault {
-            cycle.fault = first(cycle.fault, fault);
+            cycle.fault = prior_cause(cycle.fault, fault);
         }
     }
 }

@@ -7,8 +7,8 @@
 //! taken unchanged. For a motion of the acceleration a the position error is at most a (t₁ − t₀)² /
 //! 8.
 //!
-//! The memory is one value of each signal. Nothing is interpolated over more than [`REACH`]
-//! periods: the frame between is missing.
+//! The memory is one value of each signal. Nothing is interpolated over more than
+//! [`MAX_INTERPOLATION_PERIODS`] periods: the frame between is missing.
 
 use didim_dynamics::MAX_JOINTS;
 
@@ -33,7 +33,7 @@ pub(super) struct Arrived {
 
 impl Arrived {
     /// Reads the signals of a frame, like [`read_values`].
-    pub(super) fn read(
+    pub(super) fn read_arrivals(
         &mut self,
         index: usize,
         message: &MessagePlan,
@@ -49,7 +49,7 @@ impl Arrived {
                 _ => {}
             }
         }
-        self.references.read(index, message, frame.data(), frame.stamp_ns);
+        self.references.read_references(index, message, frame.data(), frame.stamp_ns);
         fault
     }
 }

@@ -19,10 +19,10 @@ type Positions = [f64; MAX_JOINTS];
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
     /// Latest positions that were accepted, and the number of accepted ones in a row, up to
-    /// [`PROOF`].
-    taken: Option<(Positions, u32)>,
+    /// [`CONFIRMING_POSITIONS`].
+    accepted: Option<(Positions, u32)>,
     /// Latest positions that were refused, and the number of refused ones in a row that agree.
-    refused: Option<(Positions, u32)>,
+    rejected: Option<(Positions, u32)>,
 }
 
 impl Continuity {
@@ -32,7 +32,7 @@ impl Continuity {
     /// [`CycleCause::OutOfRange`] if they cannot follow the previous positions.
     /// [`CycleCause::Restart`] if the previous positions are dropped and the next ones are compared
     /// with these.
-    pub(super) fn admit(
+    pub(super) fn check_and_store(
         &mut self,
         position_rad: &Positions,
         axes: usize,
@@ -42,22 +42,22 @@ impl Continuity {
             let steps = before.iter().zip(position_rad).take(axes).enumerate();
             steps.into_iter().all(|(axis, (from, to))| scales.is_continuous(axis, *from, *to))
         };
-        let (taken, proof) = match self.taken {
+        let (taken, proof) = match self.accepted {
             None => (true, 0),
             Some((before, proof)) => (follows(&before), proof),
         };
         if taken {
-            self.taken = Some((*position_rad, (proof + 1).min(CONFIRMING_POSITIONS)));
-            self.refused = None;
+            self.accepted = Some((*position_rad, (proof + 1).min(CONFIRMING_POSITIONS)));
+            self.rejected = None;
             return Ok(());
         }
-        let run = match self.refused {
+        let run = match self.rejected {
             Some((before, run)) if follows(&before) => run + 1,
             _ => 1,
         };
-        self.refused = Some((*position_rad, run));
+        self.rejected = Some((*position_rad, run));
         if proof < CONFIRMING_POSITIONS && run >= CONFIRMING_POSITIONS {
-            *self = Self { taken: Some((*position_rad, CONFIRMING_POSITIONS)), refused: None };
+            *self = Self { accepted: Some((*position_rad, CONFIRMING_POSITIONS)), rejected: None };
             return Err(CycleCause::Restart);
         }
         Err(CycleCause::OutOfRange)

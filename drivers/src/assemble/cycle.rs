@@ -4,7 +4,7 @@ use didim_dynamics::{JointSample, MAX_JOINTS};
 
 use super::arrived::{Arrived, Span};
 use super::losses::CycleCause;
-use super::values::{References, Values, bit, is_enabled};
+use super::values::{References, Values, index_bit, is_enabled};
 use crate::layout::{CompiledLayout, Role};
 use crate::units::Scales;
 
@@ -22,11 +22,11 @@ pub(super) struct Cycle {
     /// Messages that were missing in the previous cycle.
     pub(super) missing_before: u64,
     /// True if a frame arrived so late in the cycle that it may belong to the next one.
-    pub(super) doubtful: bool,
+    pub(super) is_doubtful: bool,
     /// Signals that are valid at the arrival of their frames: the first values of this cycle, and
     /// the latest ones from before its SYNC.
-    pub(super) arrived: Arrived,
-    pub(super) before: Arrived,
+    pub(super) first_arrivals: Arrived,
+    pub(super) previous_arrivals: Arrived,
     /// Cause that costs the sample: the first one in the order of [`CycleCause`].
     pub(super) fault: Option<CycleCause>,
 }
@@ -46,12 +46,12 @@ impl CompleteMask {
         Self {
             messages: messages
                 .filter(|(_, message)| message.role == Role::Sample)
-                .fold(0, |bits, (index, _)| bits | bit(index)),
-            axes: if layout.has_reference() { bit(layout.axes()) - 1 } else { 0 },
+                .fold(0, |bits, (index, _)| bits | index_bit(index)),
+            axes: if layout.has_reference() { index_bit(layout.axes()) - 1 } else { 0 },
         }
     }
 
-    pub(super) fn missing(&self, cycle: &Cycle) -> u64 {
+    pub(super) fn missing_messages(&self, cycle: &Cycle) -> u64 {
         self.messages & !cycle.messages
     }
 }
@@ -74,7 +74,7 @@ impl Cycle {
         scales: &Scales,
         reach_ns: Option<u64>,
     ) -> Result<JointSample, CycleCause> {
-        if complete.missing(self) != 0 {
+        if complete.missing_messages(self) != 0 {
             return Err(CycleCause::MissingAxis);
         }
         if let Some(fault) = self.fault {
@@ -108,7 +108,7 @@ impl Cycle {
         scales: &Scales,
         reach_ns: u64,
     ) -> Result<JointSample, CycleCause> {
-        let (before, after) = (&self.before, &self.arrived);
+        let (before, after) = (&self.previous_arrivals, &self.first_arrivals);
         // Interpolates two values of a signal, each with its arrival time, to the instant.
         let between = |(from, before_ns): (f64, Option<u64>),
                        (to, after_ns): (f64, Option<u64>)| {
@@ -137,7 +137,7 @@ impl Cycle {
             sample.motor_position_rad[axis] = position;
             sample.motor_torque_nm[axis] = torque;
             let reference_of = |Arrived { references, .. }: &Arrived| {
-                let is_there = references.axes & bit(axis) != 0;
+                let is_there = references.axes & index_bit(axis) != 0;
                 let stamp_ns = is_there.then_some(references.stamp_ns[axis]);
                 (scales.reference_rad(axis, references.value[axis], position), stamp_ns)
             };

@@ -34,12 +34,12 @@ pub(super) struct Grid {
     stamp_ns: u64,
     phase_ns: f64,
     /// Number of stamps seen, up to the count at which the gains are constant.
-    stamps: f64,
+    stamp_count: f64,
 }
 
 impl Grid {
     pub(super) fn start(nominal_ns: f64, stamp_ns: u64) -> Self {
-        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0, stamps: 1.0 }
+        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0, stamp_count: 1.0 }
     }
 
     /// Returns the period measured from the stamps \[ns\].
@@ -68,8 +68,8 @@ impl Grid {
         let deviation =
             difference(stamp_ns, self.stamp_ns) - self.phase_ns - cycles * self.period_ns;
         // Gains of a least-squares line through n points, until they reach their minimum.
-        self.stamps = (self.stamps + 1.0).min(1e3);
-        let n = self.stamps;
+        self.stamp_count = (self.stamp_count + 1.0).min(1e3);
+        let n = self.stamp_count;
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
         let period_gain = (6.0 / (n * (n + 1.0))).clamp(PERIOD_GAIN, 1.0);
         self.period_ns = (self.period_ns + period_gain * deviation / cycles).clamp(

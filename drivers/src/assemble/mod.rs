@@ -50,7 +50,7 @@ use self::continuity::Continuity;
 use self::cycle::{CompleteMask, Cycle};
 use self::grid::Grid;
 use self::period::PeriodWatch;
-use self::values::{References, first};
+use self::values::{References, prior_cause};
 use crate::frame::Frame;
 use crate::layout::{CompiledLayout, CyclesBy, MessagePlan, Role, SampledBy};
 use crate::units::Scales;
@@ -69,22 +69,22 @@ struct State {
     axes: usize,
     period_ns: f64,
     next_sync: bool,
-    complete: CompleteMask,
+    complete_mask: CompleteMask,
     /// Longest time that is interpolated over, if signals are valid at the arrival of their frames
     /// \[ns\].
     reach_ns: Option<u64>,
     /// Value of the enabled state of a drive, if the layout uses no status word.
-    enabled: u16,
+    enabled_value: u16,
     /// True if the frames count the cycles, regardless of their stamps.
     by_frames: bool,
     grid: Option<Grid>,
-    period: PeriodWatch,
+    period_watch: PeriodWatch,
     /// Cycle that is being filled.
-    open: Option<Cycle>,
+    open_cycle: Option<Cycle>,
     /// References that take effect at the next SYNC.
-    pending: References,
+    pending_references: References,
     /// The latest value of each signal that is valid at the arrival of its frame.
-    latest: Arrived,
+    latest_arrivals: Arrived,
     /// Readings since the previous cycle was decided, and the frames that carried nothing else.
     readings: Readings,
     reading_frames: u64,
@@ -95,7 +95,7 @@ struct State {
     /// Counter of the latest packed frame.
     counter: u64,
     continuity: Continuity,
-    ready: Option<Ready>,
+    ready_sample: Option<Ready>,
     losses: Losses,
 }
 
@@ -114,22 +114,22 @@ impl Assembler {
             axes: layout.axes(),
             period_ns: layout.period_ns(),
             next_sync: layout.reference_at_next_sync(),
-            complete: CompleteMask::new(&layout),
+            complete_mask: CompleteMask::new(&layout),
             reach_ns: layout.at_arrival().then(|| reach_ns(&layout)),
-            enabled: layout.enabled_value(),
+            enabled_value: layout.enabled_value(),
             by_frames: layout.cycles_by() == CyclesBy::Frames,
             grid: None,
-            period: PeriodWatch::new(layout.period_ns()),
-            open: None,
-            pending: References::default(),
-            latest: Arrived::default(),
+            period_watch: PeriodWatch::new(layout.period_ns()),
+            open_cycle: None,
+            pending_references: References::default(),
+            latest_arrivals: Arrived::default(),
             readings: Readings::default(),
             reading_frames: 0,
             missing_before: 0,
             sequence: 0,
             counter: 0,
             continuity: Continuity::default(),
-            ready: None,
+            ready_sample: None,
             losses: Losses::default(),
         };
         Self { layout, state }
@@ -181,7 +181,7 @@ impl Assembler {
     /// Returns the sample that is ready, once.
     pub fn poll_sample(&mut self) -> Option<JointSample> {
         let state = &mut self.state;
-        let ready = state.ready.take()?;
+        let ready = state.ready_sample.take()?;
         state.losses.frames_used += ready.frames;
         state.losses.samples += 1;
         if self.layout.has_reference() && !ready.sample.has_reference {
@@ -198,15 +198,15 @@ impl Assembler {
     /// Returns the number of frames that are not part of a sample yet but may still become so.
     pub fn frames_waiting(&self) -> u64 {
         let state = &self.state;
-        state.open.map_or(0, |cycle| cycle.frames + cycle.references.frames)
-            + state.pending.frames
+        state.open_cycle.map_or(0, |cycle| cycle.frames + cycle.references.frames)
+            + state.pending_references.frames
             + state.reading_frames
-            + state.ready.map_or(0, |ready| ready.frames)
+            + state.ready_sample.map_or(0, |ready| ready.frames)
     }
 
     /// Returns the number of cycles that are undecided, or decided and not taken.
     pub fn cycles_waiting(&self) -> u64 {
-        u64::from(self.state.open.is_some()) + u64::from(self.state.ready.is_some())
+        u64::from(self.state.open_cycle.is_some()) + u64::from(self.state.ready_sample.is_some())
     }
 
     /// Returns the period of the bus cycle measured from the stamps \[ns\], or the nominal one
@@ -233,13 +233,13 @@ impl State {
     /// the data on both sides are never joined.
     fn start_again(&mut self, stamp_ns: u64, cause: CycleCause, cycles: u64) {
         self.start_grid(stamp_ns);
-        self.skip(cause, cycles.max(2));
+        self.lose_all_but_last(cause, cycles.max(2));
     }
 
     fn start_grid(&mut self, stamp_ns: u64) {
         self.grid = Some(Grid::start(self.period_ns, stamp_ns));
         self.continuity = Continuity::default();
-        self.latest = Arrived::default();
+        self.latest_arrivals = Arrived::default();
         self.missing_before = 0;
     }
 
@@ -258,14 +258,14 @@ impl State {
     }
 
     /// Advances the sequence by `cycles`; all but the last of them are lost.
-    fn skip(&mut self, cause: CycleCause, cycles: u64) {
-        self.lose(cause, cycles - 1);
+    fn lose_all_but_last(&mut self, cause: CycleCause, cycles: u64) {
+        self.lose_cycles(cause, cycles - 1);
         self.sequence += 1;
         self.losses.cycles_begun += 1;
     }
 
     /// Advances the sequence by `cycles` lost cycles.
-    fn lose(&mut self, cause: CycleCause, cycles: u64) {
+    fn lose_cycles(&mut self, cause: CycleCause, cycles: u64) {
         self.sequence += cycles;
         self.losses.cycles_begun += cycles;
         self.losses.cycles.count(cause, cycles);
@@ -285,24 +285,24 @@ impl State {
     /// Decides the open cycle: a sample, or a loss. `followed` is true if the next SYNC has
     /// arrived.
     fn end_cycle(&mut self, followed: bool) {
-        let Some(mut cycle) = self.open.take() else { return };
+        let Some(mut cycle) = self.open_cycle.take() else { return };
         let readings = core::mem::take(&mut self.readings);
         cycle.frames += core::mem::take(&mut self.reading_frames);
-        if cycle.doubtful && !followed {
+        if cycle.is_doubtful && !followed {
             cycle.fault = Some(CycleCause::MissingSync);
         }
-        if self.period.is_wrong() && !self.by_frames {
-            cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
+        if self.period_watch.is_wrong() && !self.by_frames {
+            cycle.fault = prior_cause(cycle.fault, CycleCause::WrongPeriod);
         }
-        self.missing_before = self.complete.missing(&cycle);
+        self.missing_before = self.complete_mask.missing_messages(&cycle);
         if cycle.fault.is_some() {
             // Do not interpolate from values of a drive that was not enabled, or from impossible
             // values.
-            self.latest = Arrived::default();
+            self.latest_arrivals = Arrived::default();
         }
-        let sample = cycle.sample(self.complete, self.axes, &self.scales, self.reach_ns);
+        let sample = cycle.sample(self.complete_mask, self.axes, &self.scales, self.reach_ns);
         let sample = sample.and_then(|sample| {
-            self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
+            self.continuity.check_and_store(&sample.motor_position_rad, self.axes, &self.scales)?;
             Ok(JointSample { readings, ..sample })
         });
         match sample {
@@ -322,7 +322,7 @@ impl State {
                     let unused = cycle.references.frames;
                     self.losses.frames.count(FrameCause::ReferenceUnused, unused);
                 }
-                if let Some(lost) = self.ready.replace(Ready { sample, frames }) {
+                if let Some(lost) = self.ready_sample.replace(Ready { sample, frames }) {
                     self.losses.cycles.count(CycleCause::NotTaken, 1);
                     self.losses.frames.count(FrameCause::CycleLost, lost.frames);
                 }

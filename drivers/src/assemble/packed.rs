@@ -4,12 +4,12 @@ use super::State;
 use super::counter::{Step, WIDE_COUNTER_BITS, step};
 use super::cycle::Cycle;
 use super::losses::{CycleCause, FrameCause};
-use super::values::{References, Values, bit, read_values};
+use super::values::{References, Values, index_bit, read_values};
 use crate::frame::Frame;
 use crate::layout::{Extraction, MessagePlan, Quantity};
 
 /// Position of a packed frame in the train.
-enum Place {
+enum FramePlace {
     First,
     After {
         cycles: u64,
@@ -29,47 +29,47 @@ impl State {
     /// Takes a packed frame: it is a complete cycle.
     pub(super) fn packed_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let mut values = Values::default();
-        let fault = read_values(message, frame.data(), &mut values, self.enabled);
+        let fault = read_values(message, frame.data(), &mut values, self.enabled_value);
         let mut follows = false;
         let counted = counter_of(message).is_some();
         if !counted {
-            self.period.stamp(frame.stamp_ns);
+            self.period_watch.handle_stamp(frame.stamp_ns);
         }
-        match self.place(message, &values, frame.stamp_ns) {
-            Place::First => self.start(frame.stamp_ns),
-            Place::Broken { silent, cycles, lost } => {
+        match self.place_frame(message, &values, frame.stamp_ns) {
+            FramePlace::First => self.start(frame.stamp_ns),
+            FramePlace::Broken { silent, cycles, lost } => {
                 if counted {
-                    self.period.start(frame.stamp_ns);
+                    self.period_watch.start(frame.stamp_ns);
                 }
-                self.lose(CycleCause::Silence, silent);
+                self.lose_cycles(CycleCause::Silence, silent);
                 self.start_again(frame.stamp_ns, lost, cycles);
             }
-            Place::Unused(cause) => return self.losses.frames.count(cause, 1),
-            Place::After { cycles, lost } => {
+            FramePlace::Unused(cause) => return self.losses.frames.count(cause, 1),
+            FramePlace::After { cycles, lost } => {
                 follows = cycles == 1;
                 if counted {
-                    self.period.count(frame.stamp_ns, cycles);
+                    self.period_watch.count(frame.stamp_ns, cycles);
                 }
                 if let Some(grid) = &mut self.grid {
                     grid.advance(frame.stamp_ns, cycles);
                 }
-                self.skip(lost, cycles);
+                self.lose_all_but_last(lost, cycles);
             }
         }
         self.counter = values.counter;
         let mut references = References::default();
-        references.read(index, message, frame.data(), frame.stamp_ns);
+        references.read_references(index, message, frame.data(), frame.stamp_ns);
         if self.next_sync {
-            let before = std::mem::replace(&mut self.pending, references);
+            let before = std::mem::replace(&mut self.pending_references, references);
             references = if follows { before } else { References::default() };
         }
         message.read_readings(frame, &mut self.readings);
-        self.open = Some(Cycle {
+        self.open_cycle = Some(Cycle {
             stamp_ns: frame.stamp_ns,
             sequence: self.sequence,
             values,
             references,
-            messages: bit(index),
+            messages: index_bit(index),
             frames: 1,
             fault,
             ..Cycle::default()
@@ -78,22 +78,24 @@ impl State {
     }
 
     /// Places a frame by the counter if there is one, else by the stamp.
-    fn place(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> Place {
-        let Some(grid) = &self.grid else { return Place::First };
+    fn place_frame(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> FramePlace {
+        let Some(grid) = &self.grid else { return FramePlace::First };
         let silence = grid.is_silence(stamp_ns).then(|| self.cycles_of_silence(stamp_ns));
         let periods = grid.periods_to(stamp_ns);
         let Some(counter) = counter_of(message) else {
             if let Some(cycles) = silence {
-                return Place::Broken { silent: 0, cycles, lost: CycleCause::Silence };
+                return FramePlace::Broken { silent: 0, cycles, lost: CycleCause::Silence };
             }
             #[allow(clippy::cast_possible_truncation, reason = "shorter than a silence")]
             return match periods.round() as i64 {
-                _ if self.by_frames => Place::After { cycles: 1, lost: CycleCause::MissingSync },
-                ..0 => Place::Broken { silent: 0, cycles: 2, lost: CycleCause::ClockStep },
-                0 => Place::Unused(FrameCause::Duplicate),
+                _ if self.by_frames => {
+                    FramePlace::After { cycles: 1, lost: CycleCause::MissingSync }
+                }
+                ..0 => FramePlace::Broken { silent: 0, cycles: 2, lost: CycleCause::ClockStep },
+                0 => FramePlace::Unused(FrameCause::Duplicate),
                 cycles => {
                     let cause = CycleCause::MissingSync;
-                    Place::After { cycles: cycles.unsigned_abs(), lost: cause }
+                    FramePlace::After { cycles: cycles.unsigned_abs(), lost: cause }
                 }
             };
         };
@@ -105,16 +107,18 @@ impl State {
             return match step {
                 // A narrow counter has had all its values in the meantime.
                 Step::Forward(counted) if width >= WIDE_COUNTER_BITS && counted > 1 => {
-                    Place::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
+                    FramePlace::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
                 }
-                _ => Place::Broken { silent: cycles - 2, cycles: 2, lost: CycleCause::Restart },
+                _ => {
+                    FramePlace::Broken { silent: cycles - 2, cycles: 2, lost: CycleCause::Restart }
+                }
             };
         }
-        let broken = |lost| Place::Broken { silent: 0, cycles: 2, lost };
+        let broken = |lost| FramePlace::Broken { silent: 0, cycles: 2, lost };
         match step {
-            Step::Forward(cycles) => Place::After { cycles, lost: CycleCause::CounterGap },
-            Step::Repeated => Place::Unused(FrameCause::CounterRepeated),
-            Step::Older => Place::Unused(FrameCause::Late),
+            Step::Forward(cycles) => FramePlace::After { cycles, lost: CycleCause::CounterGap },
+            Step::Repeated => FramePlace::Unused(FrameCause::CounterRepeated),
+            Step::Older => FramePlace::Unused(FrameCause::Late),
             Step::Restart if backwards => broken(CycleCause::ClockStep),
             Step::Restart => broken(CycleCause::Restart),
         }

@@ -29,7 +29,7 @@ pub(super) struct PeriodWatch {
     /// Latest interval of one period; it counts if the next one is one period, too.
     held_ns: Option<f64>,
     /// True if the interval before the latest was one period.
-    regular: bool,
+    was_regular: bool,
     /// Cycles of this stretch.
     cycles: f64,
     /// Delay of the latest stamp compared with the cycle count \[ns\].
@@ -37,9 +37,9 @@ pub(super) struct PeriodWatch {
     /// Minimum of `late_ns` in this stretch.
     least_ns: f64,
     /// True if `late_ns` counts from the least late stamp of the previous stretch.
-    compared: bool,
+    has_reference: bool,
     /// Number of consecutive stretches that were too long; negative if they were too short.
-    off: i32,
+    deviating_stretches: i32,
 }
 
 impl PeriodWatch {
@@ -48,18 +48,18 @@ impl PeriodWatch {
             nominal_ns,
             stamp_ns: None,
             held_ns: None,
-            regular: false,
+            was_regular: false,
             cycles: 0.0,
             late_ns: 0.0,
             least_ns: f64::INFINITY,
-            compared: false,
-            off: 0,
+            has_reference: false,
+            deviating_stretches: 0,
         }
     }
 
     /// Returns true if the period is not the nominal one.
     pub(super) fn is_wrong(&self) -> bool {
-        self.off.abs() >= DEVIATING_STRETCHES
+        self.deviating_stretches.abs() >= DEVIATING_STRETCHES
     }
 
     /// Takes a stamp that is `cycles` after the previous one by its counter.
@@ -71,12 +71,16 @@ impl PeriodWatch {
 
     /// Takes a stamp whose counter has restarted: nothing is known about the time before it.
     pub(super) fn start(&mut self, stamp_ns: u64) {
-        *self = Self { off: self.off, stamp_ns: Some(stamp_ns), ..Self::new(self.nominal_ns) };
+        *self = Self {
+            deviating_stretches: self.deviating_stretches,
+            stamp_ns: Some(stamp_ns),
+            ..Self::new(self.nominal_ns)
+        };
     }
 
     /// Takes a stamp without a counter. An interval counts only if it and both its neighbours are
     /// about one period long: next to a late or a lost frame it is meaningless.
-    pub(super) fn stamp(&mut self, stamp_ns: u64) {
+    pub(super) fn handle_stamp(&mut self, stamp_ns: u64) {
         let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
         let interval_ns = difference(stamp_ns, before);
         let held_ns = self.held_ns.take();
@@ -85,9 +89,9 @@ impl PeriodWatch {
             if let Some(held_ns) = held_ns {
                 self.add(held_ns, 1.0);
             }
-            self.held_ns = self.regular.then_some(interval_ns);
+            self.held_ns = self.was_regular.then_some(interval_ns);
         }
-        self.regular = regular;
+        self.was_regular = regular;
     }
 
     fn add(&mut self, interval_ns: f64, cycles: f64) {
@@ -102,12 +106,12 @@ impl PeriodWatch {
         let least_ns = std::mem::replace(&mut self.least_ns, f64::INFINITY);
         self.cycles = 0.0;
         self.late_ns -= least_ns;
-        if std::mem::replace(&mut self.compared, true) {
+        if std::mem::replace(&mut self.has_reference, true) {
             let gained = least_ns / length_ns;
-            self.off = if gained > PERIOD_TOLERANCE {
-                self.off.max(0).saturating_add(1)
+            self.deviating_stretches = if gained > PERIOD_TOLERANCE {
+                self.deviating_stretches.max(0).saturating_add(1)
             } else if gained < -PERIOD_TOLERANCE {
-                self.off.min(0).saturating_sub(1)
+                self.deviating_stretches.min(0).saturating_sub(1)
             } else {
                 0
             };
@@ -132,7 +136,7 @@ mod tests {
             if counter {
                 watch.count(stamp_ns, 1);
             } else {
-                watch.stamp(stamp_ns);
+                watch.handle_stamp(stamp_ns);
             }
             ever |= watch.is_wrong();
         }

@@ -4,7 +4,7 @@ use super::State;
 use super::cycle::Cycle;
 use super::grid::Grid;
 use super::losses::{CycleCause, FrameCause};
-use super::values::{References, bit, first, read_values};
+use super::values::{References, index_bit, prior_cause, read_values};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
@@ -26,7 +26,7 @@ const SYNC_MISSING: f64 = 1.5;
 impl State {
     /// Takes a SYNC: the previous cycle ends, the next one begins.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
-        self.period.stamp(stamp_ns);
+        self.period_watch.handle_stamp(stamp_ns);
         let Some(grid) = &mut self.grid else {
             self.start(stamp_ns);
             return self.begin_cycle(stamp_ns, 0);
@@ -40,7 +40,7 @@ impl State {
         if self.by_frames {
             *grid = Grid::start(self.period_ns, stamp_ns);
             self.end_cycle(true);
-            self.skip(CycleCause::MissingSync, 1);
+            self.lose_all_but_last(CycleCause::MissingSync, 1);
             return self.begin_cycle(stamp_ns, 1);
         }
         let periods = grid.periods_to(stamp_ns);
@@ -54,11 +54,11 @@ impl State {
             // The same SYNC twice. At a larger distance it may be the next SYNC of a clock that was
             // set back by about a period. Then the next frames may belong to the next cycle and
             // complete this one. Earlier targets may be one cycle older than later ones.
-            let echo_ns = rounded(ECHO_SHARE * self.period_ns);
+            let echo_ns = rounded_ns(ECHO_SHARE * self.period_ns);
             let distance_ns = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
-            if let Some(cycle) = self.open.as_mut().filter(distance_ns) {
-                cycle.fault = first(cycle.fault, CycleCause::Contradiction);
-                self.pending.drop_older(u64::MAX);
+            if let Some(cycle) = self.open_cycle.as_mut().filter(distance_ns) {
+                cycle.fault = prior_cause(cycle.fault, CycleCause::Contradiction);
+                self.pending_references.drop_older(u64::MAX);
             }
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
@@ -70,7 +70,7 @@ impl State {
             // A message that was missing before the gap does not arrive after it.
             self.missing_before = 0;
         }
-        self.skip(CycleCause::MissingSync, cycles);
+        self.lose_all_but_last(CycleCause::MissingSync, cycles);
         self.begin_cycle(stamp_ns, cycles);
     }
 
@@ -78,20 +78,20 @@ impl State {
     fn begin_cycle(&mut self, stamp_ns: u64, cycles: u64) {
         let mut references = References::default();
         if self.next_sync {
-            references = std::mem::take(&mut self.pending);
+            references = std::mem::take(&mut self.pending_references);
             if cycles != 1 {
                 // The drives may have received a SYNC that was not recorded: then they no longer
                 // use older targets.
-                references.drop_older(stamp_ns.saturating_sub(rounded(self.period_ns)));
+                references.drop_older(stamp_ns.saturating_sub(rounded_ns(self.period_ns)));
             }
         }
-        self.open = Some(Cycle {
+        self.open_cycle = Some(Cycle {
             stamp_ns,
             sequence: self.sequence,
             references,
             frames: 1,
             missing_before: self.missing_before,
-            before: self.latest,
+            previous_arrivals: self.latest_arrivals,
             ..Cycle::default()
         });
     }
@@ -99,49 +99,50 @@ impl State {
     /// Takes a frame that a sample requires.
     pub(super) fn sample_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let refusal = self.refusal_at(frame.stamp_ns);
-        let (None, Some(cycle)) = (refusal, &mut self.open) else {
+        let (None, Some(cycle)) = (refusal, &mut self.open_cycle) else {
             return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1);
         };
         let mut values = cycle.values;
-        let fault = read_values(message, frame.data(), &mut values, self.enabled);
-        if cycle.messages & bit(index) == 0 {
-            cycle.messages |= bit(index);
+        let fault = read_values(message, frame.data(), &mut values, self.enabled_value);
+        if cycle.messages & index_bit(index) == 0 {
+            cycle.messages |= index_bit(index);
             cycle.frames += 1;
-        } else if cycle.missing_before & bit(index) != 0 {
+        } else if cycle.missing_before & index_bit(index) != 0 {
             // The earlier frame belonged to the previous cycle; this one belongs to this cycle.
-            cycle.missing_before &= !bit(index);
+            cycle.missing_before &= !index_bit(index);
             self.losses.frames.count(FrameCause::Late, 1);
         } else {
             if values != cycle.values {
-                cycle.fault = first(cycle.fault, CycleCause::Contradiction);
+                cycle.fault = prior_cause(cycle.fault, CycleCause::Contradiction);
             }
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
         cycle.values = values;
         message.read_readings(frame, &mut self.readings);
         if let Some(fault) = fault {
-            cycle.fault = first(cycle.fault, fault);
+            cycle.fault = prior_cause(cycle.fault, fault);
         }
-        let references = if self.next_sync { &mut self.pending } else { &mut cycle.references };
-        references.read(index, message, frame.data(), frame.stamp_ns);
+        let references =
+            if self.next_sync { &mut self.pending_references } else { &mut cycle.references };
+        references.read_references(index, message, frame.data(), frame.stamp_ns);
     }
 
     /// Takes a frame that carries only references.
     pub(super) fn target_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let refusal = if !self.next_sync {
             self.refusal_at(frame.stamp_ns)
-        } else if self.open.is_some_and(|cycle| frame.stamp_ns < cycle.stamp_ns) {
+        } else if self.open_cycle.is_some_and(|cycle| frame.stamp_ns < cycle.stamp_ns) {
             Some(FrameCause::Late)
         } else {
             None
         };
-        let references = match (refusal, &mut self.open) {
-            (None, _) if self.next_sync => &mut self.pending,
+        let references = match (refusal, &mut self.open_cycle) {
+            (None, _) if self.next_sync => &mut self.pending_references,
             (None, Some(cycle)) => &mut cycle.references,
             _ => return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1),
         };
         message.read_readings(frame, &mut self.readings);
-        if references.read(index, message, frame.data(), frame.stamp_ns) {
+        if references.read_references(index, message, frame.data(), frame.stamp_ns) {
             self.losses.frames.count(FrameCause::Duplicate, 1);
         } else {
             references.frames += 1;
@@ -155,11 +156,11 @@ impl State {
         self.end_by_time(stamp_ns);
         let periods = grid.periods_to(stamp_ns);
         let by_sync = self.reach_ns.is_none();
-        match &mut self.open {
+        match &mut self.open_cycle {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
                 // A signal that is valid at its own arrival is valid in any cycle.
-                cycle.doubtful |= by_sync && periods >= DOUBTFUL_SHARE;
+                cycle.is_doubtful |= by_sync && periods >= DOUBTFUL_SHARE;
                 None
             }
             _ => Some(FrameCause::Late),
@@ -169,11 +170,11 @@ impl State {
     /// Ends the open cycle if its time is over: one period after its grid point. If the next SYNC
     /// is needed to trust the last frames, the cycle ends when that SYNC is missing.
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
-        let (Some(grid), Some(cycle)) = (&self.grid, &self.open) else { return };
-        let end = if cycle.doubtful { SYNC_MISSING } else { 1.0 };
+        let (Some(grid), Some(cycle)) = (&self.grid, &self.open_cycle) else { return };
+        let end = if cycle.is_doubtful { SYNC_MISSING } else { 1.0 };
         let past = grid.periods_to(now_ns) >= end;
         // If the frames count the cycles, only a missing frame is late.
-        let is_complete = self.complete.missing(cycle) == 0;
+        let is_complete = self.complete_mask.missing_messages(cycle) == 0;
         let over =
             if self.by_frames { grid.is_silence(now_ns) || (is_complete && past) } else { past };
         if over {
@@ -183,6 +184,6 @@ impl State {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a period: 1e4 to 1e9")]
-fn rounded(period_ns: f64) -> u64 {
+fn rounded_ns(period_ns: f64) -> u64 {
     period_ns.round() as u64
 }

@@ -34,7 +34,7 @@ pub(super) struct References {
 }
 
 /// Returns the bit of an index. A layout has at most 57 messages, so an index fits a `u64`.
-pub(super) fn bit(index: usize) -> u64 {
+pub(super) fn index_bit(index: usize) -> u64 {
     1 << (index & 63)
 }
 
@@ -59,7 +59,7 @@ pub(super) fn read_values(
             }
             Quantity::NetworkState => {
                 if let Some(cause) = network_fault(extraction.signal.field.bits(payload)) {
-                    fault = first(fault, cause);
+                    fault = prior_cause(fault, cause);
                 }
                 continue;
             }
@@ -68,7 +68,7 @@ pub(super) fn read_values(
                 let is = extraction.signal.field.bits(payload) == u64::from(enabled);
                 values.status_word[axis] = if is { OPERATION_ENABLED } else { 0 };
                 if !is {
-                    fault = first(fault, CycleCause::NotEnabled);
+                    fault = prior_cause(fault, CycleCause::NotEnabled);
                 }
                 continue;
             }
@@ -78,7 +78,7 @@ pub(super) fn read_values(
                 let word = u16::try_from(word).unwrap_or(0);
                 values.status_word[axis] = word;
                 if !is_enabled(word) {
-                    fault = first(fault, CycleCause::NotEnabled);
+                    fault = prior_cause(fault, CycleCause::NotEnabled);
                 }
                 continue;
             }
@@ -87,7 +87,7 @@ pub(super) fn read_values(
             Some(value) => *place = value,
             None => {
                 *place = 0.0;
-                fault = first(fault, CycleCause::OutOfRange);
+                fault = prior_cause(fault, CycleCause::OutOfRange);
             }
         }
     }
@@ -108,14 +108,14 @@ fn network_fault(state: u64) -> Option<CycleCause> {
 }
 
 /// Returns the cause that is counted if two causes cost the same cycle.
-pub(super) fn first(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
+pub(super) fn prior_cause(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
     Some(fault.map_or(other, |fault| fault.min(other)))
 }
 
 impl References {
     /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns true
     /// if this message had arrived before. A reference out of range is dropped.
-    pub(super) fn read(
+    pub(super) fn read_references(
         &mut self,
         index: usize,
         message: &MessagePlan,
@@ -127,15 +127,15 @@ impl References {
                 continue;
             }
             let axis = extraction.axis.min(MAX_JOINTS - 1);
-            self.axes &= !bit(axis);
+            self.axes &= !index_bit(axis);
             if let Some(value) = extraction.value(payload) {
                 self.value[axis] = value;
                 self.stamp_ns[axis] = stamp_ns;
-                self.axes |= bit(axis);
+                self.axes |= index_bit(axis);
             }
         }
-        let again = self.messages & bit(index) != 0;
-        self.messages |= bit(index);
+        let again = self.messages & index_bit(index) != 0;
+        self.messages |= index_bit(index);
         again
     }
 
@@ -143,7 +143,7 @@ impl References {
     pub(super) fn drop_older(&mut self, oldest_ns: u64) {
         for (axis, stamp_ns) in self.stamp_ns.iter().enumerate() {
             if *stamp_ns < oldest_ns {
-                self.axes &= !bit(axis);
+                self.axes &= !index_bit(axis);
             }
         }
     }

@@ -51,7 +51,7 @@ impl HardwareClock {
     }
 
     /// Returns the number of times that one of the two clocks was set.
-    pub fn steps(&self) -> u64 {
+    pub fn step_count(&self) -> u64 {
         self.steps
     }
 }
@@ -79,7 +79,7 @@ mod tests {
                 worst = worst.max(mapped.abs_diff(true_ns));
             }
         }
-        (worst, clock.steps())
+        (worst, clock.step_count())
     }
 
     #[test]

@@ -103,7 +103,7 @@ pub struct Capture<R = BufReader<File>> {
     reader: R,
     path: PathBuf,
     /// Bytes read so far.
-    read: u64,
+    bytes_read: u64,
     /// Offset of the block that is being read.
     offset: u64,
     block: Vec<u8>,
@@ -154,7 +154,7 @@ impl<R: BufRead> Capture<R> {
         Self {
             reader,
             path: path.into(),
-            read: 0,
+            bytes_read: 0,
             offset: 0,
             block: Vec::new(),
             format: Format::Unknown,
@@ -193,30 +193,30 @@ impl<R: BufRead> Capture<R> {
     /// Reads the first bytes and detects the format.
     fn begin(&mut self) -> Result<(), CaptureError> {
         let first = self.reader.fill_buf().map(|bytes| bytes.first_chunk().copied());
-        let first = first.map_err(|source| self.unreadable(source))?;
+        let first = first.map_err(|source| self.read_error(source))?;
         let Some((format, big_endian, per_second)) = first.and_then(first_bytes) else {
             return Err(CaptureError::NotCapture { path: self.path.clone() });
         };
         (self.format, self.big_endian) = (format, big_endian);
         if format == Format::Pcap {
-            if !self.take(24)? {
-                return Err(self.truncated());
+            if !self.read_block(24)? {
+                return Err(self.truncated_error());
             }
-            let is_ethernet = self.u16(if big_endian { 22 } else { 20 })? == ETHERNET_LINK_TYPE;
+            let is_ethernet = self.u16_at(if big_endian { 22 } else { 20 })? == ETHERNET_LINK_TYPE;
             self.interfaces.push(Interface { is_ethernet, per_second, offset_s: 0 });
         }
         Ok(())
     }
 
-    fn next_of_pcap(&mut self) -> Result<Option<Found>, CaptureError> {
+    fn next_of_pcap(&mut self) -> Result<Option<PacketPosition>, CaptureError> {
         while self.take_header(16)? {
-            let (seconds, fraction, length) = (self.u32(0)?, self.u32(4)?, self.u32(8)?);
+            let (seconds, fraction, length) = (self.u32_at(0)?, self.u32_at(4)?, self.u32_at(8)?);
             let Some(interface) = self.interfaces.first().copied() else { return Ok(None) };
             if length > MAX_BLOCK {
-                return Err(self.damaged("a packet is longer than any frame"));
+                return Err(self.damaged_error("a packet is longer than any frame"));
             }
-            if !self.take(length)? && length > 0 {
-                return Err(self.truncated());
+            if !self.read_block(length)? && length > 0 {
+                return Err(self.truncated_error());
             }
             if interface.is_ethernet {
                 let fraction_ns = u64::from(fraction) * (1_000_000_000 / interface.per_second);
@@ -228,27 +228,27 @@ impl<R: BufRead> Capture<R> {
         Ok(None)
     }
 
-    fn next_of_pcapng(&mut self) -> Result<Option<Found>, CaptureError> {
+    fn next_of_pcapng(&mut self) -> Result<Option<PacketPosition>, CaptureError> {
         while self.take_header(8)? {
             let header = self.block.clone();
             if header.starts_with(&SECTION_BLOCK.to_le_bytes()) {
                 self.section(&header)?;
                 continue;
             }
-            let (kind, length) = (self.u32(0)?, self.u32(4)?);
+            let (kind, length) = (self.u32_at(0)?, self.u32_at(4)?);
             if length < 12 || !length.is_multiple_of(4) {
-                return Err(self.damaged("a block has an impossible length"));
+                return Err(self.damaged_error("a block has an impossible length"));
             }
             if !matches!(kind, INTERFACE_BLOCK | SIMPLE_PACKET_BLOCK | PACKET_BLOCK) {
-                self.skip(length - 8)?;
+                self.skip_bytes(length - 8)?;
                 continue;
             }
-            self.body(length)?;
+            self.read_body(length)?;
             match kind {
                 INTERFACE_BLOCK => self.interface()?,
                 SIMPLE_PACKET_BLOCK => self.passed_over += 1,
                 _ => {
-                    if let Some(found) = self.packet()? {
+                    if let Some(found) = self.packet_position()? {
                         return Ok(Some(found));
                     }
                     self.passed_over += 1;
@@ -259,16 +259,16 @@ impl<R: BufRead> Capture<R> {
     }
 
     /// Reads the body of a block whose header is read. Checks it against the length at its end.
-    fn body(&mut self, length: u32) -> Result<(), CaptureError> {
+    fn read_body(&mut self, length: u32) -> Result<(), CaptureError> {
         if length > MAX_BLOCK {
-            return Err(self.damaged("a packet is longer than any frame"));
+            return Err(self.damaged_error("a packet is longer than any frame"));
         }
-        if !self.take(length - 8)? {
-            return Err(self.truncated());
+        if !self.read_block(length - 8)? {
+            return Err(self.truncated_error());
         }
         let end = self.block.len() - 4;
-        if self.u32(end)? != length {
-            return Err(self.damaged("a block ends with another length than it begins with"));
+        if self.u32_at(end)? != length {
+            return Err(self.damaged_error("a block ends with another length than it begins with"));
         }
         self.block.truncate(end);
         Ok(())
@@ -276,32 +276,32 @@ impl<R: BufRead> Capture<R> {
 
     /// Begins a section: it has its own byte order and its own interfaces.
     fn section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
-        if !self.take(4)? {
-            return Err(self.truncated());
+        if !self.read_block(4)? {
+            return Err(self.truncated_error());
         }
         self.big_endian = match &self.block {
             order if order[..] == BYTE_ORDER_MAGIC => false,
             order if order.iter().rev().eq(&BYTE_ORDER_MAGIC) => true,
-            _ => return Err(self.damaged("a section has no order of bytes")),
+            _ => return Err(self.damaged_error("a section has no order of bytes")),
         };
         self.interfaces.clear();
         self.block = header.to_vec();
-        let length = self.u32(4)?;
+        let length = self.u32_at(4)?;
         if length < 28 || !length.is_multiple_of(4) {
-            return Err(self.damaged("a section begins with an impossible length"));
+            return Err(self.damaged_error("a section begins with an impossible length"));
         }
-        self.skip(length - 12)
+        self.skip_bytes(length - 12)
     }
 
     fn interface(&mut self) -> Result<(), CaptureError> {
         if self.interfaces.len() == MAX_INTERFACES {
-            return Err(self.damaged("a section has more interfaces than any capture"));
+            return Err(self.damaged_error("a section has more interfaces than any capture"));
         }
-        let is_ethernet = self.u16(0)? == ETHERNET_LINK_TYPE;
+        let is_ethernet = self.u16_at(0)? == ETHERNET_LINK_TYPE;
         let mut interface = Interface { is_ethernet, per_second: 1_000_000, offset_s: 0 };
         let mut offset = 8;
         while offset + 4 <= self.block.len() {
-            let (code, length) = (self.u16(offset)?, usize::from(self.u16(offset + 2)?));
+            let (code, length) = (self.u16_at(offset)?, usize::from(self.u16_at(offset + 2)?));
             let value = self.block.get(offset + 4..offset + 4 + length).unwrap_or_default();
             match (code, value) {
                 (0, _) => break,
@@ -309,12 +309,12 @@ impl<R: BufRead> Capture<R> {
                     let base: u64 = if power & 0x80 == 0 { 10 } else { 2 };
                     let per_second = base.checked_pow(u32::from(power & 0x7F));
                     let Some(per_second) = per_second else {
-                        return Err(self.damaged("an interface has an impossible resolution"));
+                        return Err(self.damaged_error("an interface has an impossible resolution"));
                     };
                     interface.per_second = per_second;
                 }
                 (OFFSET_OPTION, _) if length == 8 => {
-                    let (low, high) = (self.u32(offset + 4)?, self.u32(offset + 8)?);
+                    let (low, high) = (self.u32_at(offset + 4)?, self.u32_at(offset + 8)?);
                     let (low, high) = if self.big_endian { (high, low) } else { (low, high) };
                     interface.offset_s = (u64::from(high) << 32 | u64::from(low)).cast_signed();
                 }
@@ -327,16 +327,16 @@ impl<R: BufRead> Capture<R> {
     }
 
     /// Returns the position of a packet in its block, or `None` if it is not Ethernet.
-    fn packet(&self) -> Result<Option<Found>, CaptureError> {
-        let number = usize::try_from(self.u32(0)?).unwrap_or(usize::MAX);
+    fn packet_position(&self) -> Result<Option<PacketPosition>, CaptureError> {
+        let number = usize::try_from(self.u32_at(0)?).unwrap_or(usize::MAX);
         let Some(interface) = self.interfaces.get(number) else {
-            return Err(self.damaged("a packet is of an interface that was not described"));
+            return Err(self.damaged_error("a packet is of an interface that was not described"));
         };
-        let count = u64::from(self.u32(4)?) << 32 | u64::from(self.u32(8)?);
-        let length = usize::try_from(self.u32(12)?).unwrap_or(usize::MAX);
+        let count = u64::from(self.u32_at(4)?) << 32 | u64::from(self.u32_at(8)?);
+        let length = usize::try_from(self.u32_at(12)?).unwrap_or(usize::MAX);
         let end = length.saturating_add(20);
         if end > self.block.len() {
-            return Err(self.damaged("a packet is longer than its block"));
+            return Err(self.damaged_error("a packet is longer than its block"));
         }
         let ns = u128::from(count) * 1_000_000_000 / u128::from(interface.per_second);
         let ns = u64::try_from(ns).unwrap_or(u64::MAX);
@@ -344,60 +344,60 @@ impl<R: BufRead> Capture<R> {
         Ok(interface.is_ethernet.then_some((stamp_ns, 20..end)))
     }
 
-    /// Reads like [`Self::take`], at the start of a block.
+    /// Reads like [`Self::read_block`], at the start of a block.
     fn take_header(&mut self, length: u32) -> Result<bool, CaptureError> {
-        self.offset = self.read;
-        self.take(length)
+        self.offset = self.bytes_read;
+        self.read_block(length)
     }
 
     /// Reads `length` bytes to `block`. Returns false if the file ends before the first of them.
-    fn take(&mut self, length: u32) -> Result<bool, CaptureError> {
+    fn read_block(&mut self, length: u32) -> Result<bool, CaptureError> {
         self.block.clear();
         let mut part = self.reader.by_ref().take(length.into());
         let read = part.read_to_end(&mut self.block);
-        let read = read.map_err(|source| self.unreadable(source))? as u64;
+        let read = read.map_err(|source| self.read_error(source))? as u64;
         if read > 0 && read < u64::from(length) {
-            return Err(self.truncated());
+            return Err(self.truncated_error());
         }
-        self.read += read;
+        self.bytes_read += read;
         Ok(read > 0)
     }
 
-    fn skip(&mut self, length: u32) -> Result<(), CaptureError> {
+    fn skip_bytes(&mut self, length: u32) -> Result<(), CaptureError> {
         let mut part = self.reader.by_ref().take(length.into());
         let skipped = io::copy(&mut part, &mut io::sink());
-        let skipped = skipped.map_err(|source| self.unreadable(source))?;
-        self.read += skipped;
-        if skipped < u64::from(length) { Err(self.truncated()) } else { Ok(()) }
+        let skipped = skipped.map_err(|source| self.read_error(source))?;
+        self.bytes_read += skipped;
+        if skipped < u64::from(length) { Err(self.truncated_error()) } else { Ok(()) }
     }
 
-    fn u16(&self, at: usize) -> Result<u16, CaptureError> {
+    fn u16_at(&self, at: usize) -> Result<u16, CaptureError> {
         let bytes = self.block.get(at..).and_then(|rest| rest.first_chunk().copied());
-        let bytes = bytes.ok_or_else(|| self.damaged("a block is shorter than its kind"))?;
+        let bytes = bytes.ok_or_else(|| self.damaged_error("a block is shorter than its kind"))?;
         Ok(if self.big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
     }
 
-    fn u32(&self, at: usize) -> Result<u32, CaptureError> {
+    fn u32_at(&self, at: usize) -> Result<u32, CaptureError> {
         let bytes = self.block.get(at..).and_then(|rest| rest.first_chunk().copied());
-        let bytes = bytes.ok_or_else(|| self.damaged("a block is shorter than its kind"))?;
+        let bytes = bytes.ok_or_else(|| self.damaged_error("a block is shorter than its kind"))?;
         Ok(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
-    fn unreadable(&self, source: io::Error) -> CaptureError {
+    fn read_error(&self, source: io::Error) -> CaptureError {
         CaptureError::Read { path: self.path.clone(), offset: self.offset, source }
     }
 
-    fn truncated(&self) -> CaptureError {
+    fn truncated_error(&self) -> CaptureError {
         CaptureError::Truncated { path: self.path.clone(), offset: self.offset }
     }
 
-    fn damaged(&self, what: &'static str) -> CaptureError {
+    fn damaged_error(&self, what: &'static str) -> CaptureError {
         CaptureError::Damaged { path: self.path.clone(), offset: self.offset, what }
     }
 }
 
 /// Stamp \[ns\], and the position of the packet in the block.
-type Found = (u64, core::ops::Range<usize>);
+type PacketPosition = (u64, core::ops::Range<usize>);
 
 /// Returns the format, the endianness (true: big endian) and the stamp ticks per second. Returns
 /// `None` if the file is no capture.

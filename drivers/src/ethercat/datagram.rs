@@ -49,7 +49,7 @@ pub(crate) struct Datagram<'a> {
 
 impl Datagram<'_> {
     /// Returns the address of the station, if the command has one.
-    pub(crate) fn station(&self) -> u16 {
+    pub(crate) fn station_address(&self) -> u16 {
         let [low, high, ..] = self.address.to_le_bytes();
         u16::from_le_bytes([low, high])
     }
@@ -85,7 +85,7 @@ impl Datagram<'_> {
 pub(crate) struct EthercatFrame<'a> {
     /// True if the frame has passed the slaves: the first one sets the second lowest bit of the
     /// source address. Only then the slaves have written its inputs.
-    pub(crate) returning: bool,
+    pub(crate) is_returning: bool,
     datagrams: &'a [u8],
 }
 
@@ -94,17 +94,17 @@ impl<'a> EthercatFrame<'a> {
     pub(crate) fn parse(packet: &'a [u8]) -> Option<Self> {
         let returning = packet.get(6)? & 2 != 0;
         let mut offset = ADDRESS_BYTES;
-        if big(packet, offset)? == VLAN_TYPE {
+        if u16_big_endian(packet, offset)? == VLAN_TYPE {
             offset += 4;
         }
-        if big(packet, offset)? != ETHERCAT_TYPE {
+        if u16_big_endian(packet, offset)? != ETHERCAT_TYPE {
             return None;
         }
-        let header = little(packet, offset + 2)?;
+        let header = u16_little_endian(packet, offset + 2)?;
         let length = usize::from(header & 0x7FF);
         // The bytes after this length pad the frame to 60 bytes.
         let datagrams = packet.get(offset + 4..)?.get(..length)?;
-        let frame = Self { returning, datagrams };
+        let frame = Self { is_returning: returning, datagrams };
         (header >> 12 == DATAGRAM_TYPE && frame.is_whole()).then_some(frame)
     }
 
@@ -112,7 +112,7 @@ impl<'a> EthercatFrame<'a> {
     pub(crate) fn datagrams(&self) -> impl Iterator<Item = Datagram<'a>> + use<'a> {
         let mut rest = Some(self.datagrams);
         core::iter::from_fn(move || {
-            let (datagram, after) = split(rest?)?;
+            let (datagram, after) = split_first(rest?)?;
             rest = after;
             Some(datagram)
         })
@@ -121,7 +121,7 @@ impl<'a> EthercatFrame<'a> {
     fn is_whole(&self) -> bool {
         let mut rest = Some(self.datagrams);
         while let Some(bytes) = rest {
-            let Some((_, after)) = split(bytes) else { return false };
+            let Some((_, after)) = split_first(bytes) else { return false };
             rest = after;
         }
         true
@@ -129,24 +129,24 @@ impl<'a> EthercatFrame<'a> {
 }
 
 /// Returns the first datagram, and the bytes after it if more datagrams follow.
-fn split(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
-    let word = little(bytes, 6)?;
+fn split_first(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
+    let word = u16_little_endian(bytes, 6)?;
     let end = HEADER_BYTES + usize::from(word & 0x7FF);
     let datagram = Datagram {
         command: *bytes.first()?,
         index: *bytes.get(1)?,
         address: u32::from_le_bytes(*bytes.get(2..)?.first_chunk()?),
         data: bytes.get(HEADER_BYTES..end)?,
-        working_counter: little(bytes, end)?,
+        working_counter: u16_little_endian(bytes, end)?,
     };
     let more = word & 0x8000 != 0;
     Some((datagram, if more { Some(bytes.get(end + COUNTER_BYTES..)?) } else { None }))
 }
 
-fn little(bytes: &[u8], at: usize) -> Option<u16> {
+fn u16_little_endian(bytes: &[u8], at: usize) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-fn big(bytes: &[u8], at: usize) -> Option<u16> {
+fn u16_big_endian(bytes: &[u8], at: usize) -> Option<u16> {
     Some(u16::from_be_bytes(*bytes.get(at..)?.first_chunk()?))
 }

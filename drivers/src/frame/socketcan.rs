@@ -21,7 +21,7 @@ impl TryFrom<FrameId> for Id {
 impl FrameId {
     fn out_of_range(self) -> FrameError {
         let bits = if matches!(self, Self::Standard(_)) { 11 } else { 29 };
-        FrameError::IdRange { id: self.raw(), bits }
+        FrameError::IdRange { id: self.number(), bits }
     }
 }
 
@@ -49,7 +49,7 @@ impl TryFrom<&Frame> for CanAnyFrame {
                 .map(Self::Remote)
                 .ok_or(too_long),
             FrameKind::Error => {
-                CanErrorFrame::new_error(id.raw(), data).map(Self::Error).map_err(|_| too_long)
+                CanErrorFrame::new_error(id.number(), data).map(Self::Error).map_err(|_| too_long)
             }
             FrameKind::Fd { bit_rate_switch, error_state_indicator } => {
                 let mut flags = FdFlags::empty();

@@ -6,7 +6,7 @@ use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Validity};
-use super::readings::{in_own_unit, law, readings};
+use super::readings::{in_own_unit, law_signals, reading_specs};
 use super::spec::{
     CyclesBy, FollowingError, LayoutSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
     SignalNames, TorqueValidity,
@@ -22,13 +22,13 @@ impl CompiledLayout {
     /// [`LayoutError`] names the mismatch and its place.
     pub fn compile(dbc: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
         if !spec.nodes.is_empty() {
-            return refuse("nodes", "names device files; give them or `dbc`, not both".into());
+            return key_error("nodes", "names device files; give them or `dbc`, not both".into());
         }
         if !spec.slaves.is_empty() {
-            return refuse("slaves", "are of an ENI file or a start-up, not of `dbc`".into());
+            return key_error("slaves", "are of an ENI file or a start-up, not of `dbc`".into());
         }
         check_no_objects(spec)?;
-        let patterns = patterns(spec)?;
+        let patterns = name_patterns(spec)?;
         // A pattern is expanded once per axis: check that an arm can have this number of axes
         // before.
         check_axes(spec)?;
@@ -40,12 +40,12 @@ impl CompiledLayout {
                 format,
                 role: Role::Sync,
                 extractions: Vec::new(),
-                except: Vec::new(),
+                excluded_values: Vec::new(),
             });
         }
         for (key, quantity, names) in patterns {
             for (axis, name) in names_of(key, &names, spec.axes)?.iter().enumerate() {
-                add(&database, &mut messages, key, name, quantity, axis)?;
+                add_message(&database, &mut messages, key, name, quantity, axis)?;
             }
         }
         for except in &spec.except {
@@ -55,12 +55,12 @@ impl CompiledLayout {
         }
         if let Some(pattern) = &spec.counter {
             if spec.sync.is_some() {
-                return refuse(
+                return key_error(
                     "counter",
                     "is for packed frames; with `sync` there are none".into(),
                 );
             }
-            add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
+            add_message(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
         }
         finish(messages, spec)
     }
@@ -70,7 +70,7 @@ fn check_axes(spec: &LayoutSpec) -> Result<(), LayoutError> {
     if (1..=MAX_JOINTS).contains(&spec.axes) {
         return Ok(());
     }
-    refuse("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes))
+    key_error("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes))
 }
 
 /// Completes the plan of the messages, from any kind of description.
@@ -107,15 +107,15 @@ pub(super) fn finish(
              to mark the instant of the sample",
             names.join(", ")
         );
-        return refuse("sync", reason);
+        return key_error("sync", reason);
     };
     let timing = spec.torque.valid.timing(1e9 / period_ns);
     let validity = Validity {
         at_arrival: at_arrival(spec),
-        torque: timing.or_else(|problem| refuse("torque.valid", problem))?,
+        torque: timing.or_else(|problem| key_error("torque.valid", problem))?,
         reference_at_next_sync: next_sync,
         following_error: following_error(spec)?,
-        enabled: spec.enabled.as_ref().map_or(0, |enabled| enabled.is),
+        enabled_value: spec.enabled.as_ref().map_or(0, |enabled| enabled.is),
     };
     let counting = spec.cycles_by;
     Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, validity, counting))
@@ -135,7 +135,7 @@ fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingError>, LayoutEr
     if *valid == ReferenceValidity::NextSync {
         let reason = "\"next-sync\" is of a target; a following error belongs to the position in \
             the same frame";
-        return refuse("reference.valid", reason.into());
+        return key_error("reference.valid", reason.into());
     }
     Ok(Some(*error))
 }
@@ -144,7 +144,7 @@ fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingError>, LayoutEr
 fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutError> {
     let arrival = at_arrival(spec);
     let agrees = |key, other: Option<bool>| match other {
-        Some(other) if other != arrival => refuse(
+        Some(other) if other != arrival => key_error(
             key,
             "either every signal is valid at the \"arrival\" of its own frame, or none is".into(),
         ),
@@ -156,7 +156,7 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
     let sync = messages.iter().find(|message| message.role == Role::Sync);
     if !arrival {
         return match sync.and_then(|sync| sync.extractions.first()) {
-            Some(signal) => refuse(
+            Some(signal) => key_error(
                 "sync",
                 format!(
                     "carries `{}`, and a SYNC carries no signals; where every signal is valid at \
@@ -170,12 +170,12 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
     if sync.is_none() {
         let reason = "missing: signals are valid at the arrival of their own frames, so that a \
             message that comes once a cycle has to mark the instant of the sample";
-        return refuse("sync", reason.into());
+        return key_error("sync", reason.into());
     }
     if spec.cycles_by == CyclesBy::Frames {
         let reason = "\"frames\" does not trust the stamps, and signals that are valid at the \
                       \"arrival\" of their frames need them";
-        return refuse("cycles_by", reason.into());
+        return key_error("cycles_by", reason.into());
     }
     Ok(())
 }
@@ -191,11 +191,11 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("reference.object", reference.is_some_and(|r| r.object.is_some())),
         ("reference.unit", reference.is_some_and(|r| r.unit.is_some())),
     ];
-    let of_readings = readings(spec).flat_map(|(_, [_, object, unit], of)| {
+    let of_readings = reading_specs(spec).flat_map(|(_, [_, object, unit], of)| {
         [(object, of.object.is_some()), (unit, of.unit.is_some())]
     });
     match keys.into_iter().chain(of_readings).find(|(_, is_present)| *is_present) {
-        Some((key, _)) => refuse(
+        Some((key, _)) => key_error(
             key,
             "is for `nodes` and `slaves` only; a DBC file has `signal` and units".into(),
         ),
@@ -205,7 +205,7 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
 
 type Patterns = Vec<(&'static str, Quantity, SignalNames)>;
 
-fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
+fn name_patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
     let mut patterns = Vec::new();
     let signals = [
         Some(("position.signal", Quantity::Position, &spec.position.signal)),
@@ -214,13 +214,13 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
     ];
     for (key, quantity, signal) in signals.into_iter().flatten() {
         let Some(signal) = signal else {
-            return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
+            return key_error(key, "missing: name the signal, as \"Message.Signal\"".into());
         };
         patterns.push((key, quantity, signal.clone()));
     }
     match (&spec.status_word, &spec.enabled) {
         (Some(_), Some(_)) => {
-            return refuse("enabled", "says what `status_word` says; give one of them".into());
+            return key_error("enabled", "says what `status_word` says; give one of them".into());
         }
         (Some(signal), None) => {
             let pattern = SignalNames::Pattern(signal.clone());
@@ -231,17 +231,17 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
         }
         (None, None) => {}
     }
-    for (reading, [key, ..], of) in readings(spec) {
+    for (reading, [key, ..], of) in reading_specs(spec) {
         let Some(signal) = &of.signal else {
-            return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
+            return key_error(key, "missing: name the signal, as \"Message.Signal\"".into());
         };
         patterns.push((key, Quantity::Reading(reading), signal.clone()));
     }
     if spec.law.is_some() && spec.reference.is_none() {
         let reason = "needs `reference`, the position that it holds the axis to";
-        return refuse("law", reason.into());
+        return key_error("law", reason.into());
     }
-    for (reading, key, names) in law(spec) {
+    for (reading, key, names) in law_signals(spec) {
         patterns.push((key, Quantity::Reading(reading), names.clone()));
     }
     Ok(patterns)
@@ -260,7 +260,7 @@ fn names_of(
         }
         SignalNames::Listed(names) if names.len() == axes => Ok(names.clone()),
         SignalNames::Listed(names) => {
-            refuse(key, format!("{} signals for {axes} axes; give one per axis", names.len()))
+            key_error(key, format!("{} signals for {axes} axes; give one per axis", names.len()))
         }
     }
 }
@@ -273,19 +273,21 @@ fn except_in(
     values: &[u16],
 ) -> Result<(), LayoutError> {
     let key = "except";
-    let (message, signal) = split(key, name)?;
+    let (message, signal) = split_name(key, name)?;
     let signal = database.signal(key, message, signal)?;
     check_integer(Quantity::Enabled, &signal)?;
     match messages.iter_mut().find(|plan| plan.format.name == message) {
         Some(plan) => {
-            plan.except.push((signal.field, values.to_vec()));
+            plan.excluded_values.push((signal.field, values.to_vec()));
             Ok(())
         }
-        None => refuse(key, format!("`{name}` is in no message that carries a signal of the arm")),
+        None => {
+            key_error(key, format!("`{name}` is in no message that carries a signal of the arm"))
+        }
     }
 }
 
-fn split<'n>(key: &'static str, name: &'n str) -> Result<(&'n str, &'n str), LayoutError> {
+fn split_name<'n>(key: &'static str, name: &'n str) -> Result<(&'n str, &'n str), LayoutError> {
     match name.split_once('.') {
         Some((message, signal)) if !message.is_empty() && !signal.is_empty() => {
             Ok((message, signal))
@@ -295,7 +297,7 @@ fn split<'n>(key: &'static str, name: &'n str) -> Result<(&'n str, &'n str), Lay
 }
 
 /// Adds one signal to the plan of its message.
-fn add(
+fn add_message(
     database: &Database<'_>,
     messages: &mut Vec<MessagePlan>,
     key: &'static str,
@@ -303,7 +305,7 @@ fn add(
     quantity: Quantity,
     axis: usize,
 ) -> Result<(), LayoutError> {
-    let (message, signal) = split(key, name)?;
+    let (message, signal) = split_name(key, name)?;
     let format = database.message(key, message)?;
     let signal = in_own_unit(quantity, database.signal(key, message, signal)?)?;
     check_integer(quantity, &signal)?;
@@ -319,7 +321,7 @@ fn add(
                 format,
                 role: Role::Sample,
                 extractions,
-                except: Vec::new(),
+                excluded_values: Vec::new(),
             });
             Ok(())
         }
@@ -382,19 +384,21 @@ fn period_ns(spec: &LayoutSpec) -> Result<f64, LayoutError> {
     let period_us = match (spec.period_us, spec.rate_hz) {
         (Some(period), None) => period,
         (None, Some(rate)) => 1e6 / rate,
-        _ => return refuse("period_us", "give either `period_us` or `rate_hz`".into()),
+        _ => return key_error("period_us", "give either `period_us` or `rate_hz`".into()),
     };
     if !(PERIOD_US.0..=PERIOD_US.1).contains(&period_us) {
         return match spec.rate_hz {
             Some(rate) => {
-                refuse("rate_hz", format!("{rate} Hz; a bus has 1 to 100000 cycles a second"))
+                key_error("rate_hz", format!("{rate} Hz; a bus has 1 to 100000 cycles a second"))
             }
-            None => refuse("period_us", format!("{period_us} µs; a bus cycle takes 10 µs to 1 s")),
+            None => {
+                key_error("period_us", format!("{period_us} µs; a bus cycle takes 10 µs to 1 s"))
+            }
         };
     }
     Ok(period_us * 1e3)
 }
 
-pub(super) fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
+pub(super) fn key_error<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
     Err(LayoutError::Key { key, reason })
 }

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use didim_dynamics::Reading;
 
-use super::compile::{at_arrival, check_integer, finish, refuse};
+use super::compile::{at_arrival, check_integer, finish, key_error};
 use super::dbc::{MessageFormat, SignalFormat};
-use super::eds::{Dictionary, Direction, EdsError, Mapped, Object, Pdo, Sent, identifier};
+use super::eds::{Dictionary, Direction, EdsError, Mapped, Object, Pdo, Transmission, identifier};
 use super::error::LayoutError;
 use super::field::{ByteOrder, Field};
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
-use super::readings::{in_own_unit, readings};
+use super::readings::{in_own_unit, reading_specs};
 use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
@@ -27,8 +27,8 @@ pub(super) struct Wanted<'a> {
 struct Node<'a> {
     dictionary: Dictionary<'a>,
     offset: u16,
-    transmit: Vec<Pdo>,
-    receive: Vec<Pdo>,
+    transmit_pdos: Vec<Pdo>,
+    receive_pdos: Vec<Pdo>,
 }
 
 impl CompiledLayout {
@@ -41,12 +41,12 @@ impl CompiledLayout {
         check_keys(spec)?;
         if spec.nodes.len() != spec.axes {
             let reason = format!("{} for {} axes; give one per axis", spec.nodes.len(), spec.axes);
-            return refuse("nodes", reason);
+            return key_error("nodes", reason);
         }
         let files = files(spec)?;
-        let wanted = wanted(spec)?;
+        let wanted = requested_signals(spec)?;
         let nodes = read(texts, spec, &files)?;
-        let mut messages = vec![sync(&nodes)?];
+        let mut messages = vec![sync_message(&nodes)?];
         for wanted in &wanted {
             for (axis, node) in nodes.iter().enumerate() {
                 add(&mut messages, wanted, axis, node)?;
@@ -60,10 +60,10 @@ impl CompiledLayout {
 pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     if spec.sync.is_some() {
         let reason = "is object 1005h of the device files, and the cycle of EtherCAT; leave it out";
-        return refuse("sync", reason.into());
+        return key_error("sync", reason.into());
     }
     if spec.counter.is_some() {
-        return refuse("counter", "is for packed frames; PDOs go by the cycle".into());
+        return key_error("counter", "is for packed frames; PDOs go by the cycle".into());
     }
     let signals = [
         ("position.signal", spec.position.signal.is_some()),
@@ -73,32 +73,34 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("except", !spec.except.is_empty()),
         ("law", spec.law.is_some()),
     ];
-    let of_readings = readings(spec).map(|(_, [signal, ..], of)| (signal, of.signal.is_some()));
+    let of_readings =
+        reading_specs(spec).map(|(_, [signal, ..], of)| (signal, of.signal.is_some()));
     match signals.into_iter().chain(of_readings).find(|(_, is_present)| *is_present) {
-        Some((key, _)) => refuse(
+        Some((key, _)) => key_error(
             key,
             "names a signal of a DBC file; with `nodes` and `slaves` use `object`".into(),
         ),
-        None if at_arrival(spec) => {
-            refuse("position.valid", "\"arrival\" is for a bus without SYNC; PDOs go by it".into())
-        }
+        None if at_arrival(spec) => key_error(
+            "position.valid",
+            "\"arrival\" is for a bus without SYNC; PDOs go by it".into(),
+        ),
         None => Ok(()),
     }
 }
 
-pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
+pub(super) fn requested_signals(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
     let single = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
         let Some(object) = object else {
-            return refuse(key, "missing: name the object, as \"6064:00\"".into());
+            return key_error(key, "missing: name the object, as \"6064:00\"".into());
         };
         let Some(object) = Object::parse(object) else {
             let reason = format!("`{object}`: index and sub-index in hexadecimal, as \"6064:00\"");
-            return refuse(key, reason);
+            return key_error(key, reason);
         };
         let Some(unit) = unit else {
             let reason = "missing: a device file has no units; \"count\", \"per mille\"… as the \
                           drive's manual says";
-            return refuse(unit_key, reason.into());
+            return key_error(unit_key, reason.into());
         };
         Ok(Wanted { key, quantity, object, unit, direction })
     };
@@ -141,9 +143,9 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
         let (key, word) = ("status_word", Some(word.as_str()));
         wanted.push(single(key, key, Quantity::StatusWord, word, Some(""), Direction::Transmit)?);
     }
-    for (reading, [_, key, unit_key], of) in readings(spec) {
+    for (reading, [_, key, unit_key], of) in reading_specs(spec) {
         let unit = match (reading, of.unit.as_deref()) {
-            (Reading::Mode, Some(_)) => return refuse(unit_key, "a mode has none".into()),
+            (Reading::Mode, Some(_)) => return key_error(unit_key, "a mode has none".into()),
             (Reading::Mode, None) => Some(""),
             (_, unit) => unit,
         };
@@ -157,12 +159,12 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
 fn files(spec: &LayoutSpec) -> Result<Vec<(&Path, bool)>, LayoutError> {
     let file = |node: &'_ NodeSpec| -> Result<bool, LayoutError> {
         if !(1..=127).contains(&node.node_id) {
-            return refuse("nodes", format!("node_id {}; a node has 1 to 127", node.node_id));
+            return key_error("nodes", format!("node_id {}; a node has 1 to 127", node.node_id));
         }
         match (&node.eds, &node.dcf) {
             (Some(_), None) => Ok(false),
             (None, Some(_)) => Ok(true),
-            _ => refuse("nodes", format!("node {}: give either `eds` or `dcf`", node.node_id)),
+            _ => key_error("nodes", format!("node {}: give either `eds` or `dcf`", node.node_id)),
         }
     };
     spec.nodes.iter().map(|node| Ok((node.file().unwrap_or(Path::new("")), file(node)?))).collect()
@@ -174,26 +176,35 @@ fn read<'a>(
     files: &[(&'a Path, bool)],
 ) -> Result<Vec<Node<'a>>, LayoutError> {
     if texts.len() != files.len() {
-        return refuse("nodes", format!("{} device files for {} nodes", texts.len(), files.len()));
+        return key_error(
+            "nodes",
+            format!("{} device files for {} nodes", texts.len(), files.len()),
+        );
     }
     let mut nodes = Vec::new();
     for ((text, node), (file, configured)) in texts.iter().zip(&spec.nodes).zip(files) {
         let dictionary = Dictionary::parse(text, file, node.node_id, *configured)?;
         let transmit = Pdo::read_all(&dictionary, Direction::Transmit)?;
         let receive = Pdo::read_all(&dictionary, Direction::Receive)?;
-        nodes.push(Node { dictionary, offset: node.object_offset, transmit, receive });
+        nodes.push(Node {
+            dictionary,
+            offset: node.object_offset,
+            transmit_pdos: transmit,
+            receive_pdos: receive,
+        });
     }
     Ok(nodes)
 }
 
 /// Returns the SYNC, which has to be the same for all nodes: 1005h, with a counter if 1019h says
 /// so.
-fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
+fn sync_message(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
     let remedy = "the SYNC's COB-ID marks the instant of the samples; it is usually 0x80";
     let mut agreed: Option<(FrameId, bool)> = None;
     for Node { dictionary, .. } in nodes {
-        let cob_id = dictionary.required(0x1005, 0, remedy)?;
-        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
+        let cob_id = dictionary.required_value(0x1005, 0, remedy)?;
+        let id =
+            identifier(cob_id.number).map_err(|reason| dictionary.value_error(&cob_id, reason))?;
         let counter = dictionary.value(0x1019, 0)?.is_some_and(|value| value.number > 1);
         match agreed {
             Some(other) if other != (id, counter) => {
@@ -203,17 +214,22 @@ fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
                     if counter { " with a counter" } else { "" },
                     other.0
                 );
-                return Err(dictionary.refuse(&cob_id, reason).into());
+                return Err(dictionary.value_error(&cob_id, reason).into());
             }
             _ => agreed = Some((id, counter)),
         }
     }
     let Some((id, counter)) = agreed else {
-        return refuse("nodes", "is empty; give one per axis".into());
+        return key_error("nodes", "is empty; give one per axis".into());
     };
     let format =
-        MessageFormat { name: "SYNC".to_owned(), id, fd: false, length: u8::from(counter) };
-    Ok(MessagePlan { format, role: Role::Sync, extractions: Vec::new(), except: Vec::new() })
+        MessageFormat { name: "SYNC".to_owned(), id, is_fd: false, length: u8::from(counter) };
+    Ok(MessagePlan {
+        format,
+        role: Role::Sync,
+        extractions: Vec::new(),
+        excluded_values: Vec::new(),
+    })
 }
 
 /// Adds an object of a node to the plan of the PDO that carries it.
@@ -226,7 +242,7 @@ fn add(
     let object = Object {
         // The objects of the axes of one node are 800h apart (CiA 402).
         index: wanted.object.index.wrapping_add(node.offset),
-        sub: wanted.object.sub,
+        sub_index: wanted.object.sub_index,
     };
     let (pdo, mapped, sent) = find(wanted, object, node)?;
     let dictionary = &node.dictionary;
@@ -247,12 +263,12 @@ fn add(
             return Err(EdsError::Pdo { file, section, pdo: pdo.name(), node, reason }.into());
         }
         None => {
-            let format = MessageFormat { name, id: sent.id, fd: false, length: pdo.bytes() };
+            let format = MessageFormat { name, id: sent.id, is_fd: false, length: pdo.bytes() };
             messages.push(MessagePlan {
                 format,
                 role: Role::Sample,
                 extractions: vec![extraction],
-                except: Vec::new(),
+                excluded_values: Vec::new(),
             });
         }
     }
@@ -265,18 +281,18 @@ fn find<'n>(
     wanted: &Wanted<'_>,
     object: Object,
     node: &'n Node<'_>,
-) -> Result<(&'n Pdo, Mapped, Sent), EdsError> {
+) -> Result<(&'n Pdo, Mapped, Transmission), EdsError> {
     let pdos = match wanted.direction {
-        Direction::Transmit => &node.transmit,
-        Direction::Receive => &node.receive,
+        Direction::Transmit => &node.transmit_pdos,
+        Direction::Receive => &node.receive_pdos,
     };
     let mut unusable = None;
     for pdo in pdos {
         let Some(mapped) = pdo.find(object) else { continue };
         let sent = match wanted.quantity {
             // A reading has no instant: the drive chooses the time.
-            Quantity::Reading(_) => pdo.transmitted(&node.dictionary),
-            _ => pdo.sent(&node.dictionary),
+            Quantity::Reading(_) => pdo.transmission(&node.dictionary),
+            _ => pdo.synchronous_transmission(&node.dictionary),
         };
         match sent {
             Ok(sent) => return Ok((pdo, mapped, sent)),
@@ -306,7 +322,7 @@ fn signal(
 ) -> Result<SignalFormat, LayoutError> {
     let object = mapped.object;
     let name = format!("{message}.{object}");
-    let (encoding, bits) = dictionary.data_type(object.index, object.sub)?;
+    let (encoding, bits) = dictionary.data_type(object.index, object.sub_index)?;
     let wrong = |reason| LayoutError::Signal { signal: name.clone(), line: None, reason };
     if bits != mapped.bits {
         return Err(wrong(format!(

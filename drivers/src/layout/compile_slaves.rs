@@ -3,8 +3,8 @@
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-use super::compile::{check_integer, finish, refuse};
-use super::compile_nodes::{Wanted, check_keys, wanted};
+use super::compile::{check_integer, finish, key_error};
+use super::compile_nodes::{Wanted, check_keys, requested_signals};
 use super::dbc::{MessageFormat, SignalFormat};
 use super::eds::{Direction, Object};
 use super::error::LayoutError;
@@ -12,7 +12,9 @@ use super::field::{ByteOrder, Encoding, Field};
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
 use super::process_data::{Gathered, INPUTS_ID, OUTPUTS_ID, ProcessData, ProcessDatagram, SYNC_ID};
 use super::readings::in_own_unit;
-use super::slaves::{Area, Entry, Network, NetworkError, Slave, encoding_of, learn, read_eni};
+use super::slaves::{
+    Area, Entry, Network, NetworkError, Slave, encoding_of, learn_network, read_eni,
+};
 use super::spec::LayoutSpec;
 use crate::ethercat::{Capture, LRD, LRW, LWR};
 use crate::frame::{FrameId, MAX_PAYLOAD};
@@ -24,8 +26,8 @@ impl CompiledLayout {
     /// [`LayoutError`] names the mismatch and its place.
     pub fn compile_eni(text: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
         let file = spec.eni.clone().unwrap_or_default();
-        check(spec)?;
-        compile(&read_eni(text, &file, &spec.slaves)?, spec, file)
+        check_spec(spec)?;
+        compile_network(&read_eni(text, &file, &spec.slaves)?, spec, file)
     }
 
     /// Compiles a plan like [`Self::compile_eni`], from a capture of the start-up.
@@ -37,30 +39,30 @@ impl CompiledLayout {
         spec: &LayoutSpec,
     ) -> Result<Self, LayoutError> {
         let file = capture.path().to_owned();
-        check(spec)?;
+        check_spec(spec)?;
         if let Some(slave) = spec.slaves.iter().find(|slave| slave.address.is_none()) {
             let reason = format!(
                 "{}: a start-up knows no names; give `address`, the station address, in place of \
                 `name`",
                 slave.label()
             );
-            return refuse("slaves", reason);
+            return key_error("slaves", reason);
         }
-        compile(&learn(capture, &spec.slaves)?, spec, file)
+        compile_network(&learn_network(capture, &spec.slaves)?, spec, file)
     }
 }
 
-fn check(spec: &LayoutSpec) -> Result<(), LayoutError> {
+fn check_spec(spec: &LayoutSpec) -> Result<(), LayoutError> {
     check_keys(spec)?;
     if spec.slaves.len() != spec.axes {
         let reason = format!("{} for {} axes; give one per axis", spec.slaves.len(), spec.axes);
-        return refuse("slaves", reason);
+        return key_error("slaves", reason);
     }
     if spec.eni.is_some() && spec.startup.is_some() {
-        return refuse("eni", "and `startup` describe the same; give one of them".into());
+        return key_error("eni", "and `startup` describe the same; give one of them".into());
     }
     match spec.slaves.iter().find(|slave| slave.name.is_none() && slave.address.is_none()) {
-        Some(_) => refuse("slaves", "an entry has neither `name` nor `address`".into()),
+        Some(_) => key_error("slaves", "an entry has neither `name` nor `address`".into()),
         None => Ok(()),
     }
 }
@@ -70,30 +72,30 @@ struct Found {
     /// Number of the datagram.
     command: usize,
     /// Offset from the datagram's first bit.
-    bit: u64,
+    first_bit: u64,
     bits: u64,
     encoding: Encoding,
     name: String,
 }
 
-fn compile(
+fn compile_network(
     network: &Network,
     spec: &LayoutSpec,
     file: PathBuf,
 ) -> Result<CompiledLayout, LayoutError> {
-    let wanted = wanted(spec)?;
-    let sync = MessageFormat { name: "SYNC".to_owned(), id: SYNC_ID, fd: false, length: 0 };
+    let wanted = requested_signals(spec)?;
+    let sync = MessageFormat { name: "SYNC".to_owned(), id: SYNC_ID, is_fd: false, length: 0 };
     let mut messages = vec![MessagePlan {
         format: sync,
         role: Role::Sync,
         extractions: Vec::new(),
-        except: Vec::new(),
+        excluded_values: Vec::new(),
     }];
     let mut gathered = Vec::new();
     // Report unmapped objects before objects that cannot be located. The first is an error of the
     // arm, the second an error of the file.
-    for (wanted, (axis, slave)) in pairs(&wanted, network) {
-        entry(wanted, area(slave, wanted.direction), spec, axis, (&slave.name, &file))?;
+    for (wanted, (axis, slave)) in signal_slave_pairs(&wanted, network) {
+        find_entry(wanted, slave_area(slave, wanted.direction), spec, axis, (&slave.name, &file))?;
     }
     for (axis, slave) in network.slaves.iter().enumerate() {
         for direction in [Direction::Transmit, Direction::Receive] {
@@ -101,7 +103,10 @@ fn compile(
             let signals = of_direction
                 .map(|wanted| {
                     let who = (slave.name.as_str(), file.as_path());
-                    Ok((wanted, find(wanted, area(slave, direction), network, spec, axis, who)?))
+                    Ok((
+                        wanted,
+                        find(wanted, slave_area(slave, direction), network, spec, axis, who)?,
+                    ))
                 })
                 .collect::<Result<Vec<_>, LayoutError>>()?;
             if !signals.is_empty() {
@@ -115,14 +120,14 @@ fn compile(
     Ok(finish(messages, spec)?.with_process_data(process_data))
 }
 
-fn pairs<'a>(
+fn signal_slave_pairs<'a>(
     wanted: &'a [Wanted<'a>],
     network: &'a Network,
 ) -> impl Iterator<Item = (&'a Wanted<'a>, (usize, &'a Slave))> {
     wanted.iter().flat_map(|wanted| network.slaves.iter().enumerate().map(move |s| (wanted, s)))
 }
 
-fn area(slave: &Slave, direction: Direction) -> &Area {
+fn slave_area(slave: &Slave, direction: Direction) -> &Area {
     match direction {
         Direction::Transmit => &slave.inputs,
         Direction::Receive => &slave.outputs,
@@ -137,7 +142,7 @@ fn name_of(direction: Direction) -> &'static str {
 }
 
 /// Returns the entry of an object in an area.
-fn entry(
+fn find_entry(
     wanted: &Wanted<'_>,
     area: &Area,
     spec: &LayoutSpec,
@@ -145,7 +150,10 @@ fn entry(
     (slave, file): (&str, &Path),
 ) -> Result<Entry, NetworkError> {
     let offset = spec.slaves.get(axis).map_or(0, |slave| slave.object_offset);
-    let object = Object { index: wanted.object.index.wrapping_add(offset), sub: wanted.object.sub };
+    let object = Object {
+        index: wanted.object.index.wrapping_add(offset),
+        sub_index: wanted.object.sub_index,
+    };
     if let Some(entry) = area.entries.iter().find(|entry| entry.object == object) {
         return Ok(*entry);
     }
@@ -169,7 +177,7 @@ fn find(
     axis: usize,
     (slave, file): (&str, &Path),
 ) -> Result<Found, NetworkError> {
-    let entry = entry(wanted, area, spec, axis, (slave, file))?;
+    let entry = find_entry(wanted, area, spec, axis, (slave, file))?;
     let object = entry.object;
     let wrong = |problem: &str| NetworkError::Object {
         file: file.to_owned(),
@@ -200,7 +208,7 @@ fn find(
         remedy: "take a file of the running configuration, with the cyclic data of OP",
     })?;
     let name = format!("{slave}.{object}");
-    Ok(Found { command, bit, bits: entry.bits, encoding, name })
+    Ok(Found { command, first_bit: bit, bits: entry.bits, encoding, name })
 }
 
 /// Returns the frame of an axis in one direction: its message in the plan, its datagram, and the
@@ -248,8 +256,8 @@ fn message(
                 "lies in another datagram than the other signals of the layout",
             ));
         }
-        let bytes = (found.bit % 8 + found.bits).div_ceil(8);
-        let (first, bytes) = (found.bit / 8, usize::try_from(bytes).unwrap_or(MAX_PAYLOAD));
+        let bytes = (found.first_bit % 8 + found.bits).div_ceil(8);
+        let (first, bytes) = (found.first_bit / 8, usize::try_from(bytes).unwrap_or(MAX_PAYLOAD));
         if length + bytes > MAX_PAYLOAD {
             return Err(wrong(&found.name, "does not fit a frame of 64 bytes"));
         }
@@ -257,16 +265,17 @@ fn message(
             wanted.quantity,
             wanted.unit,
             found.name.clone(),
-            field(length, found.bit, found.bits, found.encoding),
+            field(length, found.first_bit, found.bits, found.encoding),
         )?;
         parts.push((usize::try_from(first).unwrap_or(usize::MAX), length, bytes));
         length += bytes;
     }
     let name = format!("{} of {slave}", name_of(direction));
     let length = u8::try_from(length).unwrap_or(u8::MAX);
-    let format = MessageFormat { name, id, fd: true, length };
-    let gathered = Gathered { id, length: format.wire_length(), parts };
-    let message = MessagePlan { format, role: Role::Sample, extractions, except: Vec::new() };
+    let format = MessageFormat { name, id, is_fd: true, length };
+    let gathered = Gathered { id, length: format.wire_length(), byte_ranges: parts };
+    let message =
+        MessagePlan { format, role: Role::Sample, extractions, excluded_values: Vec::new() };
     Ok((message, command.unwrap_or(0), gathered))
 }
 
@@ -292,11 +301,18 @@ fn process_data(
             clock = command.with_clock;
         }
         let (address, length) = (command.address, usize::from(command.length));
-        let expected = command.expected;
+        let expected = command.expected_counter;
         let expected =
             expected.ok_or_else(|| NetworkError::NoCounter { file: file.to_owned(), address })?;
         let command = command.command;
-        datagrams.push(ProcessDatagram { command, address, length, expected, inputs, outputs });
+        datagrams.push(ProcessDatagram {
+            command,
+            address,
+            length,
+            expected_counter: expected,
+            inputs,
+            outputs,
+        });
     }
     Ok(ProcessData { datagrams, clock })
 }

@@ -13,7 +13,7 @@ pub struct CarriedObject {
     /// True if the node sends the object, false if it receives it.
     pub is_sent: bool,
     /// Reason why a layout cannot use the object, if its PDO is not sent at every SYNC.
-    pub unusable: Option<String>,
+    pub unusable_reason: Option<String>,
 }
 
 /// Contents of a device file about its drive.
@@ -24,7 +24,7 @@ pub struct DeviceContents {
     /// The identifier of the SYNC, if the file has one.
     pub sync: Option<FrameId>,
     /// Objects that its PDOs carry, in their order.
-    pub mapped: Vec<CarriedObject>,
+    pub mapped_objects: Vec<CarriedObject>,
 }
 
 impl DeviceContents {
@@ -33,7 +33,7 @@ impl DeviceContents {
     /// # Errors
     /// [`EdsError`] if the text is no device file, or if its mapping fits no PDO.
     pub fn read(text: &str, file: &Path, is_dcf: bool) -> Result<Self, EdsError> {
-        let node_id = if is_dcf { Dictionary::commissioned(text, file)? } else { None };
+        let node_id = if is_dcf { Dictionary::commissioned_node(text, file)? } else { None };
         // Use any node: the identifiers are only read when a layout names the node.
         let dictionary = Dictionary::parse(text, file, node_id.unwrap_or(1), is_dcf)?;
         let sync = dictionary.value(0x1005, 0)?;
@@ -41,14 +41,15 @@ impl DeviceContents {
         let mut velocity_matrix = Vec::new();
         for direction in [Direction::Transmit, Direction::Receive] {
             for pdo in Pdo::read_all(&dictionary, direction)? {
-                let unusable = pdo.sent(&dictionary).err().map(|error| error.to_string());
+                let unusable =
+                    pdo.synchronous_transmission(&dictionary).err().map(|error| error.to_string());
                 velocity_matrix.extend(pdo.mapped.iter().map(|mapped| CarriedObject {
                     name: mapped.object.to_string(),
                     is_sent: direction == Direction::Transmit,
-                    unusable: unusable.clone(),
+                    unusable_reason: unusable.clone(),
                 }));
             }
         }
-        Ok(Self { node_id, sync, mapped: velocity_matrix })
+        Ok(Self { node_id, sync, mapped_objects: velocity_matrix })
     }
 }

@@ -27,7 +27,7 @@ pub struct MessageFormat {
     /// Its identifier.
     pub id: FrameId,
     /// True if its frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
-    pub fd: bool,
+    pub is_fd: bool,
     /// Number of bytes of its signals.
     pub length: u8,
 }
@@ -166,7 +166,7 @@ impl<'a> Database<'a> {
             ));
         }
         let length = u8::try_from(length).map_err(|_| refuse("a frame has at most 64 bytes"))?;
-        Ok(MessageFormat { name: name.to_owned(), id, fd, length })
+        Ok(MessageFormat { name: name.to_owned(), id, is_fd: fd, length })
     }
 
     /// Returns a signal of a message; `key` is the layout key that names it.
@@ -186,7 +186,7 @@ impl<'a> Database<'a> {
                     key,
                     message: message.to_owned(),
                     signal: name.to_owned(),
-                    similar: alike(
+                    similar: similar_names(
                         name,
                         message_found.signals.iter().map(|signal| signal.name.as_str()),
                     ),
@@ -259,7 +259,7 @@ impl<'a> Database<'a> {
                 signal.size, signal.start_bit
             )
         })?;
-        let (minimum, maximum) = (number(&signal.min), number(&signal.max));
+        let (minimum, maximum) = (to_float(&signal.min), to_float(&signal.max));
         let range = (minimum < maximum).then_some((minimum, maximum));
         let name = format!("{}.{}", message.name, signal.name);
         Ok(SignalFormat { name, field, unit: signal.unit.clone(), range })
@@ -270,7 +270,10 @@ impl<'a> Database<'a> {
             LayoutError::NoMessage {
                 key,
                 message: name.to_owned(),
-                similar: alike(name, self.dbc.messages.iter().map(|message| message.name.as_str())),
+                similar: similar_names(
+                    name,
+                    self.dbc.messages.iter().map(|message| message.name.as_str()),
+                ),
             }
         })
     }
@@ -328,7 +331,7 @@ fn check_ids(text: &str) -> Result<(), LayoutError> {
 }
 
 #[allow(clippy::cast_precision_loss, reason = "a declared limit, not a measured value")]
-fn number(value: &NumericValue) -> f64 {
+fn to_float(value: &NumericValue) -> f64 {
     match *value {
         NumericValue::Uint(value) => value as f64,
         NumericValue::Int(value) => value as f64,
@@ -343,24 +346,27 @@ fn line_in(detail: &str) -> Option<usize> {
 }
 
 fn line_of_message(text: &str, message: &str) -> Option<usize> {
-    text.lines().position(|line| starts(line, "BO_", message, 2)).map(|k| k + 1)
+    text.lines().position(|line| is_line_of(line, "BO_", message, 2)).map(|k| k + 1)
 }
 
 fn line_of_signal(text: &str, message: &str, signal: &str) -> Option<usize> {
     let first = line_of_message(text, message)?;
-    text.lines().skip(first).position(|line| starts(line, "SG_", signal, 1)).map(|k| first + k + 1)
+    text.lines()
+        .skip(first)
+        .position(|line| is_line_of(line, "SG_", signal, 1))
+        .map(|k| first + k + 1)
 }
 
 /// Returns true if a line begins with `keyword` and its word `at` is `name`, with or without a
 /// colon after it.
-fn starts(line: &str, keyword: &str, name: &str, at: usize) -> bool {
+fn is_line_of(line: &str, keyword: &str, name: &str, at: usize) -> bool {
     let mut words = line.split_whitespace();
     words.next() == Some(keyword)
         && words.nth(at - 1).is_some_and(|word| word.split(':').next() == Some(name))
 }
 
 /// Returns the three names that are most similar to `name`.
-fn alike<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
+fn similar_names<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut similar: Vec<(f64, &str)> = names
         .map(|other| (strsim::normalized_damerau_levenshtein(name, other), other))
         .filter(|(likeness, _)| *likeness >= SIMILARITY)

@@ -88,7 +88,7 @@ impl MessagePlan {
                 Quantity::Reading(reading) => axis.readings[reading as usize],
                 Quantity::Counter => {
                     // `insert` keeps the low bits: a counter wraps at 2^width.
-                    extraction.signal.field.insert(&mut payload, values.counter);
+                    extraction.signal.field.write_bits(&mut payload, values.counter);
                     continue;
                 }
             };
@@ -96,9 +96,9 @@ impl MessagePlan {
             let bits = field
                 .bits_for(value)
                 .map_err(|reason| EncodeError { signal: extraction.signal.name.clone(), reason })?;
-            field.insert(&mut payload, bits);
+            field.write_bits(&mut payload, bits);
         }
-        let kind = if self.format.fd {
+        let kind = if self.format.is_fd {
             FrameKind::Fd { bit_rate_switch: true, error_state_indicator: false }
         } else {
             FrameKind::Classic

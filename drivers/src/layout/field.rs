@@ -114,7 +114,7 @@ impl Field {
 
     /// Returns the same bits in another unit; `factor` of that unit make one of the field's unit.
     #[must_use]
-    pub(super) fn times(self, factor: f64) -> Self {
+    pub(super) fn in_unit(self, factor: f64) -> Self {
         Self { factor: factor * self.factor, offset: factor * self.offset, ..self }
     }
 
@@ -130,7 +130,7 @@ impl Field {
 
     /// Writes the low bits of `bits` to the place of the field and keeps every other bit. Bytes
     /// beyond the payload are not written.
-    pub fn insert(&self, payload: &mut [u8], bits: u64) {
+    pub fn write_bits(&self, payload: &mut [u8], bits: u64) {
         let word = u128::from(bits & self.mask()) << self.shift;
         let held_bits = u128::from(self.mask()) << self.shift;
         for k in 0..self.bytes {
@@ -209,7 +209,7 @@ impl Field {
 
     /// Returns the middle of an integer's range, in the unit of the DBC file; `None` for a
     /// floating-point signal.
-    pub fn middle(&self) -> Option<f64> {
+    pub fn range_middle(&self) -> Option<f64> {
         match self.encoding {
             Encoding::Signed => Some(self.offset),
             Encoding::Unsigned => {
@@ -222,8 +222,8 @@ impl Field {
     /// Returns true if two fields of one message share a bit.
     pub fn overlaps(&self, other: &Self) -> bool {
         let (mut a, mut b) = ([0u8; MAX_PAYLOAD], [0u8; MAX_PAYLOAD]);
-        self.insert(&mut a, u64::MAX);
-        other.insert(&mut b, u64::MAX);
+        self.write_bits(&mut a, u64::MAX);
+        other.write_bits(&mut b, u64::MAX);
         a.iter().zip(b).any(|(a, b)| a & b != 0)
     }
 

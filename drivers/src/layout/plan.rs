@@ -135,7 +135,7 @@ pub struct MessagePlan {
     /// counter.
     pub extractions: Vec<Extraction>,
     /// Frames in which such an integer has one of these values carry other content.
-    pub except: Vec<(Field, Vec<u16>)>,
+    pub excluded_values: Vec<(Field, Vec<u16>)>,
 }
 
 /// Validity times of the signals of a plan.
@@ -147,15 +147,15 @@ pub(super) struct Validity {
     /// Kind of following error, if the references are following errors instead of positions.
     pub(super) following_error: Option<FollowingError>,
     /// Value of the state of an enabled drive.
-    pub(super) enabled: u16,
+    pub(super) enabled_value: u16,
 }
 
 /// A layout ready to read frames. Immutable after its creation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledLayout {
     messages: Vec<MessagePlan>,
-    standard: Box<[u8]>,
-    extended: Vec<(u32, u8)>,
+    standard_ids: Box<[u8]>,
+    extended_ids: Vec<(u32, u8)>,
     sampled_by: SampledBy,
     axes: usize,
     period_ns: f64,
@@ -173,7 +173,7 @@ impl CompiledLayout {
         validity: Validity,
         cycles_by: CyclesBy,
     ) -> Self {
-        messages.sort_by_key(|message| order(message.format.id));
+        messages.sort_by_key(|message| sort_key(message.format.id));
         let mut standard = vec![NO_MESSAGE; STANDARD_IDS].into_boxed_slice();
         let mut extended = Vec::new();
         for (k, message) in (0u8..).zip(&messages) {
@@ -188,8 +188,8 @@ impl CompiledLayout {
         }
         Self {
             messages,
-            standard,
-            extended,
+            standard_ids: standard,
+            extended_ids: extended,
             sampled_by,
             axes,
             period_ns,
@@ -210,7 +210,7 @@ impl CompiledLayout {
     }
 
     /// Returns a text description of the layout: a line for each message and each datagram.
-    pub fn described(&self) -> String {
+    pub fn description(&self) -> String {
         let datagrams = self.process_data.iter().flat_map(|data| &data.datagrams);
         let datagrams = datagrams.map(|datagram| format!("{datagram:?}\n"));
         self.messages
@@ -247,14 +247,14 @@ impl CompiledLayout {
         };
         let index = self.find(frame.id).ok_or(Unreadable::UnknownId)?;
         let message = self.messages.get(index).ok_or(Unreadable::UnknownId)?;
-        if message.format.fd != fd {
+        if message.format.is_fd != fd {
             return Err(Unreadable::WrongFormat);
         }
         if frame.length != message.format.length && frame.length != message.format.wire_length() {
             return Err(Unreadable::WrongLength);
         }
         let says = |field: &Field, value: &u16| field.bits(frame.data()) == u64::from(*value);
-        let mut except = message.except.iter();
+        let mut except = message.excluded_values.iter();
         if except.any(|(field, values)| values.iter().any(|value| says(field, value))) {
             return Err(Unreadable::Excepted);
         }
@@ -263,10 +263,10 @@ impl CompiledLayout {
 
     fn find(&self, id: FrameId) -> Option<usize> {
         let index = match id {
-            FrameId::Standard(id) => *self.standard.get(usize::from(id))?,
+            FrameId::Standard(id) => *self.standard_ids.get(usize::from(id))?,
             FrameId::Extended(id) => {
-                let place = self.extended.binary_search_by_key(&id, |(id, _)| *id).ok()?;
-                self.extended.get(place)?.1
+                let place = self.extended_ids.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+                self.extended_ids.get(place)?.1
             }
         };
         (index != NO_MESSAGE).then_some(usize::from(index))
@@ -301,7 +301,7 @@ impl CompiledLayout {
 
     /// Returns the value of a [`Quantity::Enabled`] of an enabled drive.
     pub fn enabled_value(&self) -> u16 {
-        self.validity.enabled
+        self.validity.enabled_value
     }
 
     /// Returns true if a reference takes effect in the sample after the one whose cycle carries it.
@@ -328,7 +328,7 @@ impl CompiledLayout {
 }
 
 /// Returns the sort key of messages: standard identifiers before extended ones.
-fn order(id: FrameId) -> (bool, u32) {
+fn sort_key(id: FrameId) -> (bool, u32) {
     match id {
         FrameId::Standard(id) => (false, u32::from(id)),
         FrameId::Extended(id) => (true, id),

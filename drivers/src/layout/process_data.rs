@@ -11,7 +11,8 @@ use crate::frame::FrameId;
 /// predefined ones of CANopen.
 pub(super) const SYNC_ID: FrameId = FrameId::Standard(0x080);
 /// The SYNC frame: it contains no data of a datagram.
-pub(crate) const SYNC_FRAME: Gathered = Gathered { id: SYNC_ID, length: 0, parts: Vec::new() };
+pub(crate) const SYNC_FRAME: Gathered =
+    Gathered { id: SYNC_ID, length: 0, byte_ranges: Vec::new() };
 pub(super) const INPUTS_ID: u16 = 0x181;
 pub(super) const OUTPUTS_ID: u16 = 0x201;
 
@@ -43,7 +44,7 @@ pub(crate) struct ProcessDatagram {
     /// \[bytes\]
     pub(crate) length: usize,
     /// Working counter if every slave takes part.
-    pub(crate) expected: u16,
+    pub(crate) expected_counter: u16,
     /// Frames made from the returned data, and frames made from the data that the master sent. A
     /// slave may have overwritten outputs with its inputs in between.
     pub(crate) inputs: Vec<Gathered>,
@@ -57,5 +58,5 @@ pub(crate) struct Gathered {
     /// Length \[bytes\], one of the lengths of CAN FD.
     pub(crate) length: u8,
     /// First byte in the datagram, first byte in the frame, and number of bytes.
-    pub(crate) parts: Vec<(usize, usize, usize)>,
+    pub(crate) byte_ranges: Vec<(usize, usize, usize)>,
 }

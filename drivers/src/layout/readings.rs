@@ -10,7 +10,7 @@ use super::spec::{LayoutSpec, ReadingSpec, SignalNames};
 use crate::frame::Frame;
 
 /// Returns the readings of a layout: keys, quantity and specification.
-pub(super) fn readings(
+pub(super) fn reading_specs(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, [&'static str; 3], &ReadingSpec)> {
     let readings = [
@@ -20,11 +20,11 @@ pub(super) fn readings(
     ];
     readings
         .into_iter()
-        .filter_map(|(reading, spec)| Some((reading, keys(reading), spec.as_ref()?)))
+        .filter_map(|(reading, spec)| Some((reading, reading_keys(reading), spec.as_ref()?)))
 }
 
 /// Returns the signals of the law in the commands: their reading, key and names.
-pub(super) fn law(
+pub(super) fn law_signals(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, &'static str, &SignalNames)> {
     let signals = spec.law.iter().flat_map(|law| {
@@ -35,11 +35,11 @@ pub(super) fn law(
             (Reading::TorqueTarget, &law.torque),
         ]
     });
-    signals.map(|(reading, names)| (reading, keys(reading)[0], names))
+    signals.map(|(reading, names)| (reading, reading_keys(reading)[0], names))
 }
 
 /// Returns the keys of its signal, its object and its unit.
-fn keys(reading: Reading) -> [&'static str; 3] {
+fn reading_keys(reading: Reading) -> [&'static str; 3] {
     match reading {
         Reading::Temperature => ["temperature.signal", "temperature.object", "temperature.unit"],
         Reading::SupplyVoltage => {
@@ -100,7 +100,7 @@ pub(super) fn in_own_unit(
         )));
     };
     Ok(SignalFormat {
-        field: signal.field.times(*factor),
+        field: signal.field.in_unit(*factor),
         unit: reading.unit().to_owned(),
         range: signal.range.map(|(from, to)| (factor * from, factor * to)),
         ..signal

@@ -40,10 +40,10 @@ impl ControlData {
         match kind {
             // Three times: software, an obsolete one, hardware; zero if not available.
             libc::SCM_TIMESTAMPING => {
-                self.software_ns = time(message, 0);
-                self.hardware_ns = time(message, 2);
+                self.software_ns = timespec_ns(message, 0);
+                self.hardware_ns = timespec_ns(message, 2);
             }
-            libc::SCM_TIMESTAMPNS => self.software_ns = time(message, 0),
+            libc::SCM_TIMESTAMPNS => self.software_ns = timespec_ns(message, 0),
             libc::SO_RXQ_OVFL => {
                 self.drops = message.first_chunk().map(|bytes| u32::from_ne_bytes(*bytes));
             }
@@ -60,7 +60,7 @@ fn header(bytes: &[u8]) -> Option<(usize, libc::c_int, libc::c_int)> {
 }
 
 /// Returns the timespec at this index \[ns\], or `None` if it is zero or missing.
-fn time(message: &[u8], index: usize) -> Option<u64> {
+fn timespec_ns(message: &[u8], index: usize) -> Option<u64> {
     let bytes = message.get(index * 2 * WORD_BYTES..)?;
     let seconds = isize::from_ne_bytes(*bytes.first_chunk()?);
     let nanoseconds = isize::from_ne_bytes(*bytes.get(WORD_BYTES..)?.first_chunk()?);

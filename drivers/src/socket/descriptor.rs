@@ -29,20 +29,20 @@ pub(crate) struct Socket(OwnedFd);
 
 impl Socket {
     /// Creates an unbound socket of CAN: it receives nothing before [`Self::bind_can`].
-    pub(crate) fn can() -> io::Result<Self> {
+    pub(crate) fn new_can() -> io::Result<Self> {
         Self::new(libc::PF_CAN, libc::CAN_RAW)
     }
 
     /// Creates an unbound socket of Ethernet (packet(7)): it receives nothing before
     /// [`Self::bind_packets`]. It requires CAP_NET_RAW.
-    pub(crate) fn packets() -> io::Result<Self> {
+    pub(crate) fn new_packet() -> io::Result<Self> {
         Self::new(libc::PF_PACKET, 0)
     }
 
     fn new(family: libc::c_int, protocol: libc::c_int) -> io::Result<Self> {
         let flags = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
         // SAFETY: takes no pointers.
-        let descriptor = check(unsafe { libc::socket(family, flags, protocol) })?;
+        let descriptor = check_result(unsafe { libc::socket(family, flags, protocol) })?;
         // SAFETY: the kernel has just created this descriptor, and nothing else uses it.
         Ok(Self(unsafe { OwnedFd::from_raw_fd(descriptor) }))
     }
@@ -62,7 +62,10 @@ impl Socket {
         address.sll_ifindex = device;
         let length = socklen::<libc::sockaddr_ll>();
         // SAFETY: the address lives through the call and its length is that of its type.
-        check(unsafe { libc::bind(self.raw(), (&raw const address).cast(), length) }).map(drop)
+        check_result(unsafe {
+            libc::bind(self.raw_descriptor(), (&raw const address).cast(), length)
+        })
+        .map(drop)
     }
 
     /// Starts to receive from the device of this index.
@@ -73,11 +76,12 @@ impl Socket {
         address.can_ifindex = device;
         let length = socklen::<libc::sockaddr_can>();
         // SAFETY: the address lives through the call and its length is that of its type.
-        let result = unsafe { libc::bind(self.raw(), (&raw const address).cast(), length) };
-        check(result)?;
+        let result =
+            unsafe { libc::bind(self.raw_descriptor(), (&raw const address).cast(), length) };
+        check_result(result)?;
         // Most kernels cannot shut down a CAN socket; then the missing send function has to
         // suffice. SAFETY: takes no pointers.
-        unsafe { libc::shutdown(self.raw(), libc::SHUT_WR) };
+        unsafe { libc::shutdown(self.raw_descriptor(), libc::SHUT_WR) };
         Ok(())
     }
 
@@ -101,8 +105,10 @@ impl Socket {
             .map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
         // SAFETY: the slice lives through the call and `length` is its size in bytes; the kernel
         // only reads it. T is u32 or can_filter, which have no padding.
-        check(unsafe { libc::setsockopt(self.raw(), level, name, values.as_ptr().cast(), length) })
-            .map(drop)
+        check_result(unsafe {
+            libc::setsockopt(self.raw_descriptor(), level, name, values.as_ptr().cast(), length)
+        })
+        .map(drop)
     }
 
     /// Reads an integer option.
@@ -110,8 +116,14 @@ impl Socket {
         let mut value: libc::c_int = 0;
         let mut length = socklen::<libc::c_int>();
         // SAFETY: value and length live through the call, and length is the size of value.
-        check(unsafe {
-            libc::getsockopt(self.raw(), level, name, (&raw mut value).cast(), &raw mut length)
+        check_result(unsafe {
+            libc::getsockopt(
+                self.raw_descriptor(),
+                level,
+                name,
+                (&raw mut value).cast(),
+                &raw mut length,
+            )
         })?;
         Ok(value)
     }
@@ -120,11 +132,12 @@ impl Socket {
     #[cfg(test)]
     pub(crate) fn send(&self, packet: &[u8]) -> io::Result<()> {
         // SAFETY: the slice lives through the call, and the kernel only reads it.
-        let sent = unsafe { libc::send(self.raw(), packet.as_ptr().cast(), packet.len(), 0) };
+        let sent =
+            unsafe { libc::send(self.raw_descriptor(), packet.as_ptr().cast(), packet.len(), 0) };
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
-    pub(super) fn raw(&self) -> libc::c_int {
+    pub(super) fn raw_descriptor(&self) -> libc::c_int {
         self.0.as_raw_fd()
     }
 }
@@ -135,7 +148,7 @@ pub(crate) struct DeviceState {
     /// Index of the device; a device created again under the same name has another one.
     pub(crate) index: libc::c_int,
     /// True if the device is up.
-    pub(crate) up: bool,
+    pub(crate) is_up: bool,
     /// The largest frame \[bytes\]: 16 classic CAN, 72 CAN FD, above that CAN XL.
     pub(crate) mtu: libc::c_int,
 }
@@ -152,7 +165,7 @@ pub(crate) fn device_state(socket: &Socket, name: InterfaceName) -> io::Result<D
     let mut ask = |what: libc::c_ulong| {
         // SAFETY: these requests read the name, which ends in zero, and write into the union of
         // the ifreq, which lives through the call. (The request number is c_int with some libcs.)
-        check(unsafe { libc::ioctl(socket.raw(), what as _, &raw mut request) })?;
+        check_result(unsafe { libc::ioctl(socket.raw_descriptor(), what as _, &raw mut request) })?;
         Ok::<_, io::Error>(request.ifr_ifru)
     };
     // SAFETY: SIOCGIFINDEX succeeded and wrote the index; any bits are a valid integer.
@@ -161,10 +174,10 @@ pub(crate) fn device_state(socket: &Socket, name: InterfaceName) -> io::Result<D
     let flags = unsafe { ask(libc::SIOCGIFFLAGS as libc::c_ulong)?.ifru_flags };
     // SAFETY: SIOCGIFMTU succeeded and wrote the MTU.
     let mtu = unsafe { ask(libc::SIOCGIFMTU as libc::c_ulong)?.ifru_mtu };
-    Ok(DeviceState { index, up: libc::c_int::from(flags) & libc::IFF_UP != 0, mtu })
+    Ok(DeviceState { index, is_up: libc::c_int::from(flags) & libc::IFF_UP != 0, mtu })
 }
 
-fn check(result: libc::c_int) -> io::Result<libc::c_int> {
+fn check_result(result: libc::c_int) -> io::Result<libc::c_int> {
     if result < 0 { Err(io::Error::last_os_error()) } else { Ok(result) }
 }
 

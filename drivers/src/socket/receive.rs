@@ -55,20 +55,24 @@ pub(crate) struct Message<'a> {
 /// Frames received from one socket and not yet returned. All memory is allocated at the start.
 pub(crate) struct ReceiveBuffer<const BYTES: usize = CAN_BYTES> {
     slots: Box<[Slot<BYTES>]>,
-    filled: usize,
-    next: usize,
+    filled_slots: usize,
+    next_slot: usize,
 }
 
 impl<const BYTES: usize> ReceiveBuffer<BYTES> {
     pub(crate) fn new() -> Self {
-        Self { slots: vec![Slot::EMPTY; BATCH_FRAMES].into_boxed_slice(), filled: 0, next: 0 }
+        Self {
+            slots: vec![Slot::EMPTY; BATCH_FRAMES].into_boxed_slice(),
+            filled_slots: 0,
+            next_slot: 0,
+        }
     }
 
     /// Reads the messages that wait in the socket, without blocking. Call it after the last frames
     /// are used up.
     #[allow(clippy::unnecessary_cast, reason = "the types differ between C libraries")]
     pub(crate) fn fill(&mut self, socket: &Socket) -> io::Result<()> {
-        (self.filled, self.next) = (0, 0);
+        (self.filled_slots, self.next_slot) = (0, 0);
         // SAFETY: iovec and mmsghdr are integers and pointers; zero and null are valid values.
         let mut vectors: [libc::iovec; BATCH_FRAMES] = unsafe { core::mem::zeroed() };
         // SAFETY: as above.
@@ -88,7 +92,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         // during it, and the kernel writes plain bytes. The timeout may be null.
         let received = unsafe {
             libc::recvmmsg(
-                socket.raw(),
+                socket.raw_descriptor(),
                 headers.as_mut_ptr(),
                 count,
                 libc::MSG_DONTWAIT as _,
@@ -103,14 +107,14 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
             slot.control_length = (header.msg_hdr.msg_controllen as usize).min(CONTROL_BYTES);
             slot.flags = header.msg_hdr.msg_flags;
         }
-        self.filled = received.min(BATCH_FRAMES);
+        self.filled_slots = received.min(BATCH_FRAMES);
         Ok(())
     }
 
     /// Returns the oldest message that was not returned yet.
     pub(crate) fn next_message(&mut self) -> Option<Message<'_>> {
-        let slot = self.slots.get(self.next).filter(|_| self.next < self.filled)?;
-        self.next += 1;
+        let slot = self.slots.get(self.next_slot).filter(|_| self.next_slot < self.filled_slots)?;
+        self.next_slot += 1;
         Some(Message {
             bytes: slot.frame.get(..slot.length)?,
             sent_here: slot.flags & libc::MSG_DONTROUTE != 0,
@@ -120,6 +124,6 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
 
     /// Returns true if the size of this buffer ended the last [`Self::fill`].
     pub(crate) fn was_full(&self) -> bool {
-        self.filled == BATCH_FRAMES
+        self.filled_slots == BATCH_FRAMES
     }
 }

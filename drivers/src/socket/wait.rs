@@ -17,7 +17,7 @@ pub(crate) fn wait_readable<'a>(
     let unused = libc::pollfd { fd: -1, events: libc::POLLIN, revents: 0 };
     let mut waiting = [unused; MAX_INTERFACES];
     for (place, socket) in waiting.iter_mut().zip(sockets) {
-        place.fd = socket.raw();
+        place.fd = socket.raw_descriptor();
     }
     let time = libc::timespec {
         tv_sec: timeout.as_secs().try_into().unwrap_or(libc::time_t::MAX),

@@ -23,17 +23,17 @@ pub(super) trait Listening {
     fn take_failure(&mut self) -> Option<SourceError>;
 
     /// Moves frames into the batch; returns true if there were any.
-    fn take(&mut self, batch: &mut Vec<Frame>) -> bool;
+    fn take_frames(&mut self, batch: &mut Vec<Frame>) -> bool;
 
     /// Checks the devices behind the sockets for changes that the sockets did not report.
-    fn supervise(&mut self);
+    fn check_devices(&mut self);
 
     /// Returns the time until the next call without a frame, or `None` if all interfaces are
     /// present and up.
     fn retry_in(&self) -> Option<Duration>;
 
     /// Waits for a frame, at most for the given time.
-    fn wait(&self, at_most: Duration) -> Result<(), SourceError>;
+    fn wait_readable(&self, at_most: Duration) -> Result<(), SourceError>;
 }
 
 /// As [`Source::receive`](super::Source::receive).
@@ -51,13 +51,13 @@ pub(super) fn receive(
         if let Some(failure) = source.take_failure() {
             return Err(failure);
         }
-        if source.take(batch) {
+        if source.take_frames(batch) {
             return Ok(Received::Frames);
         }
         let remaining = timeout.saturating_sub(started.elapsed());
         if waited || remaining.is_zero() {
             // During silence the state of the interfaces is worth a check.
-            source.supervise();
+            source.check_devices();
         }
         if let Some(failure) = source.take_failure() {
             return Err(failure);
@@ -66,7 +66,7 @@ pub(super) fn receive(
             return Ok(Received::Silence);
         }
         let wait = source.retry_in().map_or(LONGEST_WAIT, |retry| retry.min(LONGEST_WAIT));
-        source.wait(remaining.min(wait))?;
+        source.wait_readable(remaining.min(wait))?;
         waited = true;
     }
 }
@@ -100,13 +100,13 @@ pub(super) fn set_receive_buffer(socket: &Socket, wanted: u32) -> io::Result<u32
 /// Drop counter of the kernel for one socket, unwrapped.
 #[derive(Debug, Default)]
 pub(super) struct DropCounter {
-    last: u32,
+    last_count: u32,
 }
 
 impl DropCounter {
     /// Returns the frames dropped since the last reading.
     pub(super) fn advance(&mut self, total: u32) -> u64 {
-        let new = total.wrapping_sub(core::mem::replace(&mut self.last, total));
+        let new = total.wrapping_sub(core::mem::replace(&mut self.last_count, total));
         u64::from(new)
     }
 }

@@ -11,7 +11,7 @@ mod text_log;
 use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
-pub use ethercat::{CaptureSource, EthercatError, Seen, TapSource};
+pub use ethercat::{CaptureSource, EthercatError, TapSource, TrafficSummary};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
     LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
@@ -100,7 +100,7 @@ pub struct SourceCounters {
 impl SourceCounters {
     /// Returns the sum of both, for several interfaces or several files.
     #[must_use]
-    pub fn plus(self, other: Self) -> Self {
+    pub fn sum_with(self, other: Self) -> Self {
         // Without `..`, so that a new counter cannot be forgotten here.
         Self {
             frames: self.frames + other.frames,
@@ -177,7 +177,7 @@ mod tests {
             reopened,
             passed_over,
             stamped_late,
-        } = ones.plus(ones);
+        } = ones.sum_with(ones);
         let sums =
             [frames, queue_drops, error_frames, link_down, reopened, passed_over, stamped_late];
         assert_eq!(sums, [2, 20, 200, 2_000, 20_000, 200_000, 2_000_000]);

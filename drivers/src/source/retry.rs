@@ -10,26 +10,26 @@ const LONGEST_DELAY: Duration = Duration::from_secs(2);
 /// The next attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Retry {
-    at: Instant,
+    due: Instant,
     delay: Duration,
 }
 
 impl Retry {
     /// It vanished now.
-    pub(super) fn first(now: Instant) -> Self {
-        Self { at: now + FIRST_DELAY, delay: FIRST_DELAY }
+    pub(super) fn after_loss(now: Instant) -> Self {
+        Self { due: now + FIRST_DELAY, delay: FIRST_DELAY }
     }
 
     /// Schedules the next attempt after a failure at `now`.
     #[must_use]
-    pub(super) fn failed(self, now: Instant) -> Self {
+    pub(super) fn after_failure(self, now: Instant) -> Self {
         let delay = (2 * self.delay).min(LONGEST_DELAY);
-        Self { at: now + delay, delay }
+        Self { due: now + delay, delay }
     }
 
     /// Returns the time until the next attempt: zero when it is due.
     pub(super) fn remaining(&self, now: Instant) -> Duration {
-        self.at.saturating_duration_since(now)
+        self.due.saturating_duration_since(now)
     }
 }
 
@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn attempts_become_rare_and_never_end() {
         let start = Instant::now();
-        let (mut now, mut retry, mut waits) = (start, Retry::first(start), Vec::new());
+        let (mut now, mut retry, mut waits) = (start, Retry::after_loss(start), Vec::new());
         // An hour without the interface.
         while now - start < Duration::from_secs(3_600) {
             waits.push(retry.remaining(now));
@@ -48,7 +48,7 @@ mod tests {
             assert!(
                 retry.remaining(now).is_zero() && retry.remaining(now + LONGEST_DELAY).is_zero()
             );
-            retry = retry.failed(now);
+            retry = retry.after_failure(now);
         }
         let ms = |ms| Duration::from_millis(ms);
         let growing = [20, 40, 80, 160, 320, 640, 1280].map(ms);

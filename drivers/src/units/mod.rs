@@ -37,7 +37,7 @@ const POSITIVE_GAIN: &str = "finite and greater than 0";
 struct AxisScale {
     rad_per_unit: f64,
     zero: f64,
-    modulo: bool,
+    is_modulo: bool,
     position: Range,
     reference: Range,
     /// Angle of one unit of a following error, if references are following errors.
@@ -60,14 +60,14 @@ impl Default for Range {
 
 impl Range {
     fn from_signal(signal: &SignalFormat) -> Self {
-        match (signal.field.modulus(), signal.field.middle()) {
+        match (signal.field.modulus(), signal.field.range_middle()) {
             (Some(length), Some(middle)) => Self { length, middle },
             _ => Self::default(),
         }
     }
 
     /// Returns `value` shifted by multiples of the range to within half a range of `middle`.
-    fn around(self, middle: f64, value: f64) -> f64 {
+    fn nearest_to(self, middle: f64, value: f64) -> f64 {
         if self.length.is_finite() {
             // Half a range below the middle belongs to the range, half a range above does not.
             value - self.length * ((value - middle) / self.length + 0.5).floor()
@@ -99,35 +99,35 @@ impl Scales {
         Ok(Self { axes })
     }
 
-    fn axis(&self, axis: usize) -> AxisScale {
+    fn axis_scale_of(&self, axis: usize) -> AxisScale {
         self.axes.get(axis).copied().unwrap_or_default()
     }
 
     /// Returns the motor angle of a measured position \[rad\]. Axes count from 0.
     pub fn position_rad(&self, axis: usize, value: f64) -> f64 {
-        let scale = self.axis(axis);
-        scale.angle(scale.position, value)
+        let scale = self.axis_scale_of(axis);
+        scale.to_angle(scale.position, value)
     }
 
     /// Returns the motor angle of a reference \[rad\]. A following error is added to the measured
     /// angle.
     pub fn reference_rad(&self, axis: usize, value: f64, position_rad: f64) -> f64 {
-        let scale = self.axis(axis);
+        let scale = self.axis_scale_of(axis);
         match scale.following_rad {
             Some(rad_per_unit) => position_rad + rad_per_unit * value,
-            None => scale.angle(scale.reference, value),
+            None => scale.to_angle(scale.reference, value),
         }
     }
 
     /// Returns the motor torque \[N·m\].
     pub fn torque_nm(&self, axis: usize, value: f64) -> f64 {
-        self.axis(axis).nm_per_unit * value
+        self.axis_scale_of(axis).nm_per_unit * value
     }
 
     /// Returns true if an axis can have moved from one angle to another between two samples. A step
     /// of half the integer's range is a wrap, not a motion.
     pub fn is_continuous(&self, axis: usize, from_rad: f64, to_rad: f64) -> bool {
-        let scale = self.axis(axis);
+        let scale = self.axis_scale_of(axis);
         let half = 0.5 * scale.position.length.min(scale.reference.length);
         (to_rad - from_rad).abs() < half * scale.rad_per_unit.abs()
     }
@@ -135,35 +135,35 @@ impl Scales {
     /// Returns the position that a drive reports at a motor angle \[unit of the DBC file\]; for the
     /// simulated robot and for tests.
     pub fn position_value(&self, axis: usize, angle_rad: f64) -> f64 {
-        let scale = self.axis(axis);
-        scale.value(scale.position, angle_rad)
+        let scale = self.axis_scale_of(axis);
+        scale.scaled_value(scale.position, angle_rad)
     }
 
     /// Returns the reference that a controller sends for a motor angle \[unit of the DBC file\].
     /// For following errors, returns the error that a drive at a measured angle reports.
     pub fn reference_value(&self, axis: usize, angle_rad: f64, position_rad: f64) -> f64 {
-        let scale = self.axis(axis);
+        let scale = self.axis_scale_of(axis);
         match scale.following_rad {
             Some(rad_per_unit) => (angle_rad - position_rad) / rad_per_unit,
-            None => scale.value(scale.reference, angle_rad),
+            None => scale.scaled_value(scale.reference, angle_rad),
         }
     }
 
     /// Returns the torque that a drive reports \[unit of the DBC file\].
     pub fn torque_value(&self, axis: usize, torque_nm: f64) -> f64 {
-        torque_nm / self.axis(axis).nm_per_unit
+        torque_nm / self.axis_scale_of(axis).nm_per_unit
     }
 }
 
 impl AxisScale {
-    fn angle(self, range: Range, value: f64) -> f64 {
-        let value = if self.modulo { range.around(self.zero, value) } else { value };
+    fn to_angle(self, range: Range, value: f64) -> f64 {
+        let value = if self.is_modulo { range.nearest_to(self.zero, value) } else { value };
         self.rad_per_unit * (value - self.zero)
     }
 
-    fn value(self, range: Range, angle_rad: f64) -> f64 {
+    fn scaled_value(self, range: Range, angle_rad: f64) -> f64 {
         let value = angle_rad / self.rad_per_unit + self.zero;
-        if self.modulo { range.around(range.middle, value) } else { value }
+        if self.is_modulo { range.nearest_to(range.middle, value) } else { value }
     }
 }
 
@@ -176,8 +176,8 @@ fn axis_scale(
     let (rad_per_unit, units) = rad_per_unit(axis, position.scale)?;
     let mut scale = AxisScale {
         rad_per_unit: position.sign.factor() * rad_per_unit,
-        zero: number(axis, "position.zero", position.zero, f64::is_finite, "finite")?,
-        modulo: position.wraps == Wraps::Modulo,
+        zero: check_number(axis, "position.zero", position.zero, f64::is_finite, "finite")?,
+        is_modulo: position.wraps == Wraps::Modulo,
         ..AxisScale::default()
     };
     for quantity in [Quantity::Position, Quantity::Reference] {
@@ -190,7 +190,7 @@ fn axis_scale(
             continue;
         }
         let range = Range::from_signal(signal);
-        if scale.modulo && !range.length.is_finite() {
+        if scale.is_modulo && !range.length.is_finite() {
             return Err(UnitsError::NoModulus {
                 axis: MotorIndex::new(axis),
                 signal: signal.name.clone(),
@@ -215,10 +215,10 @@ fn rad_per_unit(axis: usize, scale: PositionScale) -> Result<(f64, Units), Units
     match scale {
         PositionScale::CountsPerRevolution(counts) => {
             let key = "position.scale.counts_per_revolution";
-            Ok((TAU / positive(axis, key, counts)?, COUNT_SPELLINGS))
+            Ok((TAU / check_positive(axis, key, counts)?, COUNT_SPELLINGS))
         }
         PositionScale::RadPerCount(angle) => {
-            Ok((positive(axis, "position.scale.rad_per_count", angle)?, COUNT_SPELLINGS))
+            Ok((check_positive(axis, "position.scale.rad_per_count", angle)?, COUNT_SPELLINGS))
         }
         PositionScale::Rad => Ok((1.0, RAD_SPELLINGS)),
         PositionScale::Deg => Ok((1_f64.to_radians(), DEG_SPELLINGS)),
@@ -228,7 +228,7 @@ fn rad_per_unit(axis: usize, scale: PositionScale) -> Result<(f64, Units), Units
 fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsError> {
     match scale {
         TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
-            let rated = positive(axis, "torque.scale.rated_torque_nm", rated_torque_nm)?;
+            let rated = check_positive(axis, "torque.scale.rated_torque_nm", rated_torque_nm)?;
             Ok((1e-3 * rated, PER_MILLE_SPELLINGS))
         }
         TorqueScale::PerMilleOfRatedCurrent {
@@ -237,9 +237,12 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
             torque_constant_nm_per_a,
             torque_constant_is,
         } => {
-            let current = positive(axis, "torque.scale.rated_current_a", rated_current_a)?;
-            let constant =
-                positive(axis, "torque.scale.torque_constant_nm_per_a", torque_constant_nm_per_a)?;
+            let current = check_positive(axis, "torque.scale.rated_current_a", rated_current_a)?;
+            let constant = check_positive(
+                axis,
+                "torque.scale.torque_constant_nm_per_a",
+                torque_constant_nm_per_a,
+            )?;
             // Convert the current to the value that the torque constant uses: amplitude = √2 ·
             // effective value.
             let current = match (current_is, torque_constant_is) {
@@ -251,20 +254,20 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
             Ok((1e-3 * current * constant, PER_MILLE_SPELLINGS))
         }
         TorqueScale::NmPerCount(torque) => {
-            Ok((positive(axis, "torque.scale.nm_per_count", torque)?, COUNT_SPELLINGS))
+            Ok((check_positive(axis, "torque.scale.nm_per_count", torque)?, COUNT_SPELLINGS))
         }
         TorqueScale::NmPerA(torque) => {
-            Ok((positive(axis, "torque.scale.nm_per_a", torque)?, AMPERE_SPELLINGS))
+            Ok((check_positive(axis, "torque.scale.nm_per_a", torque)?, AMPERE_SPELLINGS))
         }
         TorqueScale::Nm => Ok((1.0, NM_SPELLINGS)),
     }
 }
 
-fn positive(axis: usize, key: &'static str, value: f64) -> Result<f64, UnitsError> {
-    number(axis, key, value, |value| value.is_finite() && value > 0.0, POSITIVE_GAIN)
+fn check_positive(axis: usize, key: &'static str, value: f64) -> Result<f64, UnitsError> {
+    check_number(axis, key, value, |value| value.is_finite() && value > 0.0, POSITIVE_GAIN)
 }
 
-fn number(
+fn check_number(
     axis: usize,
     key: &'static str,
     value: f64,

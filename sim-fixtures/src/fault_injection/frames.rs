@@ -11,7 +11,7 @@ use super::signals::uniform;
 const FIRST_FOREIGN_ID: u16 = 0x6A0;
 
 /// Returns true if a frame has this role and axis.
-fn is(layout: &CompiledLayout, role: FrameRole, axis: Option<usize>, frame: &Frame) -> bool {
+fn has_role(layout: &CompiledLayout, role: FrameRole, axis: Option<usize>, frame: &Frame) -> bool {
     let Ok((_, message)) = layout.read(frame) else { return false };
     let of_role = match role {
         FrameRole::Sync => message.role == Role::Sync,
@@ -32,48 +32,46 @@ impl InjectedFault {
     ) -> Result<(), FrameError> {
         let count = cycles.len();
         let start_ns = cycles.iter().flatten().next().map_or(0, |frame| frame.stamp_ns);
-        for k in (0..count).filter(|k| self.hits(*k)) {
+        for k in (0..count).filter(|k| self.affects_cycle(*k)) {
             match *action {
                 FrameOf::Drop { frame: role, axis } => {
-                    cycles[k].retain(|frame| !is(layout, role, axis, frame));
+                    cycles[k].retain(|frame| !has_role(layout, role, axis, frame));
                 }
                 FrameOf::Double { frame: role, axis } => {
-                    again(&mut cycles[k], |frame| is(layout, role, axis, frame), |_| ());
+                    let chosen = |frame: &Frame| has_role(layout, role, axis, frame);
+                    insert_copies(&mut cycles[k], chosen, |_| ());
                 }
                 FrameOf::Contradict { axis } => {
-                    let sample = |frame: &Frame| is(layout, FrameRole::Sample, Some(axis), frame);
-                    again(&mut cycles[k], sample, |frame| frame.payload[2] ^= 0x10);
+                    let sample =
+                        |frame: &Frame| has_role(layout, FrameRole::Sample, Some(axis), frame);
+                    insert_copies(&mut cycles[k], sample, |frame| frame.payload[2] ^= 0x10);
                 }
                 FrameOf::Flip { frame: role, axis, bit } => {
-                    for frame in cycles[k].iter_mut().filter(|of| is(layout, role, axis, of)) {
+                    for frame in cycles[k].iter_mut().filter(|of| has_role(layout, role, axis, of))
+                    {
                         if let Some(byte) = frame.payload.get_mut(bit / 8) {
                             *byte ^= 1 << (bit % 8);
                         }
                     }
                 }
                 FrameOf::Truncate { frame: role, axis } => {
-                    for frame in cycles[k].iter_mut().filter(|of| is(layout, role, axis, of)) {
+                    for frame in cycles[k].iter_mut().filter(|of| has_role(layout, role, axis, of))
+                    {
                         frame.length = frame.length.saturating_sub(1);
                         frame.payload[usize::from(frame.length)] = 0;
                     }
                 }
-                FrameOf::Late { axis } => late(layout, cycles, k, axis),
-                FrameOf::Reverse => {
-                    reverse(cycles, k);
-                }
-                FrameOf::Exchange if k + 1 < count => {
-                    exchange(cycles, k);
-                }
+                FrameOf::Late { axis } => move_to_next_cycle(layout, cycles, k, axis),
+                FrameOf::Reverse => reverse_frames(cycles, k),
+                FrameOf::Exchange if k + 1 < count => exchange_neighbours(cycles, k),
                 FrameOf::Exchange => {}
-                FrameOf::Burst { length } => {
-                    burst(cycles, count, k, length);
-                }
+                FrameOf::Burst { length } => delay_to_burst(cycles, count, k, length),
                 FrameOf::Error { class } => {
                     let stamp_ns = cycles[k].first().map_or(start_ns, |frame| frame.stamp_ns);
                     cycles[k].insert(0, Frame::error(class, &[0; 8])?.with_stamp(stamp_ns));
                 }
                 FrameOf::Remote => {
-                    let sample = |frame: &&Frame| is(layout, FrameRole::Sample, None, frame);
+                    let sample = |frame: &&Frame| has_role(layout, FrameRole::Sample, None, frame);
                     if let Some(frame) = cycles[k].iter().find(sample).copied() {
                         cycles[k].push(Frame::remote(frame.id, 8)?.with_stamp(frame.stamp_ns));
                     }
@@ -82,15 +80,15 @@ impl InjectedFault {
                     add_foreign(cycles, start_ns, k, frames)?;
                 }
                 FrameOf::Jitter { us, seed } => {
-                    let late_ns = signed(1e3 * us * uniform(seed, k));
+                    let late_ns = signed_ns(1e3 * us * uniform(seed, k));
                     move_by(&mut cycles[k], |_| late_ns);
                 }
                 FrameOf::Stretch { ratio } => {
                     move_by(&mut cycles[k], |frame| {
-                        signed((ratio - 1.0) * frame.stamp_ns.saturating_sub(start_ns) as f64)
+                        signed_ns((ratio - 1.0) * frame.stamp_ns.saturating_sub(start_ns) as f64)
                     });
                 }
-                FrameOf::ClockStep { ms } => move_by(&mut cycles[k], |_| signed(1e6 * ms)),
+                FrameOf::ClockStep { ms } => move_by(&mut cycles[k], |_| signed_ns(1e6 * ms)),
                 FrameOf::SecondArm { offset } => {
                     second_arm(layout, cycles, count, k, offset);
                 }
@@ -103,7 +101,7 @@ impl InjectedFault {
     }
 }
 
-fn reverse(cycles: &mut [Vec<Frame>], k: usize) {
+fn reverse_frames(cycles: &mut [Vec<Frame>], k: usize) {
     let stamps: Vec<u64> = cycles[k].iter().map(|frame| frame.stamp_ns).collect();
     if let Some((_, others)) = cycles[k].split_first_mut() {
         others.reverse();
@@ -111,7 +109,7 @@ fn reverse(cycles: &mut [Vec<Frame>], k: usize) {
     restamp(&mut cycles[k], &stamps);
 }
 
-fn exchange(cycles: &mut [Vec<Frame>], k: usize) {
+fn exchange_neighbours(cycles: &mut [Vec<Frame>], k: usize) {
     let stamps =
         [k, k + 1].map(|k| cycles[k].iter().map(|frame| frame.stamp_ns).collect::<Vec<_>>());
     cycles.swap(k, k + 1);
@@ -119,7 +117,7 @@ fn exchange(cycles: &mut [Vec<Frame>], k: usize) {
     restamp(&mut cycles[k + 1], &stamps[1]);
 }
 
-fn burst(cycles: &mut [Vec<Frame>], count: usize, k: usize, length: usize) {
+fn delay_to_burst(cycles: &mut [Vec<Frame>], count: usize, k: usize, length: usize) {
     let piece = &mut cycles[k..(k + length).min(count)];
     let last = piece.iter().flatten().last().map(|frame| frame.stamp_ns);
     for frame in piece.iter_mut().flatten() {
@@ -149,26 +147,30 @@ fn second_arm(
     offset: usize,
 ) {
     let other = cycles[(k + offset) % count].clone();
-    let sample = |frame: &Frame| is(layout, FrameRole::Sample, None, frame);
-    again(&mut cycles[k], sample, |frame| {
+    let sample = |frame: &Frame| has_role(layout, FrameRole::Sample, None, frame);
+    insert_copies(&mut cycles[k], sample, |frame| {
         let replacement = other.iter().find(|own| own.id == frame.id);
         frame.payload = replacement.map_or(frame.payload, |own| own.payload);
     });
 }
 
 fn second_sync(layout: &CompiledLayout, cycles: &mut [Vec<Frame>], k: usize, after_us: f64) {
-    again(
+    insert_copies(
         &mut cycles[k],
-        |frame| is(layout, FrameRole::Sync, None, frame),
+        |frame| has_role(layout, FrameRole::Sync, None, frame),
         |frame| {
-            frame.stamp_ns = frame.stamp_ns.saturating_add_signed(signed(1e3 * after_us));
+            frame.stamp_ns = frame.stamp_ns.saturating_add_signed(signed_ns(1e3 * after_us));
         },
     );
     cycles[k].sort_by_key(|frame| frame.stamp_ns);
 }
 
 /// Inserts a changed copy after each chosen frame.
-fn again(frames: &mut Vec<Frame>, chosen: impl Fn(&Frame) -> bool, change: impl Fn(&mut Frame)) {
+fn insert_copies(
+    frames: &mut Vec<Frame>,
+    chosen: impl Fn(&Frame) -> bool,
+    change: impl Fn(&mut Frame),
+) {
     *frames = frames
         .drain(..)
         .flat_map(|frame: Frame| {
@@ -180,8 +182,8 @@ fn again(frames: &mut Vec<Frame>, chosen: impl Fn(&Frame) -> bool, change: impl 
 }
 
 /// Moves an axis's sample into the next cycle, after its SYNC.
-fn late(layout: &CompiledLayout, cycles: &mut [Vec<Frame>], k: usize, axis: usize) {
-    let sample = |frame: &Frame| is(layout, FrameRole::Sample, Some(axis), frame);
+fn move_to_next_cycle(layout: &CompiledLayout, cycles: &mut [Vec<Frame>], k: usize, axis: usize) {
+    let sample = |frame: &Frame| has_role(layout, FrameRole::Sample, Some(axis), frame);
     let Some([cycle, next]) = cycles.get_mut(k..k + 2) else { return };
     let (Some(place), Some(first)) = (cycle.iter().position(sample), next.first().copied()) else {
         return;
@@ -203,6 +205,6 @@ fn move_by(frames: &mut [Frame], by_ns: impl Fn(&Frame) -> i64) {
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "hours are far fewer than 2^52 ns")]
-fn signed(ns: f64) -> i64 {
+fn signed_ns(ns: f64) -> i64 {
     ns.round() as i64
 }

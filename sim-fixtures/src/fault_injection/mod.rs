@@ -57,7 +57,7 @@ pub enum FaultInjectionError {
 
 impl InjectedFault {
     /// Returns true if the fault affects a cycle.
-    pub fn hits(&self, cycle: usize) -> bool {
+    pub fn affects_cycle(&self, cycle: usize) -> bool {
         let after = cycle.checked_sub(self.from);
         after.is_some_and(|after| {
             self.cycles.is_none_or(|cycles| after < cycles)
@@ -89,7 +89,7 @@ pub fn damaged_frames(
             corrupt.corrupt_signals(action, signals.to_mut());
         }
     }
-    let mut cycles = encoded(&signals, encoder, epoch_ns)?;
+    let mut cycles = encode_record(&signals, encoder, epoch_ns)?;
     for corrupt_value in faults {
         if let Action::Frames(action) = &corrupt_value.action {
             corrupt_value.corrupt_frames(action, encoder.layout(), &mut cycles)?;
@@ -99,7 +99,7 @@ pub fn damaged_frames(
 }
 
 /// Returns the frames that the drives send for a record.
-fn encoded(
+fn encode_record(
     signals: &Signals,
     encoder: &CycleEncoder,
     epoch_ns: u64,

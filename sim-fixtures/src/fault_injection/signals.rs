@@ -18,8 +18,10 @@ impl InjectedFault {
         let rate_hz = signals.sample_rate_hz;
         match *action {
             Of::Freeze { signal, axis } => {
-                for series in chosen(signals, signal, axis) {
-                    self.each(series, |now, k| k.checked_sub(1).map_or(now[k], |last| now[last]));
+                for series in selected_series(signals, signal, axis) {
+                    self.replace_affected(series, |now, k| {
+                        k.checked_sub(1).map_or(now[k], |last| now[last])
+                    });
                 }
             }
             Of::Hold { signal, axis, length } => {
@@ -63,8 +65,7 @@ impl InjectedFault {
                 self.add_noise(signals, signal, axis, rms, seed);
             }
             Of::Quantise { signal, axis, step } => {
-                let rounded = |before: &[f64], k: usize| step * (before[k] / step).round();
-                self.of_before(signals, signal, axis, rounded);
+                self.of_before(signals, signal, axis, |now, k| step * (now[k] / step).round());
             }
             Of::Wrap { axis, range, offset } => {
                 self.of_before(signals, AxisSignal::Position, Some(axis), |before, k| {
@@ -74,12 +75,12 @@ impl InjectedFault {
             }
             Of::Resample { ratio } => {
                 for series in all_series(signals) {
-                    *series = resampled(series, ratio);
+                    *series = resample_linear(series, ratio);
                 }
             }
             Of::Repeat => {
                 for series in all_series(signals) {
-                    let piece: Vec<f64> = self.hit(series).collect();
+                    let piece: Vec<f64> = self.affected_values(series).collect();
                     let end = self.from + self.cycles.unwrap_or(series.len());
                     let end = end.min(series.len());
                     series.splice(end..end, piece);
@@ -88,7 +89,7 @@ impl InjectedFault {
             Of::Cut => {
                 for series in all_series(signals) {
                     let mut cycle = 0..;
-                    series.retain(|_| !cycle.next().is_some_and(|k| self.hits(k)));
+                    series.retain(|_| !cycle.next().is_some_and(|k| self.affects_cycle(k)));
                 }
             }
         }
@@ -98,7 +99,7 @@ impl InjectedFault {
     fn swap_axes(&self, series: &mut [Vec<f64>], one: usize, other: usize) {
         let (Some(a), Some(b)) = (series.get(one - 1), series.get(other - 1)) else { return };
         let (mut a, mut b) = (a.clone(), b.clone());
-        for k in (0..a.len()).filter(|k| self.hits(*k)) {
+        for k in (0..a.len()).filter(|k| self.affects_cycle(*k)) {
             std::mem::swap(&mut a[k], &mut b[k]);
         }
         (series[one - 1], series[other - 1]) = (a, b);
@@ -114,8 +115,8 @@ impl InjectedFault {
         cutoff_hz: f64,
     ) {
         let share = 1.0 - (-core::f64::consts::TAU * cutoff_hz / rate_hz).exp();
-        for series in chosen(signals, signal, axis) {
-            self.each(series, |now, k| {
+        for series in selected_series(signals, signal, axis) {
+            self.replace_affected(series, |now, k| {
                 k.checked_sub(1).map_or(now[k], |last| now[last] + share * (now[k] - now[last]))
             });
         }
@@ -130,21 +131,21 @@ impl InjectedFault {
         rms: f64,
         seed: u64,
     ) {
-        for (number, series) in chosen(signals, signal, axis).enumerate() {
+        for (number, series) in selected_series(signals, signal, axis).enumerate() {
             let seed = seed.wrapping_mul(31).wrapping_add(number as u64) << 24;
             let noise = |k| rms * 12.0_f64.sqrt() * (uniform(seed, k) - 0.5);
-            self.each(series, |now, k| now[k] + noise(k));
+            self.replace_affected(series, |now, k| now[k] + noise(k));
         }
     }
 
     /// Returns the values of the affected cycles.
-    fn hit<'a>(&'a self, series: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        (0..).zip(series).filter(|(k, _)| self.hits(*k)).map(|(_, value)| *value)
+    fn affected_values<'a>(&'a self, series: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        (0..).zip(series).filter(|(k, _)| self.affects_cycle(*k)).map(|(_, value)| *value)
     }
 
     /// Replaces the values of the affected cycles in order, each computed from the series so far.
-    fn each(&self, series: &mut [f64], new: impl Fn(&[f64], usize) -> f64) {
-        for k in (0..series.len()).filter(|k| self.hits(*k)) {
+    fn replace_affected(&self, series: &mut [f64], new: impl Fn(&[f64], usize) -> f64) {
+        for k in (0..series.len()).filter(|k| self.affects_cycle(*k)) {
             series[k] = new(series, k);
         }
     }
@@ -157,15 +158,15 @@ impl InjectedFault {
         axis: Option<usize>,
         new: impl Fn(&[f64], usize) -> f64,
     ) {
-        for series in chosen(signals, signal, axis) {
+        for series in selected_series(signals, signal, axis) {
             let before = series.clone();
-            self.each(series, |_, k| new(&before, k));
+            self.replace_affected(series, |_, k| new(&before, k));
         }
     }
 }
 
 /// Returns the series of a signal, for one axis or all.
-fn chosen(
+fn selected_series(
     signals: &mut Signals,
     signal: AxisSignal,
     axis: Option<usize>,
@@ -185,7 +186,7 @@ fn all_series(signals: &mut Signals) -> impl Iterator<Item = &mut Vec<f64>> {
 
 /// Returns a series at `ratio` times its rate, with linear interpolation.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the series")]
-fn resampled(series: &[f64], ratio: f64) -> Vec<f64> {
+fn resample_linear(series: &[f64], ratio: f64) -> Vec<f64> {
     let Some(last) = series.len().checked_sub(1) else { return Vec::new() };
     (0..(series.len() as f64 * ratio) as usize)
         .map(|k: usize| {

@@ -39,7 +39,7 @@ pub(crate) fn random_moves(scenario: &Scenario, seed: u64, moves: usize) -> Move
         acceleration_fraction: 1.0,
         dwell_s: 0.035,
     };
-    moves.draw(scenario.limits()).unwrap()
+    moves.draw_sequence(scenario.limits()).unwrap()
 }
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
@@ -72,7 +72,7 @@ pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
 
 /// Names of the paper's essential parameters, which its robot states.
 pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
-    let listed = scenario.robot().nominal().unwrap().listed();
+    let listed = scenario.robot().nominal().unwrap().given_values();
     listed.iter().map(|(name, _)| name.clone()).collect()
 }
 
@@ -108,7 +108,8 @@ pub(crate) fn with_nominal_error(scenario: &Scenario, pattern: u64) -> Robot {
     let file = include_str!("../../../config/robots/tx40.toml");
     let (geometry, _) = file.split_once("[nominal]").unwrap();
     let mut text = format!("{geometry}[nominal]\n");
-    for (k, (name, value)) in scenario.robot().nominal().unwrap().listed().iter().enumerate() {
+    for (k, (name, value)) in scenario.robot().nominal().unwrap().given_values().iter().enumerate()
+    {
         let more = pattern >> k & 1 == 1;
         writeln!(text, "{name} = {:?}", value * if more { 1.15 } else { 0.85 }).unwrap();
     }

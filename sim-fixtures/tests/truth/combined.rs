@@ -110,7 +110,7 @@ impl Trial {
             Method::IdimLs => regression(None, CUTOFF_HZ),
             _ => loop_options(&tx40_paper().unwrap(), CUTOFF_HZ, Start::IdimLs),
         };
-        let listed = self.robot.nominal().unwrap().listed();
+        let listed = self.robot.nominal().unwrap().given_values();
         options.parameters = Some(listed.iter().map(|(name, _)| name.clone()).collect());
         options.decimation_filter.factor = self.arm.decimation();
         options
@@ -132,7 +132,8 @@ impl Trial {
                 let estimate = self.estimate(*method)?;
                 let values = estimate.parameters.iter().map(|p| (p.name.as_str(), p.value));
                 let values: Vec<_> = values.collect();
-                let model = KnownModel { parameters: &values, fixed: &[], uncertainty: None };
+                let model =
+                    KnownModel { parameters: &values, fixed_parameters: &[], uncertainty: None };
                 let predicted =
                     predict(&self.robot, &self.base, &other_motion, &options, model).unwrap();
                 Ok(Outcome::new(&estimate, self.own, predicted.error.relative_error))

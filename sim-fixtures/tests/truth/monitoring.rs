@@ -28,7 +28,7 @@ fn differences(own: Own, run: usize) -> [Deviations; 3] {
     let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
     let seed = own as u64 * 1000 + run as u64 + 1;
     let arm = Arm::new(own, seed);
-    let listed = robot.nominal().unwrap().listed();
+    let listed = robot.nominal().unwrap().given_values();
     let names: Vec<String> = listed.iter().map(|(name, _)| name.clone()).collect();
     let options = regression(Some(names), CUTOFF_HZ);
     let estimate = |experiment: &Experiment| -> Estimate {

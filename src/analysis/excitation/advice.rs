@@ -13,7 +13,7 @@ pub struct Advised {
     /// Insufficient parameters, and the motions that improve them.
     pub advice: Advice,
     /// Range of the result's motion, per joint; empty if the result does not report it.
-    pub reached: Vec<Reached>,
+    pub reached_per_joint: Vec<Reached>,
     /// Parameters that are certain enough by noise alone, but not with all configured and assumed
     /// contributions. Each entry is the parameter's index and its combined uncertainty relative to
     /// the value.
@@ -21,7 +21,7 @@ pub struct Advised {
     /// Verdict for each use, if the result has one.
     pub uses: Vec<JudgedUse>,
     /// Sufficient uncertainty of a parameter, relative to its value.
-    pub enough: f64,
+    pub sufficient_uncertainty: f64,
 }
 
 impl Advised {
@@ -39,7 +39,7 @@ impl Advised {
         let values: Vec<f64> = parameters.iter().map(|of| of.value.unwrap_or(f64::NAN)).collect();
         let combined = parameters.iter().map(|of| {
             let k = result.parameters.iter().position(|(name, _)| *name == of.name)?;
-            result.combined.get(k).copied().flatten()
+            result.combined_deviations.get(k).copied().flatten()
         });
         let advice = advise(&cell.robot, &assignment.task, &values, enough)?;
         let joints = cell.robot.joints();
@@ -52,10 +52,10 @@ impl Advised {
             .collect();
         Ok(Self {
             advice,
-            reached: if has_all_joints { result.reached.clone() } else { Vec::new() },
+            reached_per_joint: if has_all_joints { result.reached.clone() } else { Vec::new() },
             not_by_noise,
             uses: result.uses.clone(),
-            enough,
+            sufficient_uncertainty: enough,
         })
     }
 }

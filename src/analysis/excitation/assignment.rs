@@ -6,12 +6,12 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Limits, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use didim_identification::excitation::{
-    Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first, rows,
-    simulated,
+    Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first_motion,
+    rows, simulate_record,
 };
 use didim_identification::identification::{
     Declared, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
-    Selection, payload,
+    Selection, find_payload,
 };
 use nalgebra::DMatrix;
 
@@ -79,9 +79,9 @@ pub struct Wanted<'a> {
     /// Largest acceleration of each joint, in place of the robot file's value \[rad/s²\].
     pub accelerations: Option<&'a [f64]>,
     /// Box in the base frame that the arm stays in.
-    pub inside: Option<Corners>,
+    pub box_corners: Option<Corners>,
     /// Joints that move, counted from 1; all if left out.
-    pub moving: Option<&'a [usize]>,
+    pub moving_joints: Option<&'a [usize]>,
     /// Load on the last link to identify instead of the arm's parameters.
     pub load: Option<KnownLoad>,
     /// Parameters to identify; all identified ones if left out.
@@ -94,9 +94,9 @@ pub struct Wanted<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedLoad {
     /// The expected load.
-    pub expected: KnownLoad,
+    pub expected_load: KnownLoad,
     /// Standard parameters of the arm with the load.
-    standard: Vec<f64>,
+    standard_parameters: Vec<f64>,
 }
 
 impl WantedLoad {
@@ -105,7 +105,7 @@ impl WantedLoad {
     ///
     /// # Errors
     /// [`LoadError`].
-    pub fn simulated(
+    pub fn simulate_load(
         &self,
         cell: &Cell,
         result: &StoredModel,
@@ -115,15 +115,16 @@ impl WantedLoad {
         let rate_hz = cell.sample_rate_hz();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second")]
         let rest = rate_hz as usize;
-        let [position_rad, torque_nm] = simulated(task, &self.standard, motion, rate_hz, rest);
+        let [position_rad, torque_nm] =
+            simulate_record(task, &self.standard_parameters, motion, rate_hz, rest);
         let moves = rest..position_rad[0].len() - rest;
         let signals =
             Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
         let experiment = Experiment::joint_side(signals).and_then(|of| of.with_counted(moves));
         let experiment = experiment.map_err(IdentifyError::from)?;
-        let (named, declared) = (result.named(), Declared::default());
+        let (named, declared) = (result.named_parameters(), Declared::default());
         let (arm, options) = (result.known_arm(&named), &cell.options);
-        Ok(payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
+        Ok(find_payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
     }
 }
 
@@ -162,12 +163,12 @@ struct Arm<'a> {
     base: &'a BaseParameters,
     parameters: Vec<MissingParameter>,
     /// Standard parameters for the arm's torques.
-    standard: Option<Vec<f64>>,
-    before: Option<DMatrix<f64>>,
+    standard_parameters: Option<Vec<f64>>,
+    prior_information: Option<DMatrix<f64>>,
     noise: Option<Vec<f64>>,
     rows_per_s: f64,
     /// Uncertainty that a use requires of each parameter, relative to its value.
-    need: f64,
+    required_uncertainty: f64,
 }
 
 impl Assignment {
@@ -185,14 +186,16 @@ impl Assignment {
             robot,
             urdf: source.urdf.as_ref(),
             base,
-            parameters: unknown(robot, base, base.names()),
-            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
-            before: None,
+            parameters: unknown_parameters(robot, base, base.names()),
+            standard_parameters: robot
+                .nominal()
+                .map(|nominal| nominal.standard_parameters().to_vec()),
+            prior_information: None,
             noise: None,
             rows_per_s: ASSUMED_ROWS_PER_S,
-            need: 0.0,
+            required_uncertainty: 0.0,
         };
-        arm.assignment(wanted)
+        arm.into_assignment(wanted)
     }
 
     /// Creates the task for the arm of a cell, with the data of one of its results.
@@ -211,49 +214,56 @@ impl Assignment {
             urdf: cell.urdf.as_ref(),
             base,
             parameters: Vec::new(),
-            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
-            before: None,
+            standard_parameters: robot
+                .nominal()
+                .map(|nominal| nominal.standard_parameters().to_vec()),
+            prior_information: None,
             noise: None,
             rows_per_s: cell.sample_rate_hz() / factor as f64,
-            need: SHARE_OF_NOISE * cell.options.limits.parameter_uncertainty,
+            required_uncertainty: SHARE_OF_NOISE * cell.options.limits.parameter_uncertainty,
         };
         let Some(result) = result else {
             let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
-            arm.parameters = unknown(robot, base, selection.names());
+            arm.parameters = unknown_parameters(robot, base, selection.names());
             arm.keep_identifiable();
-            return arm.assignment(wanted);
+            return arm.into_assignment(wanted);
         };
         let covariance = result.covariance.as_ref();
         let covariance = covariance.and_then(|of| of.matrix(result.parameters.len()));
         let covariance = covariance.ok_or(AssignmentError::NoCovariance)?;
         let names: Vec<String> = result.parameters.iter().map(|(name, _)| name.clone()).collect();
-        arm.parameters = unknown(robot, base, &names);
+        arm.parameters = unknown_parameters(robot, base, &names);
         for (k, (own, (_, value))) in arm.parameters.iter_mut().zip(&result.parameters).enumerate()
         {
             own.value = Some(*value);
             own.standard_deviation = Some(covariance[(k, k)].max(0.0).sqrt());
         }
-        let parameters = result.parameters.iter().chain(&result.fixed);
-        arm.standard = base.to_standard(parameters.map(|(name, value)| (name, *value))).ok();
+        let parameters = result.parameters.iter().chain(&result.fixed_parameters);
+        arm.standard_parameters =
+            base.to_standard(parameters.map(|(name, value)| (name, *value))).ok();
         let identifiable = arm.keep_identifiable();
         let covariance = covariance.select_rows(&identifiable).select_columns(&identifiable);
         let inverse = covariance.cholesky().ok_or(AssignmentError::NoCovariance)?.inverse();
-        arm.before = Some(inverse);
+        arm.prior_information = Some(inverse);
         arm.noise = (result.noise.len() == robot.joints()).then(|| result.noise.clone());
-        arm.assignment(wanted)
+        arm.into_assignment(wanted)
     }
 }
 
 /// Returns the standard parameter that gives a base parameter its name.
-fn named(robot: &Robot, base: &BaseParameters, name: &str) -> Option<Parameter> {
+fn naming_parameter(robot: &Robot, base: &BaseParameters, name: &str) -> Option<Parameter> {
     let column = base.columns()[base.find(name)?];
     Some(robot.parameters().parameters()[column])
 }
 
 /// Lists parameters without known values.
-fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<MissingParameter> {
+fn unknown_parameters(
+    robot: &Robot,
+    base: &BaseParameters,
+    names: &[String],
+) -> Vec<MissingParameter> {
     let unit = |name: &String| {
-        let parameter = named(robot, base, name)?;
+        let parameter = naming_parameter(robot, base, name)?;
         Some(parameter.kind.unit(robot.chain()[parameter.joint].kind))
     };
     names
@@ -273,32 +283,33 @@ fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Missin
 impl Arm<'_> {
     /// Keeps the parameters that a motion can identify, and returns their previous indices.
     fn keep_identifiable(&mut self) -> Vec<usize> {
-        let is_identifiable = |of: &MissingParameter| match named(self.robot, self.base, &of.name)
-            .map(|own| own.kind)
-        {
-            // Without standard parameters, the load that friction grows with is unknown.
-            Some(ParameterKind::FcLoad) => self.standard.is_some(),
-            // Differs from Coulomb friction only at reversals, of which a design has few samples.
-            // It is taken as known.
-            Some(ParameterKind::Fh) => false,
-            _ => true,
-        };
+        let is_identifiable =
+            |of: &MissingParameter| match naming_parameter(self.robot, self.base, &of.name)
+                .map(|own| own.kind)
+            {
+                // Without standard parameters, the load that friction grows with is unknown.
+                Some(ParameterKind::FcLoad) => self.standard_parameters.is_some(),
+                // Differs from Coulomb friction only at reversals, of which a design has few
+                // samples. It is taken as known.
+                Some(ParameterKind::Fh) => false,
+                _ => true,
+            };
         let identifiable: Vec<usize> =
             (0..self.parameters.len()).filter(|k| is_identifiable(&self.parameters[*k])).collect();
         self.parameters = identifiable.iter().map(|k| self.parameters[*k].clone()).collect();
         identifiable
     }
 
-    fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
+    fn into_assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
         let (robot, base) = (self.robot, self.base);
         let joints = robot.joints();
         let unknown = |joint: &&usize| !(1..=joints).contains(*joint);
-        if let Some(&joint) = wanted.moving.and_then(|of| of.iter().find(unknown)) {
+        if let Some(&joint) = wanted.moving_joints.and_then(|of| of.iter().find(unknown)) {
             return Err(AssignmentError::NoSuchJoint { joint, joints });
         }
-        let moves = |joint| wanted.moving.is_none_or(|of| of.contains(&joint));
+        let moves = |joint| wanted.moving_joints.is_none_or(|of| of.contains(&joint));
         let column_of = |kind| robot.parameters().column(kind, JointIndex::new(joints - 1));
-        if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard) {
+        if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard_parameters) {
             for (kind, value) in ParameterKind::LINK.into_iter().zip(load.parameters()) {
                 if let Some(column) = column_of(kind) {
                     standard[column] += value;
@@ -306,82 +317,80 @@ impl Arm<'_> {
             }
         }
         let mut model = Model::new(robot);
-        if let Some(standard) = &self.standard {
+        if let Some(standard) = &self.standard_parameters {
             model = model.with_load(standard.clone());
         }
         let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
         let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
-        let need = |of: &MissingParameter| of.value.map_or(0.0, |value| self.need * value.abs());
-        let aim = if wanted.condition_number {
-            Aim::ConditionNumber
-        } else {
-            Aim::Deviations(match wanted.parameters {
-                None => self.parameters.iter().map(need).enumerate().collect(),
-                Some(names) => names
-                    .iter()
-                    .map(|name: &String| {
-                        let place = self.parameters.iter().position(|of| of.name == *name);
-                        let aim_found = place.map(|place| (place, need(&self.parameters[place])));
-                        aim_found.ok_or_else(|| ExcitationError::UnknownParameter {
-                            name: name.clone(),
-                            available: self.parameters.iter().map(|of| of.name.clone()).collect(),
-                        })
+        let need = |of: &MissingParameter| {
+            of.value.map_or(0.0, |value| self.required_uncertainty * value.abs())
+        };
+        let objective = match wanted.parameters {
+            _ if wanted.condition_number => Aim::ConditionNumber,
+            None => Aim::Deviations(self.parameters.iter().map(need).enumerate().collect()),
+            Some(names) => {
+                let aims = names.iter().map(|name| {
+                    let place = self.parameters.iter().position(|of| of.name == *name);
+                    let aim = place.map(|place| (place, need(&self.parameters[place])));
+                    aim.ok_or_else(|| ExcitationError::UnknownParameter {
+                        name: name.clone(),
+                        available: self.parameters.iter().map(|of| of.name.clone()).collect(),
                     })
-                    .collect::<Result<_, _>>()?,
-            })
+                });
+                Aim::Deviations(aims.collect::<Result<_, _>>()?)
+            }
         };
         let measured_noise = self.noise.is_some();
-        let levels = match self.noise {
-            Some(levels) => levels,
-            None => robot
-                .limits()
-                .enumerate()
-                .map(|(joint, limits): (usize, &Limits)| -> Result<f64, AssignmentError> {
-                    let most = limits
-                        .torque_max
-                        .ok_or(AssignmentError::NoTorqueLimit { joint: JointIndex::new(joint) })?;
-                    Ok(ASSUMED_NOISE * most)
-                })
-                .collect::<Result<_, _>>()?,
-        };
+        let deviations = self.noise.map_or_else(|| assumed_noise(robot), Ok)?;
         let count = columns.len();
-        let shapes = Shapes::new(robot, wanted.inside);
-        if wanted.inside.is_some() && shapes.is_none() {
+        let shapes = Shapes::new(robot, wanted.box_corners);
+        if wanted.box_corners.is_some() && shapes.is_none() {
             return Err(AssignmentError::NoShapes);
         }
-        let standard = self.standard.clone();
-        let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
+        let standard = self.standard_parameters.clone();
+        let bounds =
+            Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard_parameters)?;
         let bounds = bounds.with_shapes(shapes);
+        let prior_information =
+            self.prior_information.unwrap_or_else(|| DMatrix::zeros(count, count));
         let mut task = Task {
             model,
             bounds,
             duration_s: wanted.duration_s,
-            moving: (1..=joints).map(moves).collect(),
+            moving_joints: (1..=joints).map(moves).collect(),
             columns,
-            before: self.before.unwrap_or_else(|| DMatrix::zeros(count, count)),
-            noise: Noise { levels, rows_per_s: self.rows_per_s },
-            aim,
+            prior_information,
+            noise: Noise { deviations, rows_per_s: self.rows_per_s },
+            objective,
         };
-        let load = match wanted.load {
-            None => None,
-            Some(expected) => {
-                let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
-                let sums = LoadSums::new(robot, base, &names)?;
-                // A sum that one motion of these joints does not identify is identified by none.
-                let sums = sums.identifiable_by(&rows(&task, &first(&task, 1)?))?;
-                task.columns.extend(sums.kinds().filter_map(column_of));
-                let column_count = task.columns.len();
-                // The arm has prior information, the load has none.
-                task.before = task.before.resize(column_count, column_count, 0.0);
-                task.aim =
-                    Aim::Deviations((count..column_count).map(|place| (place, 0.0)).collect());
-                Some(WantedLoad {
-                    expected,
-                    standard: standard.ok_or(AssignmentError::NoCovariance)?,
-                })
-            }
-        };
+        let mut load = None;
+        if let Some(expected_load) = wanted.load {
+            let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
+            let sums = LoadSums::new(robot, base, &names)?;
+            // A sum that one motion of these joints does not identify is identified by none.
+            let sums = sums.identifiable_by(&rows(&task, &first_motion(&task, 1)?))?;
+            task.columns.extend(sums.kinds().filter_map(column_of));
+            let columns = task.columns.len();
+            // The arm has prior information, the load has none.
+            task.prior_information = task.prior_information.resize(columns, columns, 0.0);
+            task.objective = Aim::Deviations((count..columns).map(|place| (place, 0.0)).collect());
+            let standard_parameters = standard.ok_or(AssignmentError::NoCovariance)?;
+            load = Some(WantedLoad { expected_load, standard_parameters });
+        }
         let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());
         Ok(Assignment { task, parameters: self.parameters, measured_noise, load, unread_shapes })
     }
+}
+
+/// Returns the assumed noise of each joint's torque, from its limit \[N·m or N\].
+///
+/// # Errors
+/// [`AssignmentError::NoTorqueLimit`].
+fn assumed_noise(robot: &Robot) -> Result<Vec<f64>, AssignmentError> {
+    let limits = robot.limits().enumerate();
+    let noise = limits.map(|(joint, limits): (usize, &Limits)| {
+        let joint = JointIndex::new(joint);
+        Ok(ASSUMED_NOISE * limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?)
+    });
+    noise.collect()
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use didim_identification::identification::Estimate;
 use serde::Serialize;
 
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Length of the head that is read from a motion's file \[bytes\]. It is several times the head of
 /// a motion with sixty parameters.
@@ -54,7 +54,7 @@ pub struct ExpectedParameter {
 
 /// Formats the head line that predicts a parameter's standard deviation.
 pub fn expectation_line(name: &str, deviation: f64, unit: &str) -> String {
-    let deviation = significant(deviation, 4);
+    let deviation = significant_digits(deviation, 4);
     format!("  {}{name}: {deviation} {unit}", EXPECTATION_WORDS[0]).trim_end().to_owned()
 }
 

@@ -80,9 +80,10 @@ impl Consistent<'_> {
     ///
     /// # Errors
     /// [`WriteError`].
-    pub fn written(&self, format: Format, name: &str) -> Result<Exported, WriteError> {
-        let (robot, standard, origin) = (&self.cell.robot, self.outcome.standard(), self.origin());
-        let model = ExportModel { robot, standard: &standard, origin: &origin };
+    pub fn write(&self, format: Format, name: &str) -> Result<Exported, WriteError> {
+        let (robot, standard, origin) =
+            (&self.cell.robot, self.outcome.standard_values(), self.origin_lines());
+        let model = ExportModel { robot, standard_parameters: &standard, origin: &origin };
         let holder = match format {
             Format::Urdf => Some(Holder::Urdf),
             Format::Mjcf => Some(Holder::Mjcf),
@@ -95,8 +96,8 @@ impl Consistent<'_> {
         let code = CodeModel {
             robot,
             base: &self.cell.base,
-            standard: &standard,
-            identified: &identified,
+            standard_parameters: &standard,
+            identified_names: &identified,
             covariance: &self.covariance,
             origin: &origin,
         };
@@ -127,7 +128,7 @@ impl Consistent<'_> {
     }
 
     /// Describes the origin of the model and the source of each mass.
-    fn origin(&self) -> Vec<String> {
+    fn origin_lines(&self) -> Vec<String> {
         let Outcome { cost, least_cost, threshold, prior, parameters, judgement, .. } =
             &self.outcome;
         let mut lines = vec![
@@ -151,7 +152,7 @@ impl Consistent<'_> {
                 "Mass of link {}: {:.4} kg, decided by {}.",
                 parameter.joint,
                 mass.value,
-                decided_by(mass.class)
+                source_of_value(mass.class)
             )
         }));
         lines
@@ -159,7 +160,7 @@ impl Consistent<'_> {
 }
 
 /// Returns a readable name for the source of a parameter's value.
-fn decided_by(class: Class) -> &'static str {
+fn source_of_value(class: Class) -> &'static str {
     match class {
         Class::Data => "the data",
         Class::Prior => "the prior",

@@ -5,7 +5,7 @@ use std::ops::Range;
 use didim_formats::Measurement;
 use didim_identification::feasibility::{
     Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Outcome, PhysicallyImpossible,
-    Prior, consistent,
+    Prior, fit_consistent,
 };
 use didim_identification::identification::Prediction;
 use nalgebra::DMatrix;
@@ -57,8 +57,10 @@ impl<'a> Consistent<'a> {
         let covariance = stored.and_then(|stored| stored.matrix(model.parameters.len()));
         let covariance = covariance.ok_or(ConsistentError::NoCovariance)?;
         let (names, values): (Vec<String>, Vec<f64>) = model.parameters.iter().cloned().unzip();
-        let fixed =
-            model.fixed.iter().map(|(name, value)| FixedParameter::nominal(name.clone(), *value));
+        let fixed = model
+            .fixed_parameters
+            .iter()
+            .map(|(name, value)| FixedParameter::at_nominal(name.clone(), *value));
         let fixed: Vec<FixedParameter> = fixed.collect();
         let estimate =
             Estimate { names: &names, values: &values, covariance: &covariance, fixed: &fixed };
@@ -67,7 +69,7 @@ impl<'a> Consistent<'a> {
             None => Prior::nominal(&cell.robot)?,
         };
         let weight = prior.default_weight();
-        let outcome = consistent(
+        let outcome = fit_consistent(
             &cell.robot,
             &cell.base,
             &estimate,
@@ -88,18 +90,18 @@ impl Consistent<'_> {
     ///
     /// # Errors
     /// See [`IdentifyError`].
-    pub fn predictions(
+    pub fn predict_both(
         &self,
         measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<[Prediction; 2], IdentifyError> {
-        let values = self.cell.base.regroup(&self.outcome.standard());
+        let values = self.cell.base.to_base(&self.outcome.standard_values());
         let value = |name: &str| self.cell.base.find(name).map(|row| values[row]);
         let renamed = |of: &[(String, f64)]| -> Vec<(String, f64)> {
             of.iter().filter_map(|(name, _)| Some((name.clone(), value(name)?))).collect()
         };
         let consistent = StoredModel {
             parameters: renamed(&self.model.parameters),
-            fixed: renamed(&self.model.fixed),
+            fixed_parameters: renamed(&self.model.fixed_parameters),
             uncertainty: None,
             ..self.model.clone()
         };

@@ -113,13 +113,13 @@ pub fn commanded_controller<'a>(
 ) -> Result<SimulatedController, LawError> {
     let mut laws = records
         .into_iter()
-        .map(|(of, counted, readings)| law(of, counted, readings, transmission, check));
+        .map(|(of, counted, readings)| read_law(of, counted, readings, transmission, check));
     let first = laws.next().unwrap_or(Err(LawError::Different))?;
     laws.try_for_each(|law| if law? == first { Ok(()) } else { Err(LawError::Different) })?;
     Ok(first)
 }
 
-fn law(
+fn read_law(
     measurement: &Measurement,
     counted: &Range<usize>,
     readings: &DriveReadings,
@@ -137,12 +137,12 @@ fn law(
             &readings.speed_target,
             &readings.torque_target,
         ] {
-            reading(all, joint, samples)?;
+            joint_reading(all, joint, samples)?;
         }
     }
     let joints = (0..measurement.axes()).map(|axis| {
         let joint = JointIndex::new(axis);
-        let constant_of = |all| reading(all, joint, samples);
+        let constant_of = |all| joint_reading(all, joint, samples);
         let constant = |all, what| {
             let JointReading { minimum, maximum, unit, .. } = constant_of(all)?;
             if minimum >= maximum {
@@ -165,7 +165,7 @@ fn law(
         }
         let &JointReading { minimum: least, maximum: most, .. } =
             constant_of(&readings.torque_target)?;
-        if least.abs().max(most.abs()) > check.zero {
+        if least.abs().max(most.abs()) > check.zero_tolerance {
             return Err(LawError::Torque { joint, least, most });
         }
         let &JointReading { minimum: least, maximum: most, .. } =
@@ -173,9 +173,10 @@ fn law(
         let reference = signals.reference_rad.as_ref().and_then(|all| all.get(axis));
         let reference =
             reference.ok_or(LawError::Missing { joint, without_law: samples, samples })?;
-        let rests = least.abs().max(most.abs()) <= check.zero;
-        let [slowest, fastest] = speeds(reference, counted, signals.sample_rate_hz, check.reach_s);
-        let within = check.zero + check.speed_share * slowest.abs().max(fastest.abs());
+        let rests = least.abs().max(most.abs()) <= check.zero_tolerance;
+        let [slowest, fastest] =
+            reference_speeds(reference, counted, signals.sample_rate_hz, check.reach_s);
+        let within = check.zero_tolerance + check.speed_share * slowest.abs().max(fastest.abs());
         if !rests && ((least - slowest).abs() > within || (most - fastest).abs() > within) {
             return Err(LawError::Speed { joint, least, most });
         }
@@ -196,7 +197,7 @@ fn law(
 }
 
 /// Returns the readings of a joint, which need one value per sample.
-fn reading(
+fn joint_reading(
     all: &[JointReading],
     joint: JointIndex,
     samples: u64,
@@ -211,7 +212,12 @@ fn reading(
 }
 
 /// Returns the smallest and the largest speed of a reference over the counted samples \[rad/s\].
-fn speeds(reference: &[f64], counted: &Range<usize>, rate_hz: f64, reach_s: f64) -> [f64; 2] {
+fn reference_speeds(
+    reference: &[f64],
+    counted: &Range<usize>,
+    rate_hz: f64,
+    reach_s: f64,
+) -> [f64; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few samples")]
     let reach = (reach_s * rate_hz).ceil() as usize;
     let along = reference.get(counted.clone()).unwrap_or_default();

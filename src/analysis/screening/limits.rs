@@ -10,7 +10,7 @@ use didim_identification::identification::KeptParameters;
 
 use crate::cell::Cell;
 use crate::cell::LimitCheck;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Quantity beyond a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub struct Beyond {
     /// Number of the joint.
     pub joint: JointIndex,
     /// The limited quantity.
-    pub limited: Limited,
+    pub quantity: Limited,
     /// Time of the sample \[s after the first sample\].
     pub time_s: f64,
     /// Its value \[SI\].
@@ -57,7 +57,7 @@ pub struct Beyond {
     /// The limit \[SI\].
     pub limit: f64,
     /// Ratio to the limit. For a position: 1 plus its excess divided by the larger of both limits.
-    pub times: f64,
+    pub limit_ratio: f64,
     /// Number of samples beyond the limit.
     pub samples: usize,
     /// Likely cause.
@@ -73,7 +73,17 @@ pub struct BeyondLimits(pub Vec<Beyond>);
 
 impl fmt::Display for Beyond {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { joint, limited, time_s, value, limit, times, samples, cause, kind } = self;
+        let Self {
+            joint,
+            quantity: limited,
+            time_s,
+            value,
+            limit,
+            limit_ratio: times,
+            samples,
+            cause,
+            kind,
+        } = self;
         let revolute = *kind == JointKind::Revolute;
         let (what, unit) = match limited {
             Limited::Position => ("position", if revolute { "rad" } else { "m" }),
@@ -83,14 +93,14 @@ impl fmt::Display for Beyond {
         // A position excess has no ratio, because one of its limits may be 0.
         let beyond = match limited {
             Limited::Position => "beyond".to_owned(),
-            _ => format!("{} times", significant(*times, 3)),
+            _ => format!("{} times", significant_digits(*times, 3)),
         };
         write!(
             f,
             "the {what} of joint {joint} is {} {unit} after {time_s:.3} s, {beyond} its limit of \
             {} {unit} in {samples} samples ({})",
-            significant(*value, 3),
-            significant(*limit, 3),
+            significant_digits(*value, 3),
+            significant_digits(*limit, 3),
             match cause {
                 Cause::Glitch => "a glitch?".to_owned(),
                 Cause::Wrap { time_s } =>
@@ -166,7 +176,7 @@ pub fn unlisted_laws(cell: &Cell) -> Option<String> {
 /// first.
 ///
 /// # Errors
-/// [`BeyondLimits`], if a value exceeds [`LimitCheck::refused`] times its limit.
+/// [`BeyondLimits`], if a value exceeds [`LimitCheck::refusal_multiple`] times its limit.
 pub fn check_limits(
     measurement: &Measurement,
     counted: &Range<usize>,
@@ -184,13 +194,13 @@ pub fn check_limits(
     let mut beyond: Vec<Beyond> = (0..robot.joints())
         .flat_map(|joint| {
             let limited = [Limited::Position, Limited::Speed, Limited::Torque];
-            limited.map(|limited| joints.beyond(joint, limited, robot))
+            limited.map(|limited| joints.find_excess(joint, limited, robot))
         })
         .flatten()
         .collect();
-    beyond.sort_by(|a, b| b.times.total_cmp(&a.times));
-    if beyond.first().is_some_and(|worst| worst.times > check.refused) {
-        beyond.retain(|one| one.times > check.refused);
+    beyond.sort_by(|a, b| b.limit_ratio.total_cmp(&a.limit_ratio));
+    if beyond.first().is_some_and(|worst| worst.limit_ratio > check.refusal_multiple) {
+        beyond.retain(|one| one.limit_ratio > check.refusal_multiple);
         beyond.truncate(3);
         return Err(BeyondLimits(beyond));
     }
@@ -199,8 +209,8 @@ pub fn check_limits(
 
 /// The counted samples on the joint side.
 struct Joints {
-    check: LimitCheck,
-    first: usize,
+    limit_check: LimitCheck,
+    first_sample: usize,
     period_s: f64,
     /// By joint.
     position: Vec<Vec<f64>>,
@@ -232,8 +242,8 @@ impl Joints {
         };
         let transmission = robot.transmission();
         Self {
-            check,
-            first: counted.start,
+            limit_check: check,
+            first_sample: counted.start,
             period_s: 1.0 / signals.sample_rate_hz,
             position: side(&signals.position_rad, &|from, to| {
                 transmission.joint_position(from, to)
@@ -244,11 +254,11 @@ impl Joints {
 
     fn time_s(&self, sample: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
-        let samples = (self.first + sample) as f64;
+        let samples = (self.first_sample + sample) as f64;
         samples * self.period_s
     }
 
-    fn beyond(&self, joint: usize, limited: Limited, robot: &Robot) -> Option<Beyond> {
+    fn find_excess(&self, joint: usize, limited: Limited, robot: &Robot) -> Option<Beyond> {
         let joint_of_chain = robot.chain()[joint];
         let limits = joint_of_chain.limits;
         let position = &self.position[joint];
@@ -262,7 +272,7 @@ impl Joints {
         let plain = |value: f64| (value, most, value.abs() / most);
         let value_at = |k: usize| match limited {
             Limited::Torque => plain(self.torque[joint][k]),
-            Limited::Speed => plain(self.speed(joint, k)),
+            Limited::Speed => plain(self.speed_at(joint, k)),
             Limited::Position => {
                 let (low, high) = (limits.position_min, most);
                 let size = low.abs().max(high.abs());
@@ -273,35 +283,48 @@ impl Joints {
             }
         };
         let values = (0..position.len()).map(|k| (k, value_at(k)));
-        let samples = values.clone().filter(|(_, (.., times))| *times > self.check.noted).count();
+        let samples = values
+            .clone()
+            .filter(|(_, (.., times))| *times > self.limit_check.note_multiple)
+            .count();
         let (sample, (value, limit, times)) = values.max_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
-        if times <= self.check.noted {
+        if times <= self.limit_check.note_multiple {
             return None;
         }
         let cause = match limited {
-            _ if samples <= self.check.glitch_samples => Cause::Glitch,
-            Limited::Torque if times > self.check.other_unit => Cause::TorqueUnit,
+            _ if samples <= self.limit_check.glitch_samples => Cause::Glitch,
+            Limited::Torque if times > self.limit_check.other_unit => Cause::TorqueUnit,
             Limited::Torque => Cause::Gain,
-            _ => match self.wrap(joint, joint_of_chain.kind) {
+            _ => match self.wrap_time(joint, joint_of_chain.kind) {
                 Some(time_s) => Cause::Wrap { time_s },
-                None if times > self.check.other_unit => Cause::PositionUnit,
+                None if times > self.limit_check.other_unit => Cause::PositionUnit,
                 None => Cause::Axis,
             },
         };
         let (joint, time_s, kind) =
             (JointIndex::new(joint), self.time_s(sample), joint_of_chain.kind);
-        Some(Beyond { joint, limited, time_s, value, limit, times, samples, cause, kind })
+        Some(Beyond {
+            joint,
+            quantity: limited,
+            time_s,
+            value,
+            limit,
+            limit_ratio: times,
+            samples,
+            cause,
+            kind,
+        })
     }
 
     /// Returns the speed, as a difference over a few samples to either side.
-    fn speed(&self, joint: usize, k: usize) -> f64 {
+    fn speed_at(&self, joint: usize, k: usize) -> f64 {
         let position = &self.position[joint];
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a few samples"
         )]
-        let half = ((self.check.half_step_s / self.period_s).round() as usize).max(1);
+        let half = ((self.limit_check.half_step_s / self.period_s).round() as usize).max(1);
         let (before, after) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
         #[expect(clippy::cast_precision_loss, reason = "a few samples")]
         let time_s = (after - before).max(1) as f64 * self.period_s;
@@ -309,7 +332,7 @@ impl Joints {
     }
 
     /// Returns the time at which a position first jumps by nearly a turn between two samples.
-    fn wrap(&self, joint: usize, kind: JointKind) -> Option<f64> {
+    fn wrap_time(&self, joint: usize, kind: JointKind) -> Option<f64> {
         let turn = core::f64::consts::TAU;
         let is_turn = |pair: &[f64]| ((pair[1] - pair[0]).abs() / turn - 1.0).abs() < 0.05;
         let jump = self.position[joint].windows(2).position(is_turn)?;

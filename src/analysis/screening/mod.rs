@@ -12,5 +12,5 @@ pub use limits::{
     open_limits, unlisted_laws,
 };
 pub use sample_rate::RateError;
-pub(crate) use sample_rate::{check_rate, measurement};
+pub(crate) use sample_rate::{check_rate, checked_measurement};
 pub use standstill::still_joints;

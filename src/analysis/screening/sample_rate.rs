@@ -70,7 +70,7 @@ fn without_stamps(frames_may_count: bool) -> &'static str {
 ///
 /// # Errors
 /// [`RateError`]: the stamps give another rate than the layout, and they count.
-pub(crate) fn measurement(
+pub(crate) fn checked_measurement(
     samples: &[JointSample],
     layout: &CompiledLayout,
     options: RateCheck,
@@ -107,14 +107,15 @@ fn check(
     frames_may_count: bool,
     options: RateCheck,
 ) -> Result<(), RateError> {
-    if samples.len() < options.blocks {
+    if samples.len() < options.block_count {
         return Ok(());
     }
-    let (slow, uncertainty) = slope(&least_late(samples, expected_hz, options.blocks), options);
+    let (slow, uncertainty) =
+        slope(&least_late(samples, expected_hz, options.block_count), options);
     let found_hz = expected_hz / (1.0 + slow);
     let uncertainty_hz = expected_hz * uncertainty;
     let off = (found_hz / expected_hz - 1.0).abs();
-    if off > RATE_TOLERANCE + options.coverage * uncertainty {
+    if off > RATE_TOLERANCE + options.coverage_deviations * uncertainty {
         return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     // Also covers NaN, the result of missing stamps.

@@ -13,10 +13,10 @@ const CLEARING_SHARE: f64 = 0.75;
 pub struct Alarm {
     /// Number of consecutive results that support a state change: outside the band while the alarm
     /// is clear, well inside it while the alarm is raised.
-    turning: u32,
+    agreeing_results: u32,
     /// Time of the first of the consecutive results outside the band.
-    exited: Option<Timestamp>,
-    raised: bool,
+    left_band_at: Option<Timestamp>,
+    is_raised: bool,
 }
 
 /// The state changed.
@@ -41,32 +41,32 @@ impl Alarm {
         if share.is_nan() {
             return None;
         }
-        let changes = if self.raised { share <= CLEARING_SHARE } else { share > 1.0 };
+        let changes = if self.is_raised { share <= CLEARING_SHARE } else { share > 1.0 };
         if !changes {
-            self.turning = 0;
-            if !self.raised {
-                self.exited = None;
+            self.agreeing_results = 0;
+            if !self.is_raised {
+                self.left_band_at = None;
             }
             return None;
         }
-        if !self.raised && self.turning == 0 {
-            self.exited = Some(time);
+        if !self.is_raised && self.agreeing_results == 0 {
+            self.left_band_at = Some(time);
         }
-        self.turning += 1;
-        if self.turning < results {
+        self.agreeing_results += 1;
+        if self.agreeing_results < results {
             return None;
         }
-        self.turning = 0;
-        self.raised = !self.raised;
-        if self.raised {
+        self.agreeing_results = 0;
+        self.is_raised = !self.is_raised;
+        if self.is_raised {
             return Some(AlarmEvent::Raised);
         }
-        self.exited = None;
+        self.left_band_at = None;
         Some(AlarmEvent::Cleared)
     }
 
     /// Returns the time since which the parameter is outside its band, if the alarm is raised.
-    pub fn since(&self) -> Option<Timestamp> {
-        self.exited.filter(|_| self.raised)
+    pub fn outside_since(&self) -> Option<Timestamp> {
+        self.left_band_at.filter(|_| self.is_raised)
     }
 }

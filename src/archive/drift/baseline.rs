@@ -82,7 +82,7 @@ impl Baseline {
 
     /// Returns how far model errors may move a later result away from the baseline. `None` if
     /// either of the two does not report its model errors.
-    pub fn against(&self, later: &ModelUncertainty) -> Option<Against> {
+    pub fn compare_uncertainty(&self, later: &ModelUncertainty) -> Option<Against> {
         let deviations = later.difference_deviations(self.available.model_uncertainty.as_ref()?)?;
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let standard_deviations = deviations.iter().map(|deviation| *deviation as f32).collect();
@@ -149,18 +149,18 @@ impl Baseline {
 pub struct BaselineWatch {
     folder: PathBuf,
     /// Properties that distinguish one file from the next. `None` before the first check.
-    seen: Option<Option<(u64, i64, i64, u64)>>,
+    file_properties: Option<Option<(u64, i64, i64, u64)>>,
 }
 
 impl BaselineWatch {
     /// Watches a folder. The first check reports a change.
     pub fn new(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), seen: None }
+        Self { folder: folder.to_owned(), file_properties: None }
     }
 
     /// Makes the next check report a change.
-    pub fn forget(&mut self) {
-        self.seen = None;
+    pub fn report_again(&mut self) {
+        self.file_properties = None;
     }
 
     /// Returns the baseline if it was replaced or removed since the last check.
@@ -171,10 +171,10 @@ impl BaselineWatch {
         let now = fs::metadata(self.folder.join(FILE_NAME))
             .ok()
             .map(|data| (data.ino(), data.mtime(), data.mtime_nsec(), data.len()));
-        if self.seen == Some(now) {
+        if self.file_properties == Some(now) {
             return None;
         }
-        self.seen = Some(now);
+        self.file_properties = Some(now);
         Some(Baseline::read(&self.folder))
     }
 }

@@ -22,7 +22,11 @@ pub struct Change {
 impl Change {
     /// Returns the changes from one result to a later one, for every parameter that both contain,
     /// in the order of the first.
-    pub fn between(first: &HistoryLine, second: &HistoryLine, options: &DriftOptions) -> Vec<Self> {
+    pub fn between_results(
+        first: &HistoryLine,
+        second: &HistoryLine,
+        options: &DriftOptions,
+    ) -> Vec<Self> {
         first
             .parameters
             .iter()
@@ -58,17 +62,17 @@ impl Change {
     }
 
     /// Δ / σ_Δ.
-    pub fn deviations(&self) -> f64 {
+    pub fn difference_deviations(&self) -> f64 {
         self.difference / self.standard_deviation
     }
 
     /// Returns θ/θ₀ − 1. It is positive if the parameter has grown in magnitude, whatever its sign.
-    pub fn relative(&self) -> f64 {
+    pub fn relative_change(&self) -> f64 {
         // No negative zero.
         self.difference / self.baseline + 0.0
     }
 
-    /// Returns the standard deviation of [`Self::relative`], to first order.
+    /// Returns the standard deviation of [`Self::relative_change`], to first order.
     pub fn relative_deviation(&self) -> f64 {
         self.standard_deviation / self.baseline.abs()
     }

@@ -46,14 +46,14 @@ pub enum ChooseError {
 /// # Errors
 /// [`ChooseError`]; the previous baseline stays.
 pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
-    let result = choose(folder, result)?;
+    let result = choose_line(folder, result)?;
     let context = read_known(folder, result.result);
     let baseline = Baseline { available: context, ..Baseline::from_result(result) };
     baseline.write(folder)?;
     Ok(baseline)
 }
 
-fn choose(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError> {
+fn choose_line(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError> {
     let (lines, _) = read_history(folder)?;
     let available = match (lines.first(), lines.last()) {
         (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),

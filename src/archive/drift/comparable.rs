@@ -95,7 +95,7 @@ impl NotComparable {
 ///
 /// # Errors
 /// [`NotComparable`] gives the reason.
-pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotComparable> {
+pub fn check_comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotComparable> {
     let (result, other) = (line.result, baseline.result);
     if !line.is_good_for_monitoring() {
         return Err(NotComparable::NotGood { result });
@@ -111,7 +111,7 @@ pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotC
     if line.regrouping != baseline.regrouping {
         return Err(NotComparable::OtherRegrouping { result, other });
     }
-    let names = difference(line, baseline);
+    let names = differing_names(line, baseline);
     if !names.is_empty() {
         return Err(NotComparable::OtherParameters { result, other, names });
     }
@@ -124,7 +124,7 @@ pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotC
     }
 }
 
-fn difference(line: &HistoryLine, baseline: &HistoryLine) -> String {
+fn differing_names(line: &HistoryLine, baseline: &HistoryLine) -> String {
     let only = |of: &HistoryLine, other: &HistoryLine, sign| -> Vec<String> {
         let names = of.parameters.iter().map(|parameter| &parameter.name);
         let missing = names.filter(|name| other.parameter(name).is_none());

@@ -30,9 +30,9 @@ pub(super) struct Days {
     parameters: Vec<String>,
     /// Sums by day since 1970 in UTC, whatever the order of the results. The sums are in the order
     /// of the parameters.
-    days: BTreeMap<u64, Vec<Sums>>,
+    sums_by_day: BTreeMap<u64, Vec<Sums>>,
     /// Days to keep.
-    keep: usize,
+    max_days: usize,
 }
 
 impl Days {
@@ -40,7 +40,8 @@ impl Days {
     /// tracked.
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
         let parameters = first.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        let mut days = Self { origin: first.time, parameters, days: BTreeMap::new(), keep };
+        let mut days =
+            Self { origin: first.time, parameters, sums_by_day: BTreeMap::new(), max_days: keep };
         days.add(first);
         days
     }
@@ -52,7 +53,7 @@ impl Days {
             return;
         }
         let sums = self
-            .days
+            .sums_by_day
             .entry(line.time.unix_s() / DAY_S)
             .or_insert_with(|| vec![Sums::default(); self.parameters.len()]);
         let time = line.time.days_after(self.origin);
@@ -65,8 +66,8 @@ impl Days {
                 sums.value += weight * found.value;
             }
         }
-        if self.days.len() > self.keep {
-            self.days.pop_first();
+        if self.sums_by_day.len() > self.max_days {
+            self.sums_by_day.pop_first();
         }
     }
 
@@ -74,8 +75,11 @@ impl Days {
     /// mean of its times, with σ = 1/√(Σ 1/σ²). Three days are more than 24 hours.
     pub(super) fn trend(&self, parameter: &str) -> Option<Trend> {
         let index = self.parameters.iter().position(|name| name == parameter)?;
-        let sums =
-            self.days.values().filter_map(|day| day.get(index)).filter(|sums| sums.weight > 0.0);
+        let sums = self
+            .sums_by_day
+            .values()
+            .filter_map(|day| day.get(index))
+            .filter(|sums| sums.weight > 0.0);
         let point = |sums: &Sums| {
             (sums.time / sums.weight, sums.value / sums.weight, sums.weight.sqrt().recip())
         };

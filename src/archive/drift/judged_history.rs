@@ -10,15 +10,15 @@ pub struct Entry {
     pub line: HistoryLine,
     /// Comparison with the baseline. `None` for the baseline itself, for earlier results, and
     /// without a baseline.
-    pub compared: Option<Result<Comparison, NotComparable>>,
+    pub comparison: Option<Result<Comparison, NotComparable>>,
     /// Parameters whose alarms were raised after this result.
-    pub alarmed: Vec<String>,
+    pub alarmed_parameters: Vec<String>,
 }
 
 impl Entry {
     /// Returns the change that uses the largest share of its band.
     pub fn largest_change(&self) -> Option<&Change> {
-        let changes = &self.compared.as_ref()?.as_ref().ok()?.changes;
+        let changes = &self.comparison.as_ref()?.as_ref().ok()?.changes;
         let judged = changes.iter().filter(|change| !change.band_share().is_nan());
         judged.max_by(|a, b| a.band_share().total_cmp(&b.band_share()))
     }
@@ -42,13 +42,13 @@ impl JudgedHistory {
         let entries = lines.into_iter().map(|line| {
             let (mut compared, mut alarmed) = (None, Vec::new());
             if let Some(tracker) = &mut tracker
-                && tracker.follows(&line)
+                && tracker.is_after_baseline(&line)
             {
                 tracker.handle_line(&line);
                 compared = Some(tracker.compare(&line));
                 alarmed = tracker.alarms().map(|(name, _)| name.to_owned()).collect();
             }
-            Entry { line, compared, alarmed }
+            Entry { line, comparison: compared, alarmed_parameters: alarmed }
         });
         Self { entries: entries.collect(), tracker, options }
     }
@@ -90,20 +90,20 @@ impl JudgedHistory {
     /// Returns the earliest and the latest time of a result. `None` if no result was stored with a
     /// set clock. Lines are in the order in which they were stored. A clock that was set back
     /// breaks the order of the times.
-    pub fn extent(&self) -> Option<(Timestamp, Timestamp)> {
+    pub fn time_range(&self) -> Option<(Timestamp, Timestamp)> {
         let times = self.entries.iter().map(|entry| entry.line.time).filter(|time| time.is_set());
         Some((times.clone().min()?, times.max()?))
     }
 
     /// Returns how many results were stored while the clock was not set. They are compared, but are
     /// not part of plots and trends.
-    pub fn undated(&self) -> usize {
+    pub fn undated_count(&self) -> usize {
         self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
     }
 
     /// Returns the same as a sentence. `None` if there are no such results.
     pub fn undated_text(&self) -> Option<String> {
-        let (results, are) = match self.undated() {
+        let (results, are) = match self.undated_count() {
             0 => return None,
             1 => ("1 result was".to_owned(), "is"),
             count => (format!("{count} results were"), "are"),
@@ -116,8 +116,8 @@ impl JudgedHistory {
     /// Returns a parameter over time: days since the earliest result, value and standard deviation.
     /// It contains the results that may be used and were stored with a set clock, in the order of
     /// their times.
-    pub fn points(&self, parameter: &str) -> Vec<(f64, f64, f64)> {
-        let Some((start, _)) = self.extent() else { return Vec::new() };
+    pub fn parameter_points(&self, parameter: &str) -> Vec<(f64, f64, f64)> {
+        let Some((start, _)) = self.time_range() else { return Vec::new() };
         let usable =
             |entry: &&Entry| entry.line.is_good_for_monitoring() && entry.line.time.is_set();
         let points = self.entries.iter().filter(usable).filter_map(|entry: &Entry| {
@@ -132,7 +132,7 @@ impl JudgedHistory {
 
     /// Returns the baseline value of a parameter and half of its band. The band is that of the last
     /// compared result, or of the baseline alone.
-    pub fn band(&self, parameter: &str) -> Option<(f64, f64)> {
+    pub fn baseline_band(&self, parameter: &str) -> Option<(f64, f64)> {
         let tracker = self.tracker.as_ref()?;
         let then = tracker.baseline().result.parameter(parameter)?;
         let change = tracker

@@ -21,13 +21,13 @@ pub use alarm::{Alarm, AlarmEvent};
 pub use baseline::{BASELINE_SCHEMA, Baseline, BaselineError, BaselineWatch};
 pub use change::Change;
 pub use choose::{ChooseError, set_baseline};
-pub use comparable::{NotComparable, comparable};
+pub use comparable::{NotComparable, check_comparable};
 pub use judged_history::{Entry, JudgedHistory};
 pub use options::{DriftOptionError, DriftOptions};
 pub use status::{AlarmStatus, DriftStatus, ParameterDrift};
 pub use tracker::{Comparison, Tracker};
 pub use trend::{Trend, trend};
-pub use wording::{FORECAST_SPANS, forecast, sentence};
+pub use wording::{FORECAST_SPANS, band_exit, change_sentence};
 
 #[cfg(test)]
 mod tests;

@@ -86,8 +86,8 @@ impl ParameterDrift {
     pub(super) fn from_change(change: &Change) -> Self {
         Self {
             parameter: change.parameter.clone(),
-            relative_change: finite(change.relative()),
-            deviation_sigma: finite(change.deviations()),
+            relative_change: finite(change.relative_change()),
+            deviation_sigma: finite(change.difference_deviations()),
             band_share: finite(change.band_share()),
         }
     }
@@ -103,8 +103,8 @@ impl AlarmStatus {
         let scale = change.baseline;
         Self {
             parameter: change.parameter.clone(),
-            relative_change: finite(change.relative()),
-            deviation_sigma: finite(change.deviations()),
+            relative_change: finite(change.relative_change()),
+            deviation_sigma: finite(change.difference_deviations()),
             slope_per_day: trend.and_then(|trend| finite(trend.slope / scale)),
             slope_sd: trend.and_then(|trend| finite(trend.slope_deviation / scale.abs())),
             since,

@@ -48,7 +48,8 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
 #[test]
 fn what_the_model_makes_of_a_difference_widens_the_band() {
     let (then, now) = (line(0, 6.0), line(1, 7.0));
-    let fc3 = |now: &HistoryLine| Change::between(&then, now, &DriftOptions::default()).remove(0);
+    let fc3 =
+        |now: &HistoryLine| Change::between_results(&then, now, &DriftOptions::default()).remove(0);
     let outside = fc3(&now);
     close(outside.standard_deviation, 0.01 * 2_f64.sqrt(), 1e-12);
     assert!(outside.band_share() > 1.0);
@@ -91,8 +92,8 @@ fn a_change_has_both_deviations_and_both_limits() {
     let options = DriftOptions::default();
     let change = Change::new(&value("a", -2.0, 0.03), &value("a", -2.3, 0.04), 0.0, &options);
     close(change.standard_deviation, 0.05, 1e-12);
-    close(change.deviations(), -6.0, 1e-12);
-    close(change.relative(), 0.15, 1e-12);
+    close(change.difference_deviations(), -6.0, 1e-12);
+    close(change.relative_change(), 0.15, 1e-12);
     close(change.relative_deviation(), 0.025, 1e-12);
     // 10 % of 2 are 0.2, and so are 4 σ_Δ.
     close(change.half_band, 0.2, 1e-12);
@@ -197,7 +198,7 @@ fn a_payload_is_the_baselines_unless_another_is_noted() {
         (Some(2.0), Some(0.0), false),
     ];
     for (baseline, result, same) in cases {
-        let compared = comparable(&noted(baseline), &noted(result));
+        let compared = check_comparable(&noted(baseline), &noted(result));
         assert_eq!(compared.is_ok(), same, "{baseline:?} {result:?}: {compared:?}");
     }
 }
@@ -387,7 +388,7 @@ fn a_parameter_that_could_be_zero_is_reported_in_its_unit() {
         0.0,
         &DriftOptions::default(),
     );
-    let text = sentence(&change, Timestamp::from_unix_s(START_S), None, None);
+    let text = change_sentence(&change, Timestamp::from_unix_s(START_S), None, None);
     assert_eq!(text, "b has fallen by 0.31 ± 0.03 since the baseline of 2026-11-22");
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
-    ParameterDrift, Trend, comparable, days::Days, sentence,
+    ParameterDrift, Trend, change_sentence, check_comparable, days::Days,
 };
 use crate::archive::store::{HistoryLine, Timestamp};
 
@@ -17,7 +17,7 @@ pub struct Tracker {
     days: Days,
     /// Last compared result.
     last_compared: Option<Comparison>,
-    last: Option<Result<Comparison, NotComparable>>,
+    last_comparison: Option<Result<Comparison, NotComparable>>,
 }
 
 /// A result compared with the baseline.
@@ -29,7 +29,7 @@ pub struct Comparison {
     pub changes: Vec<Change>,
     /// True if the configuration differs from the baseline's in a way that still allows a
     /// comparison.
-    pub reconfigured: bool,
+    pub has_other_configuration: bool,
 }
 
 impl Tracker {
@@ -37,7 +37,7 @@ impl Tracker {
     pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
         let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
         let days = Days::new(&baseline.result, options.trend_results);
-        Self { baseline, options, alarms, days, last_compared: None, last: None }
+        Self { baseline, options, alarms, days, last_compared: None, last_comparison: None }
     }
 
     /// The baseline.
@@ -47,7 +47,7 @@ impl Tracker {
 
     /// Returns true if a result came after the baseline. Earlier results do not show how it
     /// changed.
-    pub fn follows(&self, line: &HistoryLine) -> bool {
+    pub fn is_after_baseline(&self, line: &HistoryLine) -> bool {
         let baseline = &self.baseline.result;
         // Numbers restart in an emptied folder.
         let later = line.result > baseline.result || line.time > baseline.time;
@@ -56,7 +56,7 @@ impl Tracker {
 
     /// Processes the next line of the history and returns the alarms that changed.
     pub fn handle_line(&mut self, line: &HistoryLine) -> Vec<(String, AlarmEvent)> {
-        if !self.follows(line) {
+        if !self.is_after_baseline(line) {
             return Vec::new();
         }
         let compared = self.compare(line);
@@ -77,7 +77,7 @@ impl Tracker {
             self.days.add(line);
             self.last_compared = Some(comparison.clone());
         }
-        self.last = Some(compared);
+        self.last_comparison = Some(compared);
         events
     }
 
@@ -87,11 +87,11 @@ impl Tracker {
     /// [`NotComparable`].
     pub fn compare(&self, line: &HistoryLine) -> Result<Comparison, NotComparable> {
         let baseline = &self.baseline.result;
-        comparable(baseline, line)?;
+        check_comparable(baseline, line)?;
         Ok(Comparison {
             result: line.result,
-            changes: Change::between(baseline, line, &self.options),
-            reconfigured: line.configuration != baseline.configuration,
+            changes: Change::between_results(baseline, line, &self.options),
+            has_other_configuration: line.configuration != baseline.configuration,
         })
     }
 
@@ -105,7 +105,9 @@ impl Tracker {
     /// Returns the raised alarms: the parameter, and the time since which it is outside.
     pub fn alarms(&self) -> impl Iterator<Item = (&str, Timestamp)> {
         let named = self.baseline.result.parameters.iter().zip(&self.alarms);
-        named.filter_map(|(parameter, alarm)| Some((parameter.name.as_str(), alarm.since()?)))
+        named.filter_map(|(parameter, alarm)| {
+            Some((parameter.name.as_str(), alarm.outside_since()?))
+        })
     }
 
     /// Returns the change of a parameter in the last compared result.
@@ -118,13 +120,18 @@ impl Tracker {
     pub fn sentence(&self, parameter: &str) -> Option<String> {
         let change = self.last_change(parameter)?;
         let since = self.alarms().find(|(name, _)| *name == parameter).map(|(_, since)| since);
-        Some(sentence(&change, self.baseline.result.time, self.trend(parameter).as_ref(), since))
+        Some(change_sentence(
+            &change,
+            self.baseline.result.time,
+            self.trend(parameter).as_ref(),
+            since,
+        ))
     }
 
     /// Returns the drift for the status.
     pub fn status(&self) -> DriftStatus {
         let baseline = &self.baseline.result;
-        let changes = match &self.last {
+        let changes = match &self.last_comparison {
             Some(Ok(comparison)) => {
                 comparison.changes.iter().map(ParameterDrift::from_change).collect()
             }
@@ -138,14 +145,16 @@ impl Tracker {
         DriftStatus {
             baseline: baseline.result,
             time: baseline.time,
-            compared: matches!(self.last, Some(Ok(_))),
-            why_not: match &self.last {
+            compared: matches!(self.last_comparison, Some(Ok(_))),
+            why_not: match &self.last_comparison {
                 None => Some("no result has come since the baseline was set".to_owned()),
                 Some(Err(why)) if why.is_lasting() => Some(format!("{why}; set a new baseline")),
                 Some(Err(why)) => Some(why.to_string()),
                 Some(Ok(_)) => None,
             },
-            reconfigured: matches!(&self.last, Some(Ok(comparison)) if comparison.reconfigured),
+            reconfigured: self.last_comparison.as_ref().is_some_and(|last| {
+                last.as_ref().is_ok_and(|comparison| comparison.has_other_configuration)
+            }),
             parameters: changes,
             alarms: alarms.collect(),
         }

@@ -2,7 +2,7 @@
 
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// A trend is extrapolated into the future by at most this multiple of its past time span.
 pub const FORECAST_SPANS: f64 = 3.0;
@@ -13,7 +13,7 @@ const SIGNIFICANT_SLOPE: f64 = 3.0;
 /// `fc3 has grown by 12.3 % ± 0.4 % since the baseline of 2026-11-22, +0.41 ± 0.02 %/day, left its
 /// band on 2026-12-20`.
 /// A parameter whose baseline could be zero is reported in its unit.
-pub fn sentence(
+pub fn change_sentence(
     change: &Change,
     baseline: Timestamp,
     trend: Option<&Trend>,
@@ -32,7 +32,7 @@ pub fn sentence(
         "{} {verb} {}{unit} ± {}{unit} since the baseline{}",
         change.parameter,
         to_the_digit_of(by.abs(), deviation),
-        significant(deviation, 1),
+        significant_digits(deviation, 1),
         if baseline.is_set() { format!(" of {}", baseline.date()) } else { String::new() }
     );
     if let Some(trend) = trend {
@@ -40,7 +40,7 @@ pub fn sentence(
         let sign = if slope < 0.0 { '−' } else { '+' };
         let per = if relative { " %/day" } else { "/day" };
         let slope = to_the_digit_of(slope.abs(), deviation);
-        text += &format!(", {sign}{slope} ± {}{per}", significant(deviation, 1));
+        text += &format!(", {sign}{slope} ± {}{per}", significant_digits(deviation, 1));
     }
     if let Some(since) = outside_since {
         text += ", left its band ";
@@ -48,7 +48,7 @@ pub fn sentence(
             true => format!("on {}", since.date()),
             false => "while the clock was not set".to_owned(),
         };
-    } else if let Some(day) = trend.and_then(|trend| forecast(change, baseline, trend)) {
+    } else if let Some(day) = trend.and_then(|trend| band_exit(change, baseline, trend)) {
         text += &format!(", leaves its band on {} at this rate", day.date());
     }
     text
@@ -57,7 +57,7 @@ pub fn sentence(
 /// Returns the time at which the trend line leaves the band. The slope has to be real, and the time
 /// has to be within the allowed extrapolation of the trend. Times of the trend are days since the
 /// baseline.
-pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
+pub fn band_exit(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
     if trend.slope.abs() < SIGNIFICANT_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
         return None;
     }
@@ -71,7 +71,7 @@ pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<T
 /// Formats a number to the decimal place of the first digit of its standard deviation.
 fn to_the_digit_of(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
-        return significant(value, 3);
+        return significant_digits(value, 3);
     }
     #[expect(
         clippy::cast_possible_truncation,

@@ -35,7 +35,7 @@ pub enum FleetError {
     /// Too few arms. Name the files of more.
     #[error(
         "{arms} arms have a result that is usable for monitoring and has no payload noted; a \
-            population needs at leaMIN_ARMSARMS}; name the histories of more"
+            population needs at least {MIN_ARMS}; name the histories of more"
     )]
     TooFew {
         /// Number of arms.
@@ -133,7 +133,7 @@ const COLUMN_NAMES: [&str; 14] = [
 ///
 /// # Errors
 /// [`FleetError::File`], [`FleetError::NotANumber`].
-pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
+pub fn read_members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
     // By file and cell.
     let mut newest: BTreeMap<(PathBuf, String), (String, Member)> = BTreeMap::new();
     for file in files {
@@ -156,11 +156,12 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
                 monitoring,
                 payload,
             ] = row;
-            let loaded = !payload.is_empty() && number::<f64>(file, "payload_kg", &payload)? != 0.0;
+            let loaded =
+                !payload.is_empty() && parse_number::<f64>(file, "payload_kg", &payload)? != 0.0;
             if monitoring != "true" || loaded {
                 continue;
             }
-            let result = number(file, "result", &result)?;
+            let result = parse_number(file, "result", &result)?;
             let is_newer =
                 |member: &Member| (time.as_str(), result) > (&*member.time, member.result);
             let key = (file.clone(), cell);
@@ -177,7 +178,7 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
             let Some((_, member)) = newest.get_mut(&key) else { continue };
             let combined = Some(combined).filter(|text| !text.is_empty());
             let combined = combined
-                .map(|text| number(file, "combined_standard_deviation", &text))
+                .map(|text| parse_number(file, "combined_standard_deviation", &text))
                 .transpose()?;
             // A NaN is written as an empty field, and is left out here as well.
             if value.is_empty() || deviation.is_empty() {
@@ -186,8 +187,8 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
             member.parameters.push(MemberParameter {
                 name,
                 unit,
-                value: number(file, "value", &value)?,
-                standard_deviation: number(file, "standard_deviation", &deviation)?,
+                value: parse_number(file, "value", &value)?,
+                standard_deviation: parse_number(file, "standard_deviation", &deviation)?,
                 combined_standard_deviation: combined,
             });
         }
@@ -203,7 +204,11 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
         .collect())
 }
 
-fn number<T: FromStr>(file: &Path, column: &'static str, text: &str) -> Result<T, FleetError> {
+fn parse_number<T: FromStr>(
+    file: &Path,
+    column: &'static str,
+    text: &str,
+) -> Result<T, FleetError> {
     let wrong = || FleetError::NotANumber {
         file: file.to_owned(),
         column,

@@ -5,5 +5,5 @@
 mod member;
 mod population;
 
-pub use member::{FleetError, MIN_ARMS, Member, MemberParameter, members};
+pub use member::{FleetError, MIN_ARMS, Member, MemberParameter, read_members};
 pub use population::{Fleet, FleetParameter, Standing};

@@ -82,7 +82,7 @@ impl FleetParameter {
             unit: own.unit.clone(),
             median: median_value,
             scatter,
-            limit: limit(values.len()),
+            limit: deviation_limit(values.len()),
             arms: values
                 .iter()
                 .map(|(arm, of): &(&Member, &MemberParameter)| {
@@ -126,7 +126,7 @@ impl Fleet {
 
     /// Returns each parameter of each arm. The one that uses the largest share of its limit comes
     /// first.
-    pub fn furthest(&self) -> Vec<(&FleetParameter, &Standing)> {
+    pub fn by_share_of_limit(&self) -> Vec<(&FleetParameter, &Standing)> {
         let deviations =
             self.parameters.iter().flat_map(|of| of.arms.iter().map(move |arm| (of, arm)));
         let mut deviations: Vec<_> =
@@ -138,7 +138,7 @@ impl Fleet {
     }
 
     /// Returns how many of them are outside.
-    pub fn outside(&self) -> usize {
+    pub fn outside_count(&self) -> usize {
         let count_outside =
             |of: &FleetParameter| of.arms.iter().filter(|arm| of.is_outside(arm)).count();
         self.parameters.iter().map(count_outside).sum()
@@ -148,7 +148,7 @@ impl Fleet {
 /// Returns the limit that 99.9 % of the deviations of similar arms are below, if their scatter is
 /// estimated from the same arms. Fitted to simulated normal populations of 6 to 100 arms.
 #[expect(clippy::cast_precision_loss, reason = "arms")]
-fn limit(arms: usize) -> f64 {
+fn deviation_limit(arms: usize) -> f64 {
     3.3 + 40.0 / (arms as f64 - 2.0)
 }
 
@@ -194,13 +194,13 @@ mod tests {
     fn arms_that_are_alike_stay_in_and_one_that_is_not_leaves() {
         for count in [6, 8, 12, 30] {
             let fleet = Fleet::new(arms(count, 200)).unwrap();
-            let outside = fleet.outside();
+            let outside = fleet.outside_count();
             assert!(1000 * outside < 2 * 200 * count, "{outside} of {count} arms");
             let mut worn = arms(count, 200);
             worn[1].parameters[3].value += 60.0;
             worn[2].parameters[4].value -= 200.0;
             let fleet = Fleet::new(worn).unwrap();
-            let furthest = fleet.furthest();
+            let furthest = fleet.by_share_of_limit();
             let names: Vec<_> = furthest
                 .iter()
                 .take(2)

@@ -43,7 +43,11 @@ impl Configurations {
 
     /// Writes a configuration unless it exists. Its files are first written and synced in a
     /// temporary folder. A folder with the final name is therefore complete.
-    pub(super) fn keep(&self, sha256: &str, texts: &ConfigurationTexts) -> Result<(), StoreError> {
+    pub(super) fn store_texts(
+        &self,
+        sha256: &str,
+        texts: &ConfigurationTexts,
+    ) -> Result<(), StoreError> {
         let place = self.folder.join(sha256);
         if !is_digest(sha256) || place.is_dir() {
             return Ok(());
@@ -60,7 +64,7 @@ impl Configurations {
     }
 
     /// Returns the hashes of the stored configurations.
-    pub(super) fn hashes(&self) -> Result<Vec<String>, StoreError> {
+    pub(super) fn stored_hashes(&self) -> Result<Vec<String>, StoreError> {
         let entries = match fs::read_dir(&self.folder) {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
             entries => entries.map_err(io_error("read the folder", &self.folder))?,

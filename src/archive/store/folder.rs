@@ -37,13 +37,13 @@ pub struct Store {
     folder: PathBuf,
     /// The folder itself, locked.
     _locked: File,
-    keep: usize,
-    next: u64,
+    max_results: usize,
+    next_number: u64,
     history: HistoryFile,
     /// Lines of stored results that are not in the history yet.
-    pending: Pending,
+    pending_lines: Pending,
     /// Reason for which they are not in the history.
-    refused: Option<String>,
+    refusal: Option<String>,
     configurations: Configurations,
 }
 
@@ -77,11 +77,11 @@ impl Store {
         let mut store = Self {
             folder: folder.to_owned(),
             _locked: locked,
-            keep: keep.max(1),
-            next: 0,
+            max_results: keep.max(1),
+            next_number: 0,
             history,
-            pending: Pending::in_folder(folder),
-            refused: None,
+            pending_lines: Pending::in_folder(folder),
+            refusal: None,
             configurations: Configurations::next_to_results(folder),
         };
         store.configurations.clear_unfinished()?;
@@ -93,9 +93,9 @@ impl Store {
                 || index(report.as_deref().unwrap_or(name)).is_some()
         })
         .map_err(io_error("clean up the folder", folder))?;
-        let indices = store.indices()?;
-        store.next = indices.last().map_or(0, |last| last.saturating_add(1));
-        store.complete(&indices, &mut recent)?;
+        let indices = store.result_numbers()?;
+        store.next_number = indices.last().map_or(0, |last| last.saturating_add(1));
+        store.complete_history(&indices, &mut recent)?;
         Ok((store, recent))
     }
 
@@ -108,7 +108,7 @@ impl Store {
         sha256: &str,
         texts: &ConfigurationTexts,
     ) -> Result<(), StoreError> {
-        self.configurations.keep(sha256, texts)
+        self.configurations.store_texts(sha256, texts)
     }
 
     /// Writes a result and its history line. The line is on disk before the result: a process that
@@ -127,16 +127,16 @@ impl Store {
     ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
-        let number = self.next;
+        let number = self.next_number;
         let path = self.folder.join(name(number));
         let line = HistoryLine::new(number, record, auxiliary, now);
-        self.pending.add(line.clone());
-        let written = self.pending.write().and_then(|()| write(&path, &json));
+        self.pending_lines.add(line.clone());
+        let written = self.pending_lines.write().and_then(|()| write(&path, &json));
         if let Err(error) = written {
-            self.pending.take_back();
+            self.pending_lines.take_back();
             return Err(error);
         }
-        self.next = self.next.saturating_add(1);
+        self.next_number = self.next_number.saturating_add(1);
         let remembered = self.settle();
         let report = auxiliary.report.as_ref().map_or(Ok(()), |report| {
             write(&self.folder.join(report_name(number)), report.as_bytes())
@@ -152,32 +152,32 @@ impl Store {
     /// Completes the history if a previous process was killed, or its disk was full, after it had
     /// stored a result but not its history line. If no pending line was saved for it, one is made
     /// from the result.
-    fn complete(
+    fn complete_history(
         &mut self,
         indices: &[u64],
         recent: &mut VecDeque<HistoryLine>,
     ) -> Result<(), StoreError> {
-        for line in self.pending.read() {
+        for line in self.pending_lines.read() {
             let is_same =
                 |other: &HistoryLine| (other.result, other.time) == (line.result, line.time);
             if indices.contains(&line.result) && !recent.iter().any(is_same) {
-                self.pending.add(line);
+                self.pending_lines.add(line);
             }
         }
-        for number in indices.iter().copied().filter(|number| self.history.lacks(*number)) {
-            if self.pending.has(number) {
+        for number in indices.iter().copied().filter(|number| self.history.is_missing(*number)) {
+            if self.pending_lines.has_result(number) {
                 continue;
             }
             let path = self.folder.join(name(number));
             match line_of(&path, number, recent) {
-                Some(line) => self.pending.add(line),
+                Some(line) => self.pending_lines.add(line),
                 None => {
                     tracing::warn!("{}: it cannot be added to the history", path.display())
                 }
             }
         }
-        if self.pending.is_empty() {
-            return self.pending.forget();
+        if self.pending_lines.is_empty() {
+            return self.pending_lines.remove_if_empty();
         }
         if let Some(newest) = indices.last() {
             let path = self.folder.join(name(*newest));
@@ -190,13 +190,13 @@ impl Store {
         tracing::warn!(
             "{}: history lines that an earlier run did not write: {}",
             self.folder.display(),
-            self.pending.lines().len()
+            self.pending_lines.lines().len()
         );
-        recent.extend(self.pending.lines().cloned());
+        recent.extend(self.pending_lines.lines().cloned());
         while recent.len() > RECENT_LINES {
             recent.pop_front();
         }
-        self.pending.write()?;
+        self.pending_lines.write()?;
         if let Err(problem) = self.settle() {
             tracing::warn!("they are not written yet: {problem}");
         }
@@ -208,21 +208,21 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`]; they are tried again.
     pub fn settle(&mut self) -> Result<(), StoreError> {
-        let settled = self.pending.settle(&mut self.history);
-        self.refused = settled.as_ref().err().map(ToString::to_string);
+        let settled = self.pending_lines.settle(&mut self.history);
+        self.refusal = settled.as_ref().err().map(ToString::to_string);
         settled
     }
 
     /// Returns the number of lines that are missing in the history, and the reason.
-    pub fn pending(&self) -> (usize, Option<&str>) {
-        (self.pending.lines().len(), self.refused.as_deref())
+    pub fn pending_count(&self) -> (usize, Option<&str>) {
+        (self.pending_lines.lines().len(), self.refusal.as_deref())
     }
 
     /// Removes every removable result beyond the number to keep, each with its report. Also removes
     /// the configurations to which no other result refers.
     fn prune(&self, current: &str) -> Result<(), StoreError> {
-        let indices = self.indices()?;
-        let surplus = indices.len().saturating_sub(self.keep);
+        let indices = self.result_numbers()?;
+        let surplus = indices.len().saturating_sub(self.max_results);
         let mut removed = Ok(());
         for index in indices.into_iter().take(surplus) {
             // The report is removed first: once its result is gone, nothing would remove it.
@@ -242,10 +242,10 @@ impl Store {
     /// Removes every configuration that is not the current one and to which no result refers.
     /// Usually there is only one configuration, and then no result is read.
     fn prune_configurations(&self, current: &str) -> Result<(), StoreError> {
-        let mut unused = self.configurations.hashes()?;
+        let mut unused = self.configurations.stored_hashes()?;
         unused.retain(|sha256| sha256 != current);
         // Results of an older configuration are among the oldest results.
-        for index in self.indices()? {
+        for index in self.result_numbers()? {
             if unused.is_empty() {
                 return Ok(());
             }
@@ -261,7 +261,7 @@ impl Store {
     }
 
     /// Returns the numbers of the results in the folder, in ascending order.
-    fn indices(&self) -> Result<Vec<u64>, StoreError> {
+    fn result_numbers(&self) -> Result<Vec<u64>, StoreError> {
         let entries =
             fs::read_dir(&self.folder).map_err(io_error("read the folder", &self.folder))?;
         let mut indices = Vec::new();

@@ -3,7 +3,7 @@
 use didim_identification::identification::{Comparison, Load, Presence, Uncertain};
 use serde::{Deserialize, Serialize};
 
-use crate::text::{significant, to_uncertainty};
+use crate::text::{significant_digits, to_uncertainty};
 
 /// Maximum number of digits of a mass.
 const MAX_DIGITS: usize = 4;
@@ -44,7 +44,7 @@ pub struct LoadChange {
 pub fn mass_text(mass: Option<Uncertain>) -> String {
     mass.map_or("unknown mass".to_owned(), |mass| {
         let digits = to_uncertainty(mass.value, mass.standard_deviation, MAX_DIGITS);
-        format!("{digits} ± {} kg", significant(mass.standard_deviation, 2))
+        format!("{digits} ± {} kg", significant_digits(mass.standard_deviation, 2))
     })
 }
 
@@ -53,7 +53,9 @@ impl FoundLoad {
     pub fn line(&self) -> String {
         let Presence { seen, mass_limit_kg, .. } = self.presence;
         let mut text = match (seen, mass_limit_kg) {
-            (false, Some(limit)) => format!("none, below {} kg (95 %)", significant(limit, 2)),
+            (false, Some(limit)) => {
+                format!("none, below {} kg (95 %)", significant_digits(limit, 2))
+            }
             _ => mass_text(self.load.mass_kg),
         };
         if let Some(LoadChange { after_s, from_kg, to_kg }) = self.changed {
@@ -62,7 +64,7 @@ impl FoundLoad {
         }
         if let (Some(kg), Some(declared)) = (self.declared_kg, &self.declared) {
             let agrees = if declared.within { "which agrees" } else { "which does not agree" };
-            text += &format!(", {} kg noted, {agrees}", significant(kg, MAX_DIGITS));
+            text += &format!(", {} kg noted, {agrees}", significant_digits(kg, MAX_DIGITS));
         }
         text
     }

@@ -50,7 +50,7 @@ impl Pending {
         self.lines.is_empty()
     }
 
-    pub(super) fn has(&self, result: u64) -> bool {
+    pub(super) fn has_result(&self, result: u64) -> bool {
         self.lines.iter().any(|line| line.result == result)
     }
 
@@ -94,11 +94,11 @@ impl Pending {
             history.append(line)?;
             self.lines.pop_front();
         }
-        self.forget()
+        self.remove_if_empty()
     }
 
     /// Removes the file when nothing is pending.
-    pub(super) fn forget(&self) -> Result<(), StoreError> {
+    pub(super) fn remove_if_empty(&self) -> Result<(), StoreError> {
         match fs::remove_file(&self.path) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
                 Err(io_error("remove", &self.path)(cause))
@@ -225,9 +225,13 @@ mod tests {
             pending.take_back();
         }
         assert!(pending.settle(&mut history).is_err());
-        assert!(pending.has(0) && pending.lines().len() == MAX_LINES);
+        assert!(pending.has_result(0) && pending.lines().len() == MAX_LINES);
         pending.add(line(most));
         assert!(pending.settle(&mut history).is_err());
-        assert!(!pending.has(0) && pending.has(most) && pending.lines().len() == MAX_LINES);
+        assert!(
+            !pending.has_result(0)
+                && pending.has_result(most)
+                && pending.lines().len() == MAX_LINES
+        );
     }
 }

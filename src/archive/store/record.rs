@@ -64,12 +64,12 @@ impl WindowProvenance {
             last_sequence: window.last_sequence(),
             first_counted: window
                 .samples
-                .get(window.counted.start)
+                .get(window.counted_samples.start)
                 .map_or(0, |sample| sample.sequence),
-            counted: window.counted.len(),
+            counted: window.counted_samples.len(),
             sample_rate_hz: window.sample_rate_hz,
             end: window.end,
-            recorded: window.start,
+            recorded: window.recording_start,
             readings: window.readings(),
         }
     }
@@ -82,7 +82,7 @@ impl ResultRecord {
     /// Returns the record for subscribers. It omits the data for models and forecasts, which are
     /// most of the file.
     #[must_use]
-    pub fn published(&self) -> Self {
+    pub fn for_subscribers(&self) -> Self {
         let mut record = self.clone();
         record.estimate.model_uncertainty = None;
         record.estimate.covariance = None;

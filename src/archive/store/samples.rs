@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::text::hexadecimal;
+use crate::text::to_hexadecimal;
 use crate::window::Window;
 
 /// Returns the SHA-256 over the samples of a window in hexadecimal digits.
@@ -24,7 +24,7 @@ pub fn input_sha256(window: &Window) -> String {
             add(&mut digest, &sample.motor_reference_rad);
         }
     }
-    hexadecimal(digest)
+    to_hexadecimal(digest)
 }
 
 fn add(digest: &mut Sha256, values: &[f64]) {
@@ -49,9 +49,9 @@ mod tests {
             number: 0,
             sample_rate_hz: 1000.0,
             samples,
-            counted: 0..3,
+            counted_samples: 0..3,
             end: WindowEnd::Rest,
-            start: None,
+            recording_start: None,
             note: None,
         }
     }

@@ -64,6 +64,6 @@ counters! {
         "Times the computer's clock was set.";
     stamps_held_back = clock.held_back, "stamps held back", "didim_stamps_held_back_total",
         "Stamps that would have gone backwards and were held at the last one.";
-    stamps_in_future = clock.future, "stamps in the future", "didim_stamps_in_future_total",
+    stamps_in_future = clock.future_stamps, "stamps in the future", "didim_stamps_in_future_total",
         "Stamps that lay in the future and were put to the present.";
 }

@@ -28,7 +28,7 @@ impl BusState {
     pub const ALL: [Self; 5] = [Self::Waiting, Self::Ok, Self::Silent, Self::Down, Self::Ended];
 
     /// Returns its name in JSON and metrics, its label, and a sentence.
-    const fn wording(self) -> [&'static str; 3] {
+    const fn texts(self) -> [&'static str; 3] {
         match self {
             Self::Waiting => ["waiting", "no frame yet", "no frame has come yet"],
             Self::Ok => ["ok", "ok", "frames come"],
@@ -40,17 +40,17 @@ impl BusState {
 
     /// Returns its name in JSON and metrics.
     pub const fn key(self) -> &'static str {
-        self.wording()[0]
+        self.texts()[0]
     }
 
     /// Returns a label of one or two words.
     pub const fn label(self) -> &'static str {
-        self.wording()[1]
+        self.texts()[1]
     }
 
     /// A sentence.
     pub const fn sentence(self) -> &'static str {
-        self.wording()[2]
+        self.texts()[2]
     }
 
     /// Returns true if the bus is in a good state.

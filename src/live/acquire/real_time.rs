@@ -64,14 +64,14 @@ impl RealTimeOptions {
     /// samples carry the bus time, and the socket buffer compensates for a late thread.
     pub fn apply(self) -> RealTimeGrants {
         RealTimeGrants {
-            cpu: self.cpu.map_or(Grant::NotAsked, pin),
-            priority: self.priority.map_or(Grant::NotAsked, raise),
-            memory: if self.lock_memory { lock() } else { Grant::NotAsked },
+            cpu: self.cpu.map_or(Grant::NotAsked, pin_to_cpu),
+            priority: self.priority.map_or(Grant::NotAsked, raise_priority),
+            memory: if self.lock_memory { lock_memory() } else { Grant::NotAsked },
         }
     }
 }
 
-fn pin(cpu: usize) -> Grant {
+fn pin_to_cpu(cpu: usize) -> Grant {
     if cpu >= CpuSet::MAX_CPU {
         return Grant::Refused { why: format!("there is no processor {cpu}") };
     }
@@ -83,7 +83,7 @@ fn pin(cpu: usize) -> Grant {
     }
 }
 
-fn raise(priority: u8) -> Grant {
+fn raise_priority(priority: u8) -> Grant {
     // The crate's scale is the kernel's for a real-time policy: 1..=99.
     let wanted = ThreadPriority::try_from(priority).map_err(str::to_owned);
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
@@ -108,7 +108,7 @@ fn raise(priority: u8) -> Grant {
 ///
 /// With a memory limit, mlockall(2) would let a later allocation or thread fail, and the process
 /// would not survive. Therefore the function locks everything or nothing.
-fn lock() -> Grant {
+fn lock_memory() -> Grant {
     let limit = getrlimit(Resource::Memlock);
     if let (Some(current), None) = (limit.current, limit.maximum) {
         // Every process may raise the limit up to the hard limit. The calls below show the granted

@@ -84,19 +84,19 @@ impl RecentCounts {
             if self.cycles_idle > losses / 2 {
                 return Flow::Idle;
             }
-            return Flow::Stopped { causes: self.causes() };
+            return Flow::Stopped { causes: self.main_causes() };
         }
         // Drives were enabled or disabled during the period.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
         let total = self.samples + losses;
         if losses as f64 > TOLERATED_LOSS_SHARE * total as f64 {
-            return Flow::Lossy { lost: losses, of: total, causes: self.causes() };
+            return Flow::Lossy { lost: losses, of: total, causes: self.main_causes() };
         }
         Flow::Well
     }
 
     /// Returns the causes whose counts grew most, after the faults that explain them.
-    fn causes(&self) -> String {
+    fn main_causes(&self) -> String {
         let faults = [
             (self.queue_drops, "frames dropped unread"),
             (self.error_frames, "error frames"),
@@ -104,9 +104,10 @@ impl RecentCounts {
         ];
         let faults = faults.into_iter().filter(|(count, _)| *count > 0);
         let faults = faults.map(|(count, what)| format!("{count} {what}"));
-        let cycles = most(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
+        let cycles = largest_counts(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
         // These frames were good. The cause of their cycle's loss is named.
-        let frames = most(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
+        let frames =
+            largest_counts(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
         let causes_found: Vec<String> = faults.chain(cycles).chain(frames).collect();
         if causes_found.is_empty() {
             "no cycle has begun".to_owned()
@@ -121,7 +122,7 @@ fn of_all_but(causes: &BTreeMap<String, u64>, but: &[CycleCause]) -> u64 {
     counts.map(|(_, count)| count).sum()
 }
 
-fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
+fn largest_counts(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
     let mut causes: Vec<_> = causes.iter().filter(|(key, _)| *key != but).collect();
     causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let causes = causes.into_iter().take(MAX_NAMED_CAUSES);

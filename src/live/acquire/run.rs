@@ -114,7 +114,7 @@ impl Acquisition {
     #[must_use]
     pub fn with_tap(self, tap: Option<FrameTap>) -> Self {
         let tap = tap.map(|mut tap| -> Tap<'static> {
-            Box::new(move |frames, drops| tap.take(frames, drops))
+            Box::new(move |frames, drops| tap.pass_on(frames, drops))
         });
         Self { samples: self.samples.with_tap(tap), ..self }
     }

@@ -49,7 +49,7 @@ impl SharedAcquisition {
     }
 
     pub(super) fn record_frame_to_buffer(&self, ns: u64) {
-        self.0.frame_to_buffer.record(ns);
+        self.0.frame_to_buffer.count_time(ns);
     }
 
     /// Returns the properties granted to the thread. `None` before it runs.
@@ -147,7 +147,7 @@ impl AcquisitionStatus {
 
     /// Returns true if it assembles no samples without a fault: drives are disabled, or were until
     /// just now.
-    pub fn rests(&self) -> bool {
+    pub fn is_at_rest(&self) -> bool {
         self.bus == BusState::Ok
             && self.samples_per_second <= 0.0
             && !matches!(self.flow(), Flow::Stopped { .. })

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::archive_folder::{ArchiveFolder, Kind};
 use super::curves::JointCurves;
-use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
+use super::extract::{ExtractError, Runs, TimeRange, extract, find, newest_stamp};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE_CAPACITY, Request, SharedArchive, lock};
 use super::ring::{DiskSpace, RingError};
@@ -32,8 +32,8 @@ pub(super) struct Waiting {
     /// Number of the result, for a result's recording.
     number: Option<u64>,
     label: String,
-    stretch: Stretch,
-    more: BTreeMap<String, String>,
+    time_range: TimeRange,
+    metadata: BTreeMap<String, String>,
     deadline: Instant,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Capture {
     from_ns: u64,
     since: Instant,
     /// Time of the last check of its size.
-    polled: Instant,
+    size_checked: Instant,
 }
 
 /// State of the thread.
@@ -53,12 +53,12 @@ pub(super) struct Archive {
     pub(super) options: RecordingOptions,
     pub(super) curves: JointCurves,
     pub(super) shared: SharedArchive,
-    pub(super) waiting: Vec<Waiting>,
+    pub(super) waiting_requests: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
     /// Start time of this step.
-    pub(super) now: Instant,
+    pub(super) step_time: Instant,
     /// Time at which the end was first seen.
-    pub(super) ending: Option<Instant>,
+    pub(super) end_seen: Option<Instant>,
     /// Function that measures the disk space of a folder.
     pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
 }
@@ -91,7 +91,7 @@ impl Archive {
                 // If no sender is left, the wait above returns immediately.
                 std::thread::sleep(FINAL_PAUSE);
             }
-            if self.turn(request, ended, Instant::now()) {
+            if self.run_step(request, ended, Instant::now()) {
                 return;
             }
         }
@@ -99,48 +99,48 @@ impl Archive {
 
     /// Takes a request, and keeps the recordings that are available by now. Returns true if the end
     /// was requested and nothing waits.
-    pub(super) fn turn(&mut self, request: Option<Request>, ended: bool, now: Instant) -> bool {
-        self.now = now;
+    pub(super) fn run_step(&mut self, request: Option<Request>, ended: bool, now: Instant) -> bool {
+        self.step_time = now;
         if let Some(request) = request {
-            self.take(request);
+            self.take_request(request);
         }
         if ended {
             self.stop_capture();
         }
         self.watch_capture();
-        self.ending = self.ending.or(ended.then_some(now));
-        let over = ended && self.ending.is_some_and(|at| self.since(at) >= LAST_DELAY);
-        let mut waiting = std::mem::take(&mut self.waiting);
+        self.end_seen = self.end_seen.or(ended.then_some(now));
+        let over = ended && self.end_seen.is_some_and(|at| self.time_since(at) >= LAST_DELAY);
+        let mut waiting = std::mem::take(&mut self.waiting_requests);
         waiting.retain(|one| !self.settle(one, over));
-        self.waiting.extend(waiting);
-        ended && self.waiting.is_empty()
+        self.waiting_requests.extend(waiting);
+        ended && self.waiting_requests.is_empty()
     }
 
-    fn since(&self, then: Instant) -> Duration {
-        self.now.saturating_duration_since(then)
+    fn time_since(&self, then: Instant) -> Duration {
+        self.step_time.saturating_duration_since(then)
     }
 
-    pub(super) fn take(&mut self, request: Request) {
+    pub(super) fn take_request(&mut self, request: Request) {
         match request {
             Request::Result { number, window } => {
-                let stretch = self.around(
+                let stretch = self.range_around(
                     (window.first_stamp_ns, self.options.before_s),
                     (window.last_stamp_ns, self.options.after_s),
                 );
-                self.wait(Kind::Result, Some(number), "", stretch, window.to_map());
+                self.add_waiting(Kind::Result, Some(number), "", stretch, window.to_map());
             }
             Request::Fault { cause, stamp_ns } => {
                 let before = (stamp_ns, self.options.fault_before_s);
                 // The ring may not reach back far enough, and a killed recorder loses its last
                 // second. The available part is sufficient.
                 let last_ns = stamp_ns.saturating_sub(LOSS_MARGIN_NS);
-                let stretch = self.around(before, (stamp_ns, self.options.after_s));
-                let stretch = Stretch { last_ns, ..stretch };
+                let stretch = self.range_around(before, (stamp_ns, self.options.after_s));
+                let stretch = TimeRange { last_ns, ..stretch };
                 let more = [
                     ("fault".to_owned(), cause.to_owned()),
                     ("fault_stamp_ns".to_owned(), stamp_ns.to_string()),
                 ];
-                self.wait(Kind::Fault, None, cause, stretch, more.into());
+                self.add_waiting(Kind::Fault, None, cause, stretch, more.into());
             }
             Request::Start { name, answer } => {
                 let started = self.start_capture(name);
@@ -159,11 +159,11 @@ impl Archive {
         }
     }
 
-    fn around(&self, before: (u64, f64), after: (u64, f64)) -> Stretch {
+    fn range_around(&self, before: (u64, f64), after: (u64, f64)) -> TimeRange {
         let ns =
             |seconds: f64| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(0);
         let ((first_ns, before_s), (last_ns, after_s)) = (before, after);
-        Stretch {
+        TimeRange {
             from_ns: first_ns.saturating_sub(ns(before_s)),
             first_ns,
             last_ns,
@@ -171,21 +171,30 @@ impl Archive {
         }
     }
 
-    fn wait(
+    fn add_waiting(
         &mut self,
         kind: Kind,
         number: Option<u64>,
         label: &str,
-        stretch: Stretch,
+        stretch: TimeRange,
         more: BTreeMap<String, String>,
     ) {
-        if self.waiting.len() >= QUEUE_CAPACITY {
-            return self.shared.fail("a further request", &"too many requests wait for the ring");
+        if self.waiting_requests.len() >= QUEUE_CAPACITY {
+            return self
+                .shared
+                .count_failure("a further request", &"too many requests wait for the ring");
         }
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
-        let deadline = self.now + after + RING_DELAY;
+        let deadline = self.step_time + after + RING_DELAY;
         let label = label.to_owned();
-        self.waiting.push(Waiting { kind, number, label, stretch, more, deadline });
+        self.waiting_requests.push(Waiting {
+            kind,
+            number,
+            label,
+            time_range: stretch,
+            metadata: more,
+            deadline,
+        });
     }
 
     fn start_capture(&mut self, name: String) -> Result<(), CaptureError> {
@@ -193,43 +202,44 @@ impl Archive {
             return Err(CaptureError::Running(running.name.clone()));
         }
         let nothing = |why: String| CaptureError::NothingRecorded(why);
-        let from_ns = newest(&self.ring).map_err(|error| nothing(error.to_string()))?;
+        let from_ns = newest_stamp(&self.ring).map_err(|error| nothing(error.to_string()))?;
         let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
         lock(&self.shared.0).capture = Some(name.clone());
-        self.capture = Some(Capture { name, from_ns, since: self.now, polled: self.now });
+        self.capture =
+            Some(Capture { name, from_ns, since: self.step_time, size_checked: self.step_time });
         Ok(())
     }
 
     /// Ends the capture with the frames that will be on disk next.
     fn stop_capture(&mut self) -> Option<()> {
-        let Capture { name, from_ns, since, polled: _ } = self.capture.take()?;
+        let Capture { name, from_ns, since, size_checked: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
-        let length = u64::try_from(self.since(since).as_nanos()).unwrap_or(u64::MAX);
+        let length = u64::try_from(self.time_since(since).as_nanos()).unwrap_or(u64::MAX);
         // Current bus frames may be on disk up to a second later. The capture began with the frames
         // that were on disk at its start.
         let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
-        let stretch = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
+        let stretch = TimeRange { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
         let more = [("capture".to_owned(), name.clone())].into();
         lock(&self.shared.0).waiting += 1;
-        self.wait(Kind::Capture, None, &name, stretch, more);
-        if let Some(waiting) = self.waiting.last_mut() {
-            waiting.deadline = self.now + RING_DELAY;
+        self.add_waiting(Kind::Capture, None, &name, stretch, more);
+        if let Some(waiting) = self.waiting_requests.last_mut() {
+            waiting.deadline = self.step_time + RING_DELAY;
         }
         Some(())
     }
 
     /// Stops a capture before the ring loses its beginning, and before it gets too long.
     fn watch_capture(&mut self) {
-        let now = self.now;
+        let now = self.step_time;
         let Some(capture) = &mut self.capture else { return };
-        if now.saturating_duration_since(capture.polled) < DISK_POLL_INTERVAL {
+        if now.saturating_duration_since(capture.size_checked) < DISK_POLL_INTERVAL {
             return;
         }
-        capture.polled = now;
+        capture.size_checked = now;
         let length = now.saturating_duration_since(capture.since);
         let too_long = length.as_secs_f64() > self.options.capture_max_s;
         let from_ns = capture.from_ns;
-        let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
+        let so_far = TimeRange { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
         let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
         let too_large = match find(&self.ring, so_far, Runs::Latest) {
             Ok(Some(found)) => found.bytes(&self.curves) > most,
@@ -244,10 +254,10 @@ impl Archive {
 
     /// Keeps the frames on disk, or gives up. Returns false if it still has to wait.
     fn settle(&self, one: &Waiting, ended: bool) -> bool {
-        let over = ended || self.now >= one.deadline;
+        let over = ended || self.step_time >= one.deadline;
         let run_found =
-            match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest }) {
-                Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),
+            match find(&self.ring, one.time_range, if over { Runs::Any } else { Runs::Latest }) {
+                Ok(Some(found)) if over || found.newest_ns > one.time_range.to_ns => Ok(found),
                 Ok(None) if over => Err(ExtractError::NotThere.into()),
                 Err(error) if over => Err(error.into()),
                 _ => return false,
@@ -256,7 +266,7 @@ impl Archive {
             let folder =
                 ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
             let bytes = found.bytes(&self.curves);
-            if (self.disk_space)(&self.folder)?.spare < bytes {
+            if (self.disk_space)(&self.folder)?.spare_bytes < bytes {
                 return Err(ArchiveError::NoRoom { bytes });
             }
             if !folder.make_room(bytes)? {
@@ -264,7 +274,7 @@ impl Archive {
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
             let path = folder.path(one.kind, number, &one.label);
-            let frames = extract(&found, &path, &one.more, &self.curves)?;
+            let frames = extract(&found, &path, &one.metadata, &self.curves)?;
             folder.prune(one.kind)?;
             Ok((path, frames))
         });
@@ -275,7 +285,7 @@ impl Archive {
                 status.waiting = status.waiting.saturating_sub(1);
                 status.fixed += 1;
             }
-            Err(error) => self.shared.fail(&describe(one), &error),
+            Err(error) => self.shared.count_failure(&request_text(one), &error),
         }
         self.count();
         true
@@ -290,10 +300,10 @@ impl Archive {
 }
 
 fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), RingError> {
-    ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.size()
+    ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.total_size()
 }
 
-fn describe(one: &Waiting) -> String {
+fn request_text(one: &Waiting) -> String {
     match (one.kind, one.number) {
         (Kind::Result, number) => format!("result {}", number.unwrap_or(0)),
         (Kind::Fault, _) => format!("the fault `{}`", one.label),

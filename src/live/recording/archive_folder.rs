@@ -42,15 +42,16 @@ struct ArchiveFile {
 pub(super) struct ArchiveFolder {
     folder: PathBuf,
     /// Maximum number of recordings of each kind.
-    keep: usize,
+    max_per_kind: usize,
     /// Maximum total size \[bytes\].
-    keep_bytes: u64,
+    max_bytes: u64,
 }
 
 impl ArchiveFolder {
     pub(super) fn open(folder: &Path, keep: usize, keep_bytes: u64) -> Result<Self, RingError> {
         fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
-        let archive = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
+        let archive =
+            Self { folder: folder.to_owned(), max_per_kind: keep.max(1), max_bytes: keep_bytes };
         // Incomplete files of a process that died while writing.
         remove_leftovers(folder, |name| parse(name).is_some())
             .map_err(io_error("clean up the folder", folder))?;
@@ -59,14 +60,14 @@ impl ArchiveFolder {
 
     /// Removes the oldest until `bytes` more fit. Returns false if they never fit.
     pub(super) fn make_room(&self, bytes: u64) -> Result<bool, RingError> {
-        if bytes > self.keep_bytes {
+        if bytes > self.max_bytes {
             return Ok(false);
         }
         let mut files = self.files()?;
         files.sort_by_key(|file| (file.modified, file.number));
         let mut total: u64 = files.iter().map(|file| file.bytes).sum();
         for file in files {
-            if total.saturating_add(bytes) <= self.keep_bytes {
+            if total.saturating_add(bytes) <= self.max_bytes {
                 break;
             }
             fs::remove_file(&file.path).map_err(io_error("remove", &file.path))?;
@@ -86,7 +87,7 @@ impl ArchiveFolder {
         let mut files = self.files()?;
         files.retain(|file| file.kind == kind);
         files.sort_by_key(|file| (file.number, file.modified));
-        let surplus = files.len().saturating_sub(self.keep);
+        let surplus = files.len().saturating_sub(self.max_per_kind);
         for file in files.into_iter().take(surplus) {
             fs::remove_file(&file.path).map_err(io_error("remove", &file.path))?;
         }
@@ -101,7 +102,7 @@ impl ArchiveFolder {
     }
 
     /// Returns number and total size of the recordings \[bytes\].
-    pub(super) fn size(&self) -> Result<(usize, u64), RingError> {
+    pub(super) fn total_size(&self) -> Result<(usize, u64), RingError> {
         let files = self.files()?;
         Ok((files.len(), files.iter().map(|file| file.bytes).sum()))
     }

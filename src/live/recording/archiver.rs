@@ -45,7 +45,7 @@ pub struct Archiver {
 #[derive(Debug)]
 pub struct ArchiverThread {
     thread: JoinHandle<()>,
-    ending: Arc<AtomicBool>,
+    is_ending: Arc<AtomicBool>,
 }
 
 impl Archiver {
@@ -62,10 +62,10 @@ impl Archiver {
             options: options.recordings.clone(),
             curves: options.curves.clone(),
             shared: shared.clone(),
-            waiting: Vec::new(),
+            waiting_requests: Vec::new(),
             capture: None,
-            now: Instant::now(),
-            ending: None,
+            step_time: Instant::now(),
+            end_seen: None,
             disk_space,
         };
         let thread_ending = Arc::clone(&ending);
@@ -74,7 +74,10 @@ impl Archiver {
             .spawn(move || archive.run(&received, &thread_ending))?;
         let fault_every = Duration::from_secs_f64(options.recordings.fault_every_s);
         let last_fault = Arc::default();
-        Ok((Self { requests, shared, last_fault, fault_every }, ArchiverThread { thread, ending }))
+        Ok((
+            Self { requests, shared, last_fault, fault_every },
+            ArchiverThread { thread, is_ending: ending },
+        ))
     }
 
     /// The counts.
@@ -126,11 +129,11 @@ impl Archiver {
         lock(&self.shared.0).waiting += 1;
         match self.requests.try_send(request) {
             Ok(()) => {}
-            Err(TrySendError::Full(_)) => {
-                self.shared.fail("a further request", &"too many requests wait for the ring")
-            }
+            Err(TrySendError::Full(_)) => self
+                .shared
+                .count_failure("a further request", &"too many requests wait for the ring"),
             Err(TrySendError::Disconnected(_)) => {
-                self.shared.fail("a further request", &"the archiver has ended");
+                self.shared.count_failure("a further request", &"the archiver has ended");
             }
         }
     }
@@ -140,7 +143,7 @@ impl ArchiverThread {
     /// Keeps the requested recordings as far as the ring has them, and waits for that for a limited
     /// time.
     pub fn finish(self) {
-        self.ending.store(true, Ordering::Relaxed);
+        self.is_ending.store(true, Ordering::Relaxed);
         let since = Instant::now();
         while !self.thread.is_finished() {
             if since.elapsed() > FINISH_TIMEOUT {

@@ -13,7 +13,7 @@ use crate::files::replace;
 
 /// Range of stamps, both ends included \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stretch {
+pub(super) struct TimeRange {
     /// Start of the wanted range.
     pub(super) from_ns: u64,
     /// Start of the required range.
@@ -41,7 +41,7 @@ pub(super) enum ExtractError {
 #[derive(Debug)]
 pub(super) struct Found {
     files: Vec<(PathBuf, McapScan)>,
-    stretch: Stretch,
+    time_range: TimeRange,
     /// Latest stamp of this run on disk \[ns\].
     pub(super) newest_ns: u64,
     /// Maximum size of the frames in the recording \[bytes\].
@@ -51,7 +51,7 @@ pub(super) struct Found {
 impl Found {
     /// Returns the maximum size of the recording \[bytes\].
     pub(super) fn bytes(&self, curves: &JointCurves) -> u64 {
-        let Stretch { from_ns, to_ns, .. } = self.stretch;
+        let TimeRange { from_ns, to_ns, .. } = self.time_range;
         self.frame_bytes + curves.bytes(to_ns.min(self.newest_ns).saturating_sub(from_ns))
     }
 }
@@ -69,19 +69,19 @@ pub(super) enum Runs {
 /// longer.
 pub(super) fn find(
     ring: &Path,
-    stretch: Stretch,
+    stretch: TimeRange,
     runs: Runs,
 ) -> Result<Option<Found>, ExtractError> {
     let mut files: Vec<(PathBuf, McapScan)> = Vec::new();
     let (mut run, mut newest_ns, mut begun) = (None, 0, false);
     for (path, scan) in newest_first(ring)? {
         let (Some(info), Some((first, last))) = (&scan.info, scan.stamps_ns()) else { continue };
-        if run.as_ref() != Some(&info.run) {
+        if run.as_ref() != Some(&info.recorder_run) {
             if begun && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
                 break;
             }
             begun = false;
-            run = Some(info.run.clone());
+            run = Some(info.recorder_run.clone());
             newest_ns = last;
             files.clear();
         }
@@ -100,12 +100,12 @@ pub(super) fn find(
     files.reverse();
     let overhead = 16 * 1024;
     let frame_bytes =
-        files.iter().map(|(_, scan)| overlapping(scan, stretch)).sum::<u64>() + overhead;
-    Ok(Some(Found { files, stretch, newest_ns, frame_bytes }))
+        files.iter().map(|(_, scan)| overlapping_bytes(scan, stretch)).sum::<u64>() + overhead;
+    Ok(Some(Found { files, time_range: stretch, newest_ns, frame_bytes }))
 }
 
 /// Returns the latest stamp on disk of the latest run \[ns\].
-pub(super) fn newest(ring: &Path) -> Result<Option<u64>, ExtractError> {
+pub(super) fn newest_stamp(ring: &Path) -> Result<Option<u64>, ExtractError> {
     let mut scans = newest_first(ring)?;
     Ok(scans.find_map(|(_, scan)| scan.stamps_ns()).map(|(_, last)| last))
 }
@@ -130,7 +130,7 @@ fn newest_first(ring: &Path) -> Result<impl Iterator<Item = (PathBuf, McapScan)>
     }))
 }
 
-fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
+fn overlapping_bytes(scan: &McapScan, stretch: TimeRange) -> u64 {
     let Some(info) = &scan.info else { return 0 };
     let overlaps = scan.chunks.iter().filter(|chunk| {
         info.stamp_ns(chunk.last_log_time) >= stretch.from_ns
@@ -138,7 +138,7 @@ fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
     });
     // The index of a chunk follows it, with 16 bytes for each message. So does its entry in the
     // summary.
-    overlaps.map(|chunk| (chunk.end - chunk.offset) * 3 / 2 + 512).sum()
+    overlaps.map(|chunk| (chunk.end_offset - chunk.offset) * 3 / 2 + 512).sum()
 }
 
 /// Writes a stretch into a file, with the joint curves, and returns the number of its frames.
@@ -175,13 +175,13 @@ fn copy(
         let mut source = open(file, interfaces)?;
         let Some(info) = source.info().cloned() else { continue };
         if let Some(out) = out.take() {
-            let info = McapInfo { more: more.clone(), ..info };
+            let info = McapInfo { additional_entries: more.clone(), ..info };
             let begun = McapWriter::new(out, &info).map_err(failed)?;
             writer = Some(begun.with_joints(curves.names()).map_err(failed)?);
         }
         let Some(writer) = &mut writer else { continue };
         while let Some(frame) = source.next_frame()? {
-            let stretch = found.stretch;
+            let stretch = found.time_range;
             if (stretch.from_ns..=stretch.to_ns).contains(&frame.stamp_ns) {
                 let sequence = source.last_sequence().unwrap_or(0);
                 curves.write(&frame, sequence, writer).map_err(failed)?;

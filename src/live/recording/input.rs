@@ -49,7 +49,7 @@ pub fn open_log(
 }
 
 fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {
-    if let FileEnd::Unfinished { unused_bytes } = McapScan::read(path)?.end {
+    if let FileEnd::Unfinished { unused_bytes } = McapScan::read(path)?.file_end {
         tracing::warn!(
             "{}: the recording is not finished: its recorder was killed, or is still writing; \
              frames outside of complete chunks are not used ({unused_bytes} bytes)",
@@ -62,11 +62,11 @@ fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSourc
 /// The files of a ring, one after the other. Frames missing between two files of one run count as
 /// dropped.
 struct RingSource {
-    waiting: VecDeque<PathBuf>,
+    waiting_files: VecDeque<PathBuf>,
     current: McapSource,
     interfaces: Vec<InterfaceName>,
     /// Counts of the files before the current one.
-    before: SourceCounters,
+    previous_counters: SourceCounters,
 }
 
 impl RingSource {
@@ -80,18 +80,23 @@ impl RingSource {
         };
         let current = open_recording(&first, &[])?;
         let interfaces = current.interfaces().to_vec();
-        Ok(Self { waiting, current, interfaces, before: SourceCounters::default() })
+        Ok(Self {
+            waiting_files: waiting,
+            current,
+            interfaces,
+            previous_counters: SourceCounters::default(),
+        })
     }
 
     /// Continues with the next file. Returns false after the last.
     fn advance(&mut self) -> Result<bool, McapError> {
-        let Some(path) = self.waiting.pop_front() else { return Ok(false) };
+        let Some(path) = self.waiting_files.pop_front() else { return Ok(false) };
         let mut next = open_recording(&path, &self.interfaces)?;
-        let run = |source: &McapSource| source.info().map(|info| info.run.clone());
+        let run = |source: &McapSource| source.info().map(|info| info.recorder_run.clone());
         if run(&next) == run(&self.current) {
             next.continue_from(self.current.last_sequence());
         }
-        self.before = self.counters();
+        self.previous_counters = self.counters();
         self.current = next;
         Ok(true)
     }
@@ -112,7 +117,7 @@ impl Source for RingSource {
     }
 
     fn counters(&self) -> SourceCounters {
-        self.before.plus(self.current.counters())
+        self.previous_counters.sum_with(self.current.counters())
     }
 
     fn interfaces(&self) -> &[InterfaceName] {

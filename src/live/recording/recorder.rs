@@ -25,7 +25,7 @@ pub struct Recorder {
 
 /// Runs the thread's body. A panicked thread records no more and nobody waits for it: the status
 /// has to report this.
-fn guarded(shared: &SharedRecording, body: impl FnOnce()) {
+fn run_guarded(shared: &SharedRecording, body: impl FnOnce()) {
     if catch_unwind(AssertUnwindSafe(body)).is_err() {
         let mut status = shared.update();
         status.state = RecordingState::Failed;
@@ -52,13 +52,13 @@ impl Recorder {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             cell: options.cell.clone(),
             configuration: options.configuration.clone(),
-            run: format!("{:x}-{}", now.realtime_ns, std::process::id()),
+            recorder_run: format!("{:x}-{}", now.realtime_ns, std::process::id()),
             interfaces: interfaces.to_vec(),
             ..McapInfo::default()
         };
         let mut writer = RingWriter::new(options, info, clock, shared.clone(), Instant::now());
         let watched = shared.clone();
-        let body = move || guarded(&watched, || writer.run(frames));
+        let body = move || run_guarded(&watched, || writer.run(frames));
         let thread = std::thread::Builder::new().name("recorder".into()).spawn(body)?;
         Ok((Self { thread, shared }, tap))
     }
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn a_panic_is_reported() {
         let shared = SharedRecording::default();
-        guarded(&shared, || panic!("on purpose"));
+        run_guarded(&shared, || panic!("on purpose"));
         let status = shared.snapshot();
         assert_eq!(status.state, RecordingState::Failed);
         assert!(status.why.unwrap().contains("restart the service"));

@@ -87,7 +87,7 @@ impl SharedArchive {
         lock(&self.0).clone()
     }
 
-    pub(super) fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
+    pub(super) fn count_failure(&self, what: &str, why: &dyn core::fmt::Display) {
         tracing::warn!("no recording of {what}: {why}");
         let mut status = lock(&self.0);
         status.waiting = status.waiting.saturating_sub(1);

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use didim_drivers::source::mcap::{McapError, McapScan, RepairError, repair};
+use didim_drivers::source::mcap::{McapError, McapScan, RepairError, repair_recording};
 use rustix::fs::{FlockOperation, flock, statvfs};
 
 /// A file of the ring.
@@ -74,9 +74,9 @@ pub struct Ring {
     folder: PathBuf,
     _locked: File,
     limit: u64,
-    complete: VecDeque<Segment>,
-    next: u64,
-    repaired: u64,
+    complete_segments: VecDeque<Segment>,
+    next_number: u64,
+    repaired_segments: u64,
     /// Number of the last file that was scanned for its first frame.
     last_scanned_file: Option<u64>,
 }
@@ -105,9 +105,9 @@ impl Ring {
             folder: folder.to_owned(),
             _locked: locked,
             limit,
-            complete: complete.into(),
-            next,
-            repaired: 0,
+            complete_segments: complete.into(),
+            next_number: next,
+            repaired_segments: 0,
             last_scanned_file: None,
         };
         let mut parts: VecDeque<Segment> = parts.into();
@@ -121,11 +121,11 @@ impl Ring {
                     Ok(()) => break,
                     // Older files are removed for it, and finally the file itself.
                     Err(error) if error.is_full() => {
-                        let before = disk_space(folder)?.free;
+                        let before = disk_space(folder)?.free_bytes;
                         fits = ring.remove_oldest()?;
                         // The space of a removed file may become free only later. Do not remove all
                         // of them for nothing.
-                        if fits && disk_space(folder)?.free <= before {
+                        if fits && disk_space(folder)?.free_bytes <= before {
                             return Err(error);
                         }
                     }
@@ -144,7 +144,7 @@ impl Ring {
     /// Repairs the unfinished file of a killed recorder.
     fn close(&mut self, part: &Segment) -> Result<(), RingError> {
         let temporary = self.folder.join(TEMPORARY_SUFFIX);
-        let repaired = repair(&part.path, &temporary);
+        let repaired = repair_recording(&part.path, &temporary);
         let is_empty = match &repaired {
             Ok(repair) => repair.frames == 0,
             // The recorder was killed before the first chunk was on disk, or the file is foreign.
@@ -167,9 +167,9 @@ impl Ring {
         let path = self.folder.join(name(part.number, COMPLETE_SUFFIX));
         fs::rename(&temporary, &path).map_err(io_error("rename to", &path))?;
         fs::remove_file(&part.path).map_err(io_error("remove", &part.path))?;
-        self.repaired += 1;
-        self.complete.push_back(segment(part.number, path)?);
-        self.complete.make_contiguous().sort_by_key(|segment| segment.number);
+        self.repaired_segments += 1;
+        self.complete_segments.push_back(open_segment(part.number, path)?);
+        self.complete_segments.make_contiguous().sort_by_key(|segment| segment.number);
         Ok(())
     }
 
@@ -178,9 +178,9 @@ impl Ring {
     /// # Errors
     /// [`RingError::Io`].
     pub fn remove_oldest(&mut self) -> Result<bool, RingError> {
-        let Some(oldest) = self.complete.front() else { return Ok(false) };
+        let Some(oldest) = self.complete_segments.front() else { return Ok(false) };
         remove_if_there(&oldest.path)?;
-        self.complete.pop_front();
+        self.complete_segments.pop_front();
         Ok(true)
     }
 
@@ -200,7 +200,7 @@ impl Ring {
 
     /// Returns the path of the next file.
     pub fn next_path(&self) -> PathBuf {
-        self.folder.join(name(self.next, PART_SUFFIX))
+        self.folder.join(name(self.next_number, PART_SUFFIX))
     }
 
     /// Adds the file at [`Self::next_path`], which is complete now.
@@ -208,31 +208,33 @@ impl Ring {
     /// # Errors
     /// [`RingError::Io`].
     pub fn add(&mut self, first_log_time: Option<u64>) -> Result<(), RingError> {
-        let (part, path) = (self.next_path(), self.folder.join(name(self.next, COMPLETE_SUFFIX)));
+        let (part, path) =
+            (self.next_path(), self.folder.join(name(self.next_number, COMPLETE_SUFFIX)));
         fs::rename(&part, &path).map_err(io_error("rename to", &path))?;
-        self.complete.push_back(Segment { first_log_time, ..segment(self.next, path)? });
-        self.next = self.next.saturating_add(1);
+        self.complete_segments
+            .push_back(Segment { first_log_time, ..open_segment(self.next_number, path)? });
+        self.next_number = self.next_number.saturating_add(1);
         Ok(())
     }
 
     /// Returns the total size of the complete files \[bytes\].
     pub fn bytes(&self) -> u64 {
-        self.complete.iter().map(|segment| segment.bytes).sum()
+        self.complete_segments.iter().map(|segment| segment.bytes).sum()
     }
 
     /// The bound \[bytes\].
-    pub fn limit(&self) -> u64 {
+    pub fn byte_limit(&self) -> u64 {
         self.limit
     }
 
     /// Returns the complete files, oldest first.
-    pub fn complete(&self) -> impl ExactSizeIterator<Item = &Segment> {
-        self.complete.iter()
+    pub fn complete_files(&self) -> impl ExactSizeIterator<Item = &Segment> {
+        self.complete_segments.iter()
     }
 
     /// Returns the `log_time` of the oldest frame \[ns\]. An unreadable file is not read again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
-        let oldest = self.complete.front_mut()?;
+        let oldest = self.complete_segments.front_mut()?;
         if oldest.first_log_time.is_none() && self.last_scanned_file != Some(oldest.number) {
             self.last_scanned_file = Some(oldest.number);
             oldest.first_log_time = first_log_time(&oldest.path);
@@ -241,8 +243,8 @@ impl Ring {
     }
 
     /// Returns the number of files that had no end at opening and were closed.
-    pub fn repaired(&self) -> u64 {
-        self.repaired
+    pub fn repaired_count(&self) -> u64 {
+        self.repaired_segments
     }
 }
 
@@ -258,7 +260,7 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
     let mut segments = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        let Some(number) = entry.file_name().to_str().and_then(number) else { continue };
+        let Some(number) = entry.file_name().to_str().and_then(parse_number) else { continue };
         // A file that is removed in the meantime is left out.
         if let Ok(metadata) = entry.metadata() {
             let (path, bytes) = (entry.path(), metadata.len());
@@ -276,9 +278,9 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DiskSpace {
     /// Total free space.
-    pub(super) free: u64,
+    pub(super) free_bytes: u64,
     /// Free space beyond the reserve for results.
-    pub(super) spare: u64,
+    pub(super) spare_bytes: u64,
 }
 
 /// Returns the free space on the file system of a folder.
@@ -287,10 +289,10 @@ pub(super) fn disk_space(folder: &Path) -> Result<DiskSpace, RingError> {
         statvfs(folder).map_err(|cause| io_error("look at the disk of", folder)(cause.into()))?;
     let (all, free) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
     let spare = free.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
-    Ok(DiskSpace { free, spare })
+    Ok(DiskSpace { free_bytes: free, spare_bytes: spare })
 }
 
-fn segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
+fn open_segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
     let bytes = fs::metadata(&path).map_err(io_error("look at", &path))?.len();
     Ok(Segment { number, path, bytes, first_log_time: None })
 }
@@ -304,7 +306,7 @@ fn name(number: u64, end: &str) -> String {
 }
 
 /// Parses the number in a ring file name.
-fn number(found: &str) -> Option<u64> {
+fn parse_number(found: &str) -> Option<u64> {
     let digits = found.strip_prefix("segment-")?.split('.').next()?;
     let number = digits.parse().ok()?;
     [COMPLETE_SUFFIX, PART_SUFFIX].iter().any(|end| name(number, end) == found).then_some(number)

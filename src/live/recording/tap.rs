@@ -24,7 +24,7 @@ pub struct FrameTap {
     queue: Producer<RecordedFrame>,
     unrecorded: Arc<AtomicU64>,
     sequence: u32,
-    drops: u64,
+    queue_drops: u64,
 }
 
 /// Creates the recorder's queue with all its memory, and the count of frames that found it full.
@@ -36,16 +36,16 @@ pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
         while frames.pop().is_ok() {}
     }
     let unrecorded = Arc::new(AtomicU64::new(0));
-    let tap = FrameTap { queue, unrecorded: Arc::clone(&unrecorded), sequence: 0, drops: 0 };
+    let tap = FrameTap { queue, unrecorded: Arc::clone(&unrecorded), sequence: 0, queue_drops: 0 };
     (tap, frames, unrecorded)
 }
 
 impl FrameTap {
     /// Passes on frames that were read together, after `drops` frames were dropped unread so far.
     /// It never waits: a frame that finds the queue full is counted.
-    pub fn take(&mut self, frames: &[Frame], drops: u64) {
-        let dropped = drops.saturating_sub(self.drops);
-        self.drops = drops;
+    pub fn pass_on(&mut self, frames: &[Frame], drops: u64) {
+        let dropped = drops.saturating_sub(self.queue_drops);
+        self.queue_drops = drops;
         // Modulo 2³², like the sequence itself.
         let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(dropped);

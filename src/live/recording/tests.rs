@@ -47,7 +47,7 @@ fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
 /// Passes on frames no faster than they are written.
 fn feed(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Range<u64>) {
     for n in frames {
-        tap.take(&[frame(n)], 0);
+        tap.pass_on(&[frame(n)], 0);
         if n % 1000 == 999 {
             eventually("the recorder follows", || {
                 let status = shared.snapshot();
@@ -72,7 +72,7 @@ fn read(path: &Path, part: bool) -> Vec<u64> {
         numbers.push(number(&frame));
     }
     if !part {
-        assert_eq!(source.ending(), Some(FileEnd::Finished), "{}", path.display());
+        assert_eq!(source.file_end(), Some(FileEnd::Finished), "{}", path.display());
     }
     assert_eq!(source.counters().queue_drops, 0);
     numbers
@@ -148,14 +148,14 @@ fn a_full_disk_is_reported_and_recording_goes_on_when_there_is_room() {
     });
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
     let shared = recorder.shared().clone();
-    tap.take(&(0..1000).map(frame).collect::<Vec<_>>(), 0);
+    tap.pass_on(&(0..1000).map(frame).collect::<Vec<_>>(), 0);
     // On disk, and not only taken from the queue.
     eventually("the first frames are on disk", || {
         let part = folder.path().join("segment-00000000.mcap.part");
         McapScan::read(&part).is_ok_and(|scan| scan.stamps_ns() == Some((0, 999 * 200_000)))
     });
     full.store(true, Ordering::Relaxed);
-    tap.take(&(1000..1500).map(frame).collect::<Vec<_>>(), 0);
+    tap.pass_on(&(1000..1500).map(frame).collect::<Vec<_>>(), 0);
     eventually("the failure is reported", || shared.snapshot().state == RecordingState::Failed);
     let why = shared.snapshot().why.unwrap();
     assert!(why.contains("segment-00000000") && why.contains("free disk space"), "{why}");
@@ -163,7 +163,7 @@ fn a_full_disk_is_reported_and_recording_goes_on_when_there_is_room() {
     full.store(false, Ordering::Relaxed);
     let mut n = 1500;
     eventually("it writes again", || {
-        tap.take(&[frame(n)], 0);
+        tap.pass_on(&[frame(n)], 0);
         n += 1;
         shared.snapshot().state == RecordingState::Recording
     });
@@ -185,9 +185,9 @@ fn a_full_disk_is_reported_and_recording_goes_on_when_there_is_room() {
 #[test]
 fn frames_dropped_before_the_tap_are_missing_in_the_sequence() {
     let (mut tap, mut frames, _) = frame_queue();
-    tap.take(&[frame(0)], 0);
-    tap.take(&[frame(1)], 7);
-    tap.take(&[frame(2)], 7);
+    tap.pass_on(&[frame(0)], 0);
+    tap.pass_on(&[frame(1)], 7);
+    tap.pass_on(&[frame(2)], 7);
     let sequences: Vec<u32> =
         std::iter::from_fn(|| frames.pop().ok()).map(|recorded| recorded.sequence).collect();
     assert_eq!(sequences, [0, 8, 9]);
@@ -246,7 +246,7 @@ fn a_ring_is_read_as_one_recording_and_says_what_is_missing() {
 
 fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Range<u64>) {
     for n in frames.clone() {
-        tap.take(&[frame(n)], 0);
+        tap.pass_on(&[frame(n)], 0);
         let taken = n + 1 - frames.start;
         if taken.is_multiple_of(5_000) {
             eventually("they are written", || shared.snapshot().frames_recorded == taken);

@@ -61,7 +61,7 @@ impl RecordedWindow {
             last_stamp_ns: stamp(window.samples.last()),
             samples: window.samples.len(),
             end: window.end,
-            start: window.start,
+            start: window.recording_start,
             configuration: Some(configuration.to_owned()),
         }
     }
@@ -110,7 +110,7 @@ impl RecordedWindow {
         }
         let source = McapSource::open(path, &[])?;
         let Some(info) = source.info() else { return Ok(None) };
-        Ok(Self::from_map(&info.more).map(|window| {
+        Ok(Self::from_map(&info.additional_entries).map(|window| {
             // The recorder's configuration is older if the configuration was reloaded since.
             let configuration = window.configuration.or_else(|| Some(info.configuration.clone()));
             Self { configuration, ..window }

@@ -31,7 +31,7 @@ const LARGEST_SEGMENT: u64 = 64_000_000;
 /// Maximum time until the space of a removed file is free.
 const SPACE_CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
-const CHUNK_ROOM: u64 = 4096;
+const CHUNK_RESERVE: u64 = 4096;
 
 /// Reason why nothing is written.
 #[derive(Debug, thiserror::Error)]
@@ -68,16 +68,16 @@ pub(super) struct RingWriter {
     shared: SharedRecording,
     /// `None` before it is opened, and after a failure.
     ring: Option<Ring>,
-    current: Option<Current>,
+    current_segment: Option<Current>,
     /// Time of the next attempt after a failure.
     retry: Option<Instant>,
-    pause: Duration,
+    retry_pause: Duration,
     /// Time of the last check of the disk space.
-    polled: Instant,
+    space_checked: Instant,
     /// Time of the removal of a file whose space is not free yet.
-    gave_way: Option<Instant>,
+    removed_segments: Option<Instant>,
     /// Start time of this step.
-    now: Instant,
+    step_time: Instant,
     /// Function that measures the disk space of a folder.
     pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
 }
@@ -87,7 +87,7 @@ struct Current {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
     /// Size at which it is closed \[bytes\].
-    largest: u64,
+    max_bytes: u64,
     opened: Instant,
     flushed_at: Instant,
     first_log_time: u64,
@@ -107,19 +107,19 @@ impl RingWriter {
             clock,
             shared,
             ring: None,
-            current: None,
+            current_segment: None,
             retry: None,
-            pause: FIRST_PAUSE,
-            polled: now,
-            now,
-            gave_way: None,
+            retry_pause: FIRST_PAUSE,
+            space_checked: now,
+            step_time: now,
+            removed_segments: None,
             disk_space,
         }
     }
 
     pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
         self.start();
-        while !self.turn(&mut frames, Instant::now()) {
+        while !self.run_step(&mut frames, Instant::now()) {
             std::thread::sleep(EMPTYING_INTERVAL);
         }
     }
@@ -127,25 +127,25 @@ impl RingWriter {
     /// Closes the files of an earlier run before the first frame comes.
     fn start(&mut self) {
         let opened = self.open_ring().map(drop);
-        self.note(opened);
+        self.handle_result(opened);
     }
 
     /// Writes the waiting frames. Returns true if they were the last.
-    pub(super) fn turn(&mut self, frames: &mut Consumer<RecordedFrame>, now: Instant) -> bool {
-        self.now = now;
+    pub(super) fn run_step(&mut self, frames: &mut Consumer<RecordedFrame>, now: Instant) -> bool {
+        self.step_time = now;
         // Checked before the queue is emptied: the frames before the end are then in it.
         let ended = frames.is_abandoned();
         while let Ok(recorded) = frames.pop() {
-            self.take(&recorded);
+            self.write_frame(&recorded);
         }
-        let tended = self.tend(ended);
-        self.note(tended);
+        let tended = self.do_due_work(ended);
+        self.handle_result(tended);
         self.publish(ended);
         ended
     }
 
-    fn take(&mut self, recorded: &RecordedFrame) {
-        let written = if self.retry.is_some_and(|at| self.now < at) {
+    fn write_frame(&mut self, recorded: &RecordedFrame) {
+        let written = if self.retry.is_some_and(|at| self.step_time < at) {
             Ok(false)
         } else {
             self.write(&recorded.frame, recorded.sequence).map(|()| true)
@@ -163,29 +163,29 @@ impl RingWriter {
             Ok(false) => drop(self.shared.unrecorded.fetch_add(1, Ordering::Relaxed)),
             Err(error) => {
                 self.shared.unrecorded.fetch_add(1, Ordering::Relaxed);
-                self.note(Err(error));
+                self.handle_result(Err(error));
             }
         }
     }
 
     /// Handles a failure: everything is reopened later.
-    fn note(&mut self, done: Result<(), WritingError>) {
+    fn handle_result(&mut self, done: Result<(), WritingError>) {
         let Err(error) = done else { return };
         // A full disk needs free space: the oldest file is worth less than new frames.
         let waits = error.is_full() && self.waits_for_room();
         let disk_space = error.is_full() && !waits && self.remove_oldest().unwrap_or(false);
         // The chunks written so far are on disk. The next attempt closes the file.
-        self.current = None;
+        self.current_segment = None;
         self.ring = None;
         if waits {
-            self.retry = Some(self.now + SPACE_CHECK_INTERVAL);
+            self.retry = Some(self.step_time + SPACE_CHECK_INTERVAL);
         }
         if disk_space || waits {
             return;
         }
-        tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
-        self.retry = Some(self.now + self.pause);
-        self.pause = (2 * self.pause).min(LONGEST_PAUSE);
+        tracing::warn!("recording stops for {} s: {error}", self.retry_pause.as_secs());
+        self.retry = Some(self.step_time + self.retry_pause);
+        self.retry_pause = (2 * self.retry_pause).min(LONGEST_PAUSE);
         let mut status = self.shared.update();
         status.write_errors += 1;
         (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
@@ -198,7 +198,7 @@ impl RingWriter {
         if self.ring.is_none() {
             return Ok(());
         }
-        while self.spare()? == 0 {
+        while self.spare_space()? == 0 {
             if self.waits_for_room() {
                 return Ok(());
             }
@@ -206,8 +206,8 @@ impl RingWriter {
                 break;
             }
         }
-        if self.spare()? == 0
-            && let Some(current) = self.current.take()
+        if self.spare_space()? == 0
+            && let Some(current) = self.current_segment.take()
         {
             let path = current.path.clone();
             drop(current);
@@ -216,9 +216,9 @@ impl RingWriter {
             }
         }
         let (free, written) =
-            (self.spare()?, self.current.as_ref().map_or(0, |c| c.writer.bytes()));
+            (self.spare_space()?, self.current_segment.as_ref().map_or(0, |c| c.writer.bytes()));
         let Some(ring) = &self.ring else { return Ok(()) };
-        let wanted = ring.limit().saturating_sub(ring.bytes().saturating_add(written));
+        let wanted = ring.byte_limit().saturating_sub(ring.bytes().saturating_add(written));
         self.shared.update().gives_way &= free < wanted;
         if free == 0 {
             return Err(WritingError::Short { folder: self.options.folder.clone() });
@@ -227,27 +227,27 @@ impl RingWriter {
     }
 
     /// Returns the free disk space beyond the reserve for results \[bytes\].
-    fn spare(&self) -> Result<u64, RingError> {
-        Ok((self.disk_space)(&self.options.folder)?.spare)
+    fn spare_space(&self) -> Result<u64, RingError> {
+        Ok((self.disk_space)(&self.options.folder)?.spare_bytes)
     }
 
-    fn since(&self, then: Instant) -> Duration {
-        self.now.saturating_duration_since(then)
+    fn time_since(&self, then: Instant) -> Duration {
+        self.step_time.saturating_duration_since(then)
     }
 
     fn waits_for_room(&self) -> bool {
-        self.gave_way.is_some_and(|at| self.since(at) < SPACE_CHECK_INTERVAL)
+        self.removed_segments.is_some_and(|at| self.time_since(at) < SPACE_CHECK_INTERVAL)
     }
 
     /// Removes the oldest file. Returns false if there is none.
     fn remove_oldest(&mut self) -> Result<bool, RingError> {
         let Some(ring) = &mut self.ring else { return Ok(false) };
-        let before = (self.disk_space)(&self.options.folder)?.free;
+        let before = (self.disk_space)(&self.options.folder)?.free_bytes;
         if !ring.remove_oldest()? {
             return Ok(false);
         }
-        let is_free = (self.disk_space)(&self.options.folder)?.free > before;
-        self.gave_way = (!is_free).then_some(self.now);
+        let is_free = (self.disk_space)(&self.options.folder)?.free_bytes > before;
+        self.removed_segments = (!is_free).then_some(self.step_time);
         self.count_given_way();
         Ok(true)
     }
@@ -267,7 +267,7 @@ impl RingWriter {
             Some(ring) => ring,
             None => {
                 let ring = Ring::open(&self.options.folder, self.options.ring_bytes)?;
-                self.shared.update().segments_repaired += ring.repaired();
+                self.shared.update().segments_repaired += ring.repaired_count();
                 ring
             }
         };
@@ -275,12 +275,12 @@ impl RingWriter {
     }
 
     fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), WritingError> {
-        if self.current.as_ref().is_some_and(|current| {
-            current.writer.frames() > 0 && current.writer.bytes() >= current.largest
+        if self.current_segment.as_ref().is_some_and(|current| {
+            current.writer.frames() > 0 && current.writer.bytes() >= current.max_bytes
         }) {
             self.close(true)?;
         }
-        if self.current.is_none() {
+        if self.current_segment.is_none() {
             self.begin(frame.stamp_ns)?;
         }
         if !self.make_room(frame)? {
@@ -291,16 +291,18 @@ impl RingWriter {
                 return Err(WritingError::TooSmall { limit: self.options.ring_bytes });
             }
         }
-        let Some(current) = &mut self.current else { return Ok(()) };
+        let Some(current) = &mut self.current_segment else { return Ok(()) };
         let written = current.writer.write(frame, sequence);
         written.map_err(|source| WritingError::Write { path: current.path.clone(), source })
     }
 
     /// Removes old files to make space for a frame and the chunk that it may close.
     fn make_room(&mut self, frame: &Frame) -> Result<bool, WritingError> {
-        let (Some(current), Some(ring)) = (&self.current, &mut self.ring) else { return Ok(true) };
+        let (Some(current), Some(ring)) = (&self.current_segment, &mut self.ring) else {
+            return Ok(true);
+        };
         let frame = McapWriter::<Box<dyn Output>>::frame_bytes(frame);
-        Ok(ring.make_room(current.writer.bytes() + frame + CHUNK_ROOM)?)
+        Ok(ring.make_room(current.writer.bytes() + frame + CHUNK_RESERVE)?)
     }
 
     fn begin(&mut self, stamp_ns: u64) -> Result<(), WritingError> {
@@ -317,15 +319,15 @@ impl RingWriter {
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
-        let now = self.now;
+        let now = self.step_time;
         // If the disk has too little space for the ring, the ring size is the available space.
-        let spare = self.spare()?;
+        let spare = self.spare_space()?;
         let ring = self.open_ring()?;
-        let disk_space = ring.limit().min(ring.bytes().saturating_add(spare));
+        let disk_space = ring.byte_limit().min(ring.bytes().saturating_add(spare));
         let largest = (disk_space / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
-        self.current = Some(Current {
+        self.current_segment = Some(Current {
             writer,
-            largest,
+            max_bytes: largest,
             path,
             opened: now,
             flushed_at: now,
@@ -335,13 +337,13 @@ impl RingWriter {
     }
 
     /// Closes chunks and files when they are due, and frees space for results.
-    fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
-        if self.since(self.polled) >= FLUSH_INTERVAL {
-            self.polled = self.now;
+    fn do_due_work(&mut self, ended: bool) -> Result<(), WritingError> {
+        if self.time_since(self.space_checked) >= FLUSH_INTERVAL {
+            self.space_checked = self.step_time;
             self.give_way()?;
         }
-        let (segment, now) = (self.options.segment, self.now);
-        let Some(current) = &mut self.current else { return Ok(()) };
+        let (segment, now) = (self.options.segment, self.step_time);
+        let Some(current) = &mut self.current_segment else { return Ok(()) };
         let failed = |path: &Path, source| WritingError::Write { path: path.to_owned(), source };
         if ended || now.saturating_duration_since(current.opened) >= segment {
             return self.close(!ended);
@@ -350,7 +352,7 @@ impl RingWriter {
             current.flushed_at = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
             // It writes again.
-            self.pause = FIRST_PAUSE;
+            self.retry_pause = FIRST_PAUSE;
         }
         Ok(())
     }
@@ -358,7 +360,7 @@ impl RingWriter {
     /// Closes the file. At the end of the service nothing waits for the disk: the kernel has all
     /// the data.
     fn close(&mut self, sync: bool) -> Result<(), WritingError> {
-        let (Some(current), Some(ring)) = (self.current.take(), &mut self.ring) else {
+        let (Some(current), Some(ring)) = (self.current_segment.take(), &mut self.ring) else {
             return Ok(());
         };
         let path = current.path;
@@ -381,9 +383,9 @@ impl RingWriter {
         let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
         let mut status = self.shared.update();
         if let Some(ring) = &self.ring {
-            let current = self.current.as_ref();
+            let current = self.current_segment.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
-            status.segments = ring.complete().len() + usize::from(current.is_some());
+            status.segments = ring.complete_files().len() + usize::from(current.is_some());
             let oldest = oldest.or(current.map(|current| current.first_log_time));
             status.oldest_s = newest
                 .zip(oldest)
@@ -414,11 +416,11 @@ mod tests {
         let (info, shared) = (McapInfo::default(), SharedRecording::default());
         let mut writer =
             RingWriter::new(options, info, StampClock::Own, shared.clone(), Instant::now());
-        writer.disk_space = |_| Ok(DiskSpace { free: 0, spare: 0 });
+        writer.disk_space = |_| Ok(DiskSpace { free_bytes: 0, spare_bytes: 0 });
         writer.open_ring().unwrap();
         writer.give_way().unwrap();
-        assert!(writer.gave_way.is_some() && files() == 3);
-        let lately = writer.gave_way;
+        assert!(writer.removed_segments.is_some() && files() == 3);
+        let lately = writer.removed_segments;
         writer.give_way().unwrap();
         assert_eq!(files(), 3);
         // Nor if writing is refused.
@@ -426,22 +428,22 @@ mod tests {
             let (path, cause) = (folder.to_owned(), std::io::ErrorKind::StorageFull.into());
             Err(WritingError::Ring(RingError::Io { action: "write", path, cause }))
         };
-        writer.note(full(&ring));
+        writer.handle_result(full(&ring));
         assert!(writer.retry.is_some() && files() == 3);
         for free in (0..3).rev() {
-            writer.gave_way = None;
+            writer.removed_segments = None;
             writer.open_ring().unwrap();
-            writer.note(full(&ring));
-            assert!(writer.gave_way.is_some() && files() == free);
+            writer.handle_result(full(&ring));
+            assert!(writer.removed_segments.is_some() && files() == free);
             writer.open_ring().unwrap();
-            writer.gave_way = lately;
-            writer.note(full(&ring));
+            writer.removed_segments = lately;
+            writer.handle_result(full(&ring));
             assert_eq!(files(), free);
         }
         let status = shared.snapshot();
         assert_eq!((status.segments_given_way, status.write_errors), (4, 0));
         // Without a file there is nothing to wait for.
-        writer.gave_way = None;
+        writer.removed_segments = None;
         writer.open_ring().unwrap();
         assert!(matches!(writer.give_way(), Err(WritingError::Short { .. })));
     }

@@ -71,7 +71,7 @@ impl StreamNode {
 }
 
 /// The writing end of a topic. A late reader gets the last document when the writer next publishes
-/// or calls [`DocumentWriter::welcome`].
+/// or calls [`DocumentWriter::send_to_new_readers`].
 #[derive(Debug)]
 pub struct DocumentWriter {
     publisher: Publisher<ipc::Service, [u8], ()>,
@@ -117,7 +117,7 @@ impl DocumentWriter {
     ///
     /// # Errors
     /// [`StreamError::Transport`].
-    pub fn welcome(&mut self) -> Result<(), StreamError> {
+    pub fn send_to_new_readers(&mut self) -> Result<(), StreamError> {
         self.publisher
             .update_connections()
             .map_err(|cause| StreamError::transport("connecting", self.topic.name(), cause))

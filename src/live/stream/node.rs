@@ -9,7 +9,7 @@ use iceoryx2::prelude::{
 };
 
 use super::options::MANAGEMENT_BYTES;
-use super::prefault::{SHARED_MEMORY, check_free, populate};
+use super::prefault::{SHARED_MEMORY, check_free, populate_mappings};
 use super::{StreamError, StreamOptions};
 
 /// Membership in the network. It creates the ports. Ports stay on the thread that created them, so
@@ -61,7 +61,7 @@ impl StreamNode {
     }
 
     pub(super) fn prefault(&self) -> Result<(), StreamError> {
-        populate(&self.options.prefix).map(|_| ())
+        populate_mappings(&self.options.prefix).map(|_| ())
     }
 
     /// Returns a service name in the library's form.

@@ -32,12 +32,12 @@ const ATTEMPT_PAUSE: Duration = Duration::from_millis(5);
 /// The kernel answers ENOMEM in two cases: an unmapped range, and pages that are not available. The
 /// first happens while another thread lets the library open a segment and close it again. The next
 /// such segment may be at the same address, so the list alone cannot distinguish the cases. A lack
-/// of memory persists, and an opened segment does not. Therefore the function tries [`ATTEMPTS`]
-/// times.
+/// of memory persists, and an opened segment does not. Therefore the function tries
+/// [`MAX_ATTEMPTS`] times.
 ///
 /// # Errors
 /// [`StreamError::Prefault`] if the pages are not available.
-pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
+pub(super) fn populate_mappings(prefix: &str) -> Result<u64, StreamError> {
     let mut attempt = 1;
     loop {
         let mine = mappings(prefix)?;

@@ -89,7 +89,7 @@ pub struct SampleReader {
     listener: Listener<ipc::Service>,
     acknowledgements: Publisher<ipc::Service, Acknowledgement, ()>,
     /// Session and number of the next expected batch.
-    expected: Option<(u64, u64)>,
+    expected_batch: Option<(u64, u64)>,
     last_cleaned: Instant,
     node: StreamNode,
 }
@@ -148,7 +148,7 @@ impl SampleReader {
             subscriber,
             listener,
             acknowledgements,
-            expected: None,
+            expected_batch: None,
             last_cleaned: Instant::now(),
             node,
         })
@@ -160,7 +160,7 @@ impl SampleReader {
     ///
     /// # Errors
     /// [`StreamError::Transport`].
-    pub fn wait(&mut self, timeout: Duration) -> Result<(), StreamError> {
+    pub fn wait_for_batch(&mut self, timeout: Duration) -> Result<(), StreamError> {
         let announced = self
             .listener
             .timed_wait(|_| {}, timeout)
@@ -197,7 +197,7 @@ impl SampleReader {
                 our_rate_hz: ours.sample_rate_hz,
             });
         }
-        let (lost_batches, restarted) = match self.expected {
+        let (lost_batches, restarted) = match self.expected_batch {
             Some((session, number)) if session == batch.session => {
                 (batch.number.saturating_sub(number), false)
             }
@@ -205,7 +205,7 @@ impl SampleReader {
             // Batches sent before this reader joined are not lost.
             None => (0, false),
         };
-        self.expected = Some((batch.session, batch.number + 1));
+        self.expected_batch = Some((batch.session, batch.number + 1));
         Ok(Some(Batch { sample, lost_batches, restarted }))
     }
 
@@ -214,7 +214,7 @@ impl SampleReader {
     /// # Errors
     /// [`StreamError::Transport`].
     pub fn acknowledge(&mut self) -> Result<(), StreamError> {
-        let Some((session, batches)) = self.expected else {
+        let Some((session, batches)) = self.expected_batch else {
             return Ok(());
         };
         self.acknowledgements

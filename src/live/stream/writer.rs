@@ -47,19 +47,19 @@ impl StreamNode {
 /// counts the references to a loaned slot in a heap block of 48 bytes.
 #[derive(Debug)]
 pub struct SampleWriter {
-    filling: Option<SampleMut<ipc::Service, SampleBatch, ()>>,
+    filling_batch: Option<SampleMut<ipc::Service, SampleBatch, ()>>,
     filling_since: Instant,
     publisher: Publisher<ipc::Service, SampleBatch, ()>,
     notifier: Notifier<ipc::Service>,
     acknowledgements: Subscriber<ipc::Service, Acknowledgement, ()>,
-    acknowledged: u64,
+    batches_acknowledged: u64,
     service: PortFactory<ipc::Service, SampleBatch, ()>,
     pace: Pace,
     max_age: Duration,
     /// Maximum number of unacknowledged batches in a replay.
-    allowance: u64,
+    max_unacknowledged: u64,
     session: u64,
-    sent: u64,
+    batches_sent: u64,
     sample_rate_hz: f64,
     joints: u32,
 }
@@ -87,18 +87,18 @@ impl SampleWriter {
         #[expect(clippy::cast_possible_truncation, reason = "both halves of the id are mixed")]
         let session = (id ^ (id >> 64)) as u64;
         Ok(Self {
-            filling: None,
+            filling_batch: None,
             filling_since: Instant::now(),
             publisher,
             notifier,
             acknowledgements,
-            acknowledged: 0,
+            batches_acknowledged: 0,
             service,
             pace,
             max_age: options.max_batch_age,
-            allowance: (options.buffer_batches() as u64 / 2).max(1),
+            max_unacknowledged: (options.buffer_batches() as u64 / 2).max(1),
             session,
-            sent: 0,
+            batches_sent: 0,
             sample_rate_hz: options.sample_rate_hz,
             joints: u32::try_from(options.joints).unwrap_or(0),
         })
@@ -117,7 +117,7 @@ impl SampleWriter {
         now: Instant,
         written_ns: u64,
     ) -> Result<(), StreamError> {
-        let mut slot = match self.filling.take() {
+        let mut slot = match self.filling_batch.take() {
             Some(slot) => slot,
             None => self.begin(now)?,
         };
@@ -128,13 +128,13 @@ impl SampleWriter {
             batch.count += 1;
         }
         let full = batch.samples().len() == BATCH_SAMPLES;
-        self.filling = Some(slot);
+        self.filling_batch = Some(slot);
         if full { self.send() } else { Ok(()) }
     }
 
     /// Returns the time until the batch being filled must be sent. `None` if there is none.
     pub fn due_in(&self, now: Instant) -> Option<Duration> {
-        self.filling.as_ref()?;
+        self.filling_batch.as_ref()?;
         Some((self.filling_since + self.max_age).saturating_duration_since(now))
     }
 
@@ -154,7 +154,7 @@ impl SampleWriter {
         self.send()?;
         let mut last = self.begin(Instant::now())?;
         last.payload_mut().kind = BatchKind::End.code();
-        self.filling = Some(last);
+        self.filling_batch = Some(last);
         self.send()
     }
 
@@ -167,7 +167,9 @@ impl SampleWriter {
     pub fn has_room(&mut self) -> Result<bool, StreamError> {
         match self.pace {
             Pace::Live => Ok(true),
-            Pace::Replay => Ok(self.under_way()? < self.allowance && self.readers() > 0),
+            Pace::Replay => {
+                Ok(self.batches_in_flight()? < self.max_unacknowledged && self.readers() > 0)
+            }
         }
     }
 
@@ -177,21 +179,21 @@ impl SampleWriter {
     /// # Errors
     /// [`StreamError::Transport`].
     pub fn is_drained(&mut self) -> Result<bool, StreamError> {
-        Ok(self.under_way()? == 0)
+        Ok(self.batches_in_flight()? == 0)
     }
 
     /// Returns the number of batches that were sent and not acknowledged.
-    fn under_way(&mut self) -> Result<u64, StreamError> {
+    fn batches_in_flight(&mut self) -> Result<u64, StreamError> {
         while let Some(news) = self
             .acknowledgements
             .receive()
             .map_err(|cause| StreamError::transport("receiving", "acknowledgements", cause))?
         {
             if news.session == self.session {
-                self.acknowledged = self.acknowledged.max(news.batches);
+                self.batches_acknowledged = self.batches_acknowledged.max(news.batches);
             }
         }
-        Ok(self.sent.saturating_sub(self.acknowledged))
+        Ok(self.batches_sent.saturating_sub(self.batches_acknowledged))
     }
 
     /// Returns the number of readers that are connected or have died unnoticed.
@@ -201,7 +203,7 @@ impl SampleWriter {
 
     /// Batches sent.
     pub fn batches_sent(&self) -> u64 {
-        self.sent
+        self.batches_sent
     }
 
     fn begin(
@@ -214,7 +216,7 @@ impl SampleWriter {
             .map_err(|cause| StreamError::transport("loaning", "samples", cause))?;
         let batch = slot.payload_mut();
         batch.session = self.session;
-        batch.number = self.sent;
+        batch.number = self.batches_sent;
         batch.sample_rate_hz = self.sample_rate_hz;
         batch.joints = self.joints;
         batch.kind = match self.pace {
@@ -226,14 +228,14 @@ impl SampleWriter {
     }
 
     fn send(&mut self) -> Result<(), StreamError> {
-        let Some(mut slot) = self.filling.take() else {
+        let Some(mut slot) = self.filling_batch.take() else {
             return Ok(());
         };
         slot.payload_mut().sent_ns = monotonic_ns();
         // An unreachable reader (just died, or its queue is broken) loses the batch itself. The
         // batch number shows the loss, and the other readers have the batch.
         slot.send().map_err(|cause| StreamError::transport("sending", "samples", cause))?;
-        self.sent += 1;
+        self.batches_sent += 1;
         // A listener with a full queue is already awake.
         let _ = self.notifier.notify();
         Ok(())

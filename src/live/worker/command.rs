@@ -73,9 +73,9 @@ impl Commands {
 
     /// Adds a note to the open window, or to the next one. An earlier note that no window has taken
     /// is amended.
-    pub fn note(&self, note: Note) {
+    pub fn add_note(&self, note: Note) {
         let mut status = self.shared.update();
-        status.note = Some(status.note.take().unwrap_or_default().amended(note));
+        status.note = Some(status.note.take().unwrap_or_default().amend(note));
     }
 
     /// Submits a command and waits for the answer, at most `timeout`.
@@ -83,7 +83,7 @@ impl Commands {
     /// # Errors
     /// [`SubmitError`].
     pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
-        self.ask(Asked::Command(command), timeout)
+        self.send_and_wait(Asked::Command(command), timeout)
     }
 
     /// Submits another configuration and waits for the answer, at most `timeout`. It is valid from
@@ -96,10 +96,10 @@ impl Commands {
         configuration: Configuration,
         timeout: Duration,
     ) -> Result<(), SubmitError> {
-        self.ask(Asked::Configure(Box::new(configuration)), timeout)
+        self.send_and_wait(Asked::Configure(Box::new(configuration)), timeout)
     }
 
-    fn ask(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
+    fn send_and_wait(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
         let (answer, answered) = sync_channel(1);
         self.requests.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
         Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)

@@ -45,7 +45,7 @@ struct Queued {
 pub(super) struct Identification {
     queue: SyncSender<Queued>,
     /// Number of windows that the queue holds.
-    places: usize,
+    queue_capacity: usize,
     shared: SharedEstimation,
     thread: JoinHandle<Result<(), WorkerError>>,
 }
@@ -75,7 +75,7 @@ impl Identification {
                 Ok(())
             })
             .map_err(WorkerError::Thread)?;
-        Ok(Self { queue, places, shared: shared.clone(), thread })
+        Ok(Self { queue, queue_capacity: places, shared: shared.clone(), thread })
     }
 
     /// Queues a window. Returns false if `stop` was set while it waited for a place. The window is
@@ -87,7 +87,7 @@ impl Identification {
         when_busy: WhenBusy,
         stop: &AtomicBool,
     ) -> Result<bool, WorkerError> {
-        self.shared.pend(&window);
+        self.shared.add_pending(&window);
         let mut queued = Queued { window, identifier };
         loop {
             queued = match self.queue.try_send(queued) {
@@ -111,7 +111,7 @@ impl Identification {
 
     /// Returns true if there is a place for a window now: one is being identified, the others wait.
     pub(super) fn has_room(&self) -> bool {
-        self.shared.pending() <= self.places
+        self.shared.pending_count() <= self.queue_capacity
     }
 
     /// Returns true if the thread has ended. It ends by itself only after a failure.
@@ -147,7 +147,7 @@ impl Identification {
         while !self.thread.is_finished() && since.elapsed() <= limit {
             std::thread::sleep(POLL_INTERVAL);
         }
-        let count = self.shared.abandon();
+        let count = self.shared.abandon_all();
         if count > 0 {
             tracing::warn!("results not stored within {STORE_TIMEOUT:?}, and lost: {count}");
         }
@@ -179,7 +179,7 @@ impl Job {
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
                     }
-                    if let Err(cause) = self.estimates.welcome() {
+                    if let Err(cause) = self.estimates.send_to_new_readers() {
                         tracing::debug!("{cause}");
                     }
                     continue;
@@ -252,26 +252,26 @@ impl Job {
         identifier: &Identifier,
     ) -> Result<(), Rejection> {
         let Identified { estimate, report } = self.identify(window, identifier)?;
-        if !self.shared.claim(window.number) {
+        if !self.shared.claim_window(window.number) {
             return Err(Rejection::Stopped);
         }
         tracing::info!(
             window = window.number,
-            samples = window.counted.len(),
+            samples = window.counted_samples.len(),
             relative_error = estimate.relative_error,
             applicable = estimate.verdict.applicable,
             "window identified"
         );
         let options = identifier.results().clone();
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
-        let load = self.load(window, identifier);
+        let load = self.payload(window, identifier);
         let cell = &self.options.stream.cell;
         let dropped = self.unstored.add(Finished {
             summary: EstimateSummary::new(window, &estimate, load.clone()),
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
-            rejected: RejectedWindow::new(window, Rejection::Stopped),
+            rejection: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::new(window, identifier.sha256()),
-            auxiliary: Attachments { report, note, regrouping, against: None, load },
+            attachments: Attachments { report, note, regrouping, against: None, load },
             options,
         });
         if let Some(oldest) = dropped {
@@ -283,7 +283,7 @@ impl Job {
 
     /// Returns the payload of the arm. `None` without a baseline, or if the load is not
     /// identifiable.
-    fn load(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
+    fn payload(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
         let results = self.results.as_mut()?;
         if results.poll_baseline() {
             results.report(&mut self.shared.update());
@@ -296,15 +296,15 @@ impl Job {
     /// Stores and publishes the waiting results until the disk refuses.
     fn store_waiting(&mut self) {
         let mut why = None;
-        while let Some(finished) = self.unstored.first(Instant::now()) {
+        while let Some(finished) = self.unstored.next_attempt(Instant::now()) {
             // The result was counted as lost at a stop that did not wait longer.
-            if !self.shared.is_wanted(finished.rejected.number) {
+            if !self.shared.is_wanted(finished.rejection.number) {
                 self.unstored.take_first();
                 continue;
             }
             let stored = match &mut self.results {
                 Some(results) => {
-                    results.take(&finished.record, &finished.auxiliary, &finished.options)
+                    results.store_result(&finished.record, &finished.attachments, &finished.options)
                 }
                 None => {
                     self.publish();
@@ -339,7 +339,7 @@ impl Job {
     /// serialised.
     fn publish(&mut self) {
         let Some(finished) = self.unstored.take_first() else { return };
-        let json = match serde_json::to_vec(&finished.record.published()) {
+        let json = match serde_json::to_vec(&finished.record.for_subscribers()) {
             Ok(json) => json,
             Err(why) => return finished.give_up(&self.shared, &why.to_string()),
         };
@@ -355,7 +355,7 @@ impl Job {
             results.report(&mut status);
         }
         drop(status);
-        self.shared.settle(finished.rejected.number);
+        self.shared.settle(finished.rejection.number);
     }
 
     /// Makes a last attempt at the end. Results that the disk refuses then are lost, and counted.
@@ -381,16 +381,24 @@ mod tests {
             let samples = vec![didim_dynamics::JointSample::zero(0, 0)];
             let (sample_rate_hz, counted, end) = (500.0, 0..1, WindowEnd::Rest);
             let (start, note) = (None, None);
-            let window = Window { number, sample_rate_hz, samples, counted, end, start, note };
-            shared.pend(&window);
+            let window = Window {
+                number,
+                sample_rate_hz,
+                samples,
+                counted_samples: counted,
+                end,
+                recording_start: start,
+                note,
+            };
+            shared.add_pending(&window);
             if number < 2 {
-                assert!(shared.claim(number));
+                assert!(shared.claim_window(number));
                 shared.put_aside(number);
             }
         }
         shared.update().results_waiting = 2;
         shared.update().results_wait_for = Some("no room".into());
-        assert_eq!(shared.pending(), 1, "what waits for the disk holds up no window");
+        assert_eq!(shared.pending_count(), 1, "what waits for the disk holds up no window");
         // Simulates a disk that hangs.
         let (hangs, until) = sync_channel::<()>(0);
         let thread = std::thread::spawn(move || {
@@ -399,7 +407,7 @@ mod tests {
         });
         let queue = sync_channel(1).0;
         let since = Instant::now();
-        Identification { queue, places: 1, shared: shared.clone(), thread }.give_up();
+        Identification { queue, queue_capacity: 1, shared: shared.clone(), thread }.give_up();
         assert!(since.elapsed() >= STORE_TIMEOUT);
         drop(hangs);
         let status = shared.snapshot();

@@ -13,24 +13,24 @@ pub(super) struct LogRate(BTreeMap<&'static str, Cause>);
 
 #[derive(Debug)]
 struct Cause {
-    logged: Instant,
-    unlogged: u64,
+    last_logged: Instant,
+    suppressed: u64,
 }
 
 impl LogRate {
     /// Decides if a message is logged now. Returns the number of messages skipped since the last
     /// one, or `None`.
-    pub(super) fn admit(&mut self, cause: &'static str, now: Instant) -> Option<u64> {
+    pub(super) fn should_log(&mut self, cause: &'static str, now: Instant) -> Option<u64> {
         let Some(entry) = self.0.get_mut(cause) else {
-            self.0.insert(cause, Cause { logged: now, unlogged: 0 });
+            self.0.insert(cause, Cause { last_logged: now, suppressed: 0 });
             return Some(0);
         };
-        if now.saturating_duration_since(entry.logged) < LOG_PERIOD {
-            entry.unlogged += 1;
+        if now.saturating_duration_since(entry.last_logged) < LOG_PERIOD {
+            entry.suppressed += 1;
             return None;
         }
-        entry.logged = now;
-        Some(std::mem::take(&mut entry.unlogged))
+        entry.last_logged = now;
+        Some(std::mem::take(&mut entry.suppressed))
     }
 }
 
@@ -42,12 +42,12 @@ mod tests {
     fn a_cause_is_logged_once_a_minute_with_its_count() {
         let (mut rate, start) = (LogRate::default(), Instant::now());
         let time_at = |seconds| start + Duration::from_secs(seconds);
-        assert_eq!(rate.admit("busy", time_at(0)), Some(0));
-        assert_eq!(rate.admit("too-short", time_at(1)), Some(0), "causes are separate");
-        assert!((2..60).all(|second| rate.admit("busy", time_at(second)).is_none()));
-        assert_eq!(rate.admit("busy", time_at(60)), Some(58));
-        assert_eq!(rate.admit("busy", time_at(119)), None);
-        assert_eq!(rate.admit("busy", time_at(120)), Some(1));
-        assert_eq!(rate.admit("busy", time_at(300)), Some(0));
+        assert_eq!(rate.should_log("busy", time_at(0)), Some(0));
+        assert_eq!(rate.should_log("too-short", time_at(1)), Some(0), "causes are separate");
+        assert!((2..60).all(|second| rate.should_log("busy", time_at(second)).is_none()));
+        assert_eq!(rate.should_log("busy", time_at(60)), Some(58));
+        assert_eq!(rate.should_log("busy", time_at(119)), None);
+        assert_eq!(rate.should_log("busy", time_at(120)), Some(1));
+        assert_eq!(rate.should_log("busy", time_at(300)), Some(0));
     }
 }

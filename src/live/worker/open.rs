@@ -28,20 +28,20 @@ pub(super) struct OpenWindow {
     number: u64,
     pub(super) samples: Vec<JointSample>,
     /// Number of samples at rest since the last one in motion.
-    pub(super) quiet: usize,
+    pub(super) rest_samples: usize,
     /// Length at which a command closes it.
     pub(super) close_at: Option<usize>,
     /// True if a command closed the previous window in the middle of this motion.
     pub(super) is_remainder: bool,
     /// Number of counted samples that load surveys have processed.
-    inspected: usize,
+    surveyed_samples: usize,
 }
 
 impl OpenWindow {
     /// Opens a window with the samples of the margin before it.
     pub(super) fn new(number: u64, samples: Vec<JointSample>) -> Self {
         let is_remainder = false;
-        Self { number, samples, quiet: 0, close_at: None, is_remainder, inspected: 0 }
+        Self { number, samples, rest_samples: 0, close_at: None, is_remainder, surveyed_samples: 0 }
     }
 
     /// Returns the samples that would count if the window were closed here.
@@ -53,17 +53,17 @@ impl OpenWindow {
 
     /// Returns the samples since the last load survey, as soon as they suffice for the next one.
     pub(super) fn next_look(&mut self, plan: &WindowPlan) -> Option<Window> {
-        let (length, first) = (look_samples(plan.sample_rate_hz), self.inspected);
+        let (length, first) = (look_samples(plan.sample_rate_hz), self.surveyed_samples);
         let end = first + plan.margin_before + length + plan.margin_after;
         let samples = self.samples.get(first..end)?.to_vec();
-        self.inspected += length;
+        self.surveyed_samples += length;
         Some(Window {
             number: self.number,
             sample_rate_hz: plan.sample_rate_hz,
             samples,
-            counted: plan.margin_before..plan.margin_before + length,
+            counted_samples: plan.margin_before..plan.margin_before + length,
             end: WindowEnd::Length,
-            start: None,
+            recording_start: None,
             note: None,
         })
     }
@@ -81,9 +81,9 @@ impl OpenWindow {
             number: self.number,
             sample_rate_hz: plan.sample_rate_hz,
             samples: self.samples,
-            counted,
+            counted_samples: counted,
             end,
-            start: None,
+            recording_start: None,
             note: None,
         })
     }

@@ -141,11 +141,11 @@ impl WindowOptions {
     /// [`WindowOptionError`] names the first invalid option.
     pub fn plan(&self, sample_rate_hz: f64) -> Result<WindowPlan, WindowOptionError> {
         if !(1.0..=20_000.0).contains(&sample_rate_hz) {
-            return refuse("sample_rate_hz", format!("{sample_rate_hz} is not in 1..=20000"));
+            return key_error("sample_rate_hz", format!("{sample_rate_hz} is not in 1..=20000"));
         }
         let count = |key, seconds: f64, low: f64, high: f64| {
             if !(low..=high).contains(&seconds) {
-                return refuse(key, format!("{seconds} s is not in {low}..={high} s"));
+                return key_error(key, format!("{seconds} s is not in {low}..={high} s"));
             }
             #[expect(
                 clippy::cast_possible_truncation,
@@ -161,7 +161,7 @@ impl WindowOptions {
         let min = count("min_s", self.min_s, 0.0, 600.0)?.max(2);
         let max = count("max_s", self.max_s, 0.1, 600.0)?;
         if max < margins + min {
-            return refuse(
+            return key_error(
                 "max_s",
                 format!(
                     "{} s is too short for min_s and two margins, {} s",
@@ -173,7 +173,7 @@ impl WindowOptions {
         let trigger = match self.trigger {
             Trigger::Motion { velocity_threshold_rad_s: threshold, idle_s, difference_s } => {
                 if !(threshold > 0.0 && threshold <= 1e4) {
-                    return refuse(
+                    return key_error(
                         "velocity_threshold_rad_s",
                         format!("{threshold} is not in 0 (excluded)..=10000"),
                     );
@@ -187,7 +187,7 @@ impl WindowOptions {
             Trigger::Interval { length_s } => {
                 let length = count("length_s", length_s, 0.0, 600.0)?;
                 if length < min || length + margins > max {
-                    return refuse(
+                    return key_error(
                         "length_s",
                         format!(
                             "{length_s} s is less than min_s or does not fit into max_s with its \
@@ -203,7 +203,7 @@ impl WindowOptions {
     }
 }
 
-fn refuse<T>(key: &'static str, problem: String) -> Result<T, WindowOptionError> {
+fn key_error<T>(key: &'static str, problem: String) -> Result<T, WindowOptionError> {
     Err(WindowOptionError { key, problem })
 }
 

@@ -20,48 +20,55 @@ pub(super) struct Results {
     /// Drift options of the last window.
     drift: DriftOptions,
     /// Last lines of the history. A baseline may be set to one of them.
-    recent: VecDeque<HistoryLine>,
+    recent_lines: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
     /// Reason why the existing baseline cannot be read.
-    unreadable: Option<String>,
+    baseline_error: Option<String>,
     tracker: Option<Tracker>,
 }
 
 impl Results {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
-        let (store, recent) = Store::open_with_history(folder, options.keep)?;
+        let (store, recent) = Store::open_with_history(folder, options.max_results)?;
         let drift = options.results.drift;
         let baseline = BaselineWatch::new(folder);
-        Ok(Self { store, drift, recent, baseline, unreadable: None, tracker: None })
+        Ok(Self {
+            store,
+            drift,
+            recent_lines: recent,
+            baseline,
+            baseline_error: None,
+            tracker: None,
+        })
     }
 
     /// Checks if another process has set or cleared the baseline, and compares the lines in memory
     /// with the new one. Returns true if so. An unreadable baseline is tried again at each check,
     /// because the same file may become readable. It is logged once.
     pub(super) fn poll_baseline(&mut self) -> bool {
-        if self.unreadable.is_some() {
-            self.baseline.forget();
+        if self.baseline_error.is_some() {
+            self.baseline.report_again();
         }
         let baseline = match self.baseline.poll() {
             None => return false,
             Some(Ok(baseline)) => {
-                self.unreadable = None;
+                self.baseline_error = None;
                 baseline
             }
             Some(Err(error)) => {
                 let why = error.to_string();
-                if self.unreadable.as_ref() == Some(&why) {
+                if self.baseline_error.as_ref() == Some(&why) {
                     return false;
                 }
                 tracing::warn!("nothing is compared: {why}");
-                self.unreadable = Some(why);
+                self.baseline_error = Some(why);
                 None
             }
         };
         let had = self.tracker.is_some();
         self.tracker = baseline.map(|baseline| {
             let mut tracker = Tracker::new(baseline, self.drift);
-            self.recent.iter().for_each(|line| drop(tracker.handle_line(line)));
+            self.recent_lines.iter().for_each(|line| drop(tracker.handle_line(line)));
             tracker
         });
         match &self.tracker {
@@ -69,10 +76,10 @@ impl Results {
                 let baseline = &tracker.baseline().result;
                 tracing::info!("the baseline is result {} of {}", baseline.result, baseline.time);
                 for (parameter, _) in tracker.alarms() {
-                    raised(tracker, parameter);
+                    log_alarm(tracker, parameter);
                 }
             }
-            None if had && self.unreadable.is_none() => {
+            None if had && self.baseline_error.is_none() => {
                 tracing::info!("the baseline is cleared");
             }
             None => {}
@@ -94,13 +101,13 @@ impl Results {
     /// Writes to the status: the drift, obstacles to its judgement, and missing history lines.
     pub(super) fn report(&self, status: &mut EstimationStatus) {
         status.drift = self.drift();
-        status.baseline_unreadable.clone_from(&self.unreadable);
+        status.baseline_unreadable.clone_from(&self.baseline_error);
         self.report_pending(status);
     }
 
     /// Writes the missing history lines to the status.
     pub(super) fn report_pending(&self, status: &mut EstimationStatus) {
-        let (lines, why) = self.store.pending();
+        let (lines, why) = self.store.pending_count();
         status.history_lines_waiting = lines as u64;
         status.history_waits_for = why.map(str::to_owned);
     }
@@ -110,39 +117,39 @@ impl Results {
         self.tracker.as_ref().map(Tracker::status)
     }
 
-    fn follow(&mut self, line: HistoryLine, drift: DriftOptions) {
+    fn follow_line(&mut self, line: HistoryLine, drift: DriftOptions) {
         if drift != self.drift {
             // The same baseline with other drift options from here on, for the lines in memory.
             self.drift = drift;
-            self.baseline.forget();
+            self.baseline.report_again();
         }
         // Before the line is added: a baseline that is set after it has to find it in memory.
         self.poll_baseline();
         if let Some(tracker) = &mut self.tracker {
             for (parameter, event) in tracker.handle_line(&line) {
                 match event {
-                    AlarmEvent::Raised => raised(tracker, &parameter),
+                    AlarmEvent::Raised => log_alarm(tracker, &parameter),
                     AlarmEvent::Cleared => {
                         tracing::info!("drift: {parameter} is back in its band");
                     }
                 }
             }
         }
-        self.recent.push_back(line);
-        if self.recent.len() > RECENT_LINES {
-            self.recent.pop_front();
+        self.recent_lines.push_back(line);
+        if self.recent_lines.len() > RECENT_LINES {
+            self.recent_lines.pop_front();
         }
     }
 
     /// Returns the possible difference from the baseline due to model errors.
-    fn against(&self, record: &ResultRecord) -> Option<Against> {
+    fn model_difference(&self, record: &ResultRecord) -> Option<Against> {
         let baseline = self.tracker.as_ref()?.baseline();
-        baseline.against(record.estimate.model_uncertainty.as_ref()?)
+        baseline.compare_uncertainty(record.estimate.model_uncertainty.as_ref()?)
     }
 
     /// Stores a result. Only this step may fail. Failures to store its related data are logged,
     /// because the result itself is stored.
-    pub(super) fn take(
+    pub(super) fn store_result(
         &mut self,
         record: &ResultRecord,
         auxiliary: &Attachments,
@@ -150,7 +157,8 @@ impl Results {
     ) -> Result<Stored, StoreError> {
         // Written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
-        let attachments = Attachments { against: self.against(record), ..auxiliary.clone() };
+        let attachments =
+            Attachments { against: self.model_difference(record), ..auxiliary.clone() };
         let stored = self.store.write(record, &attachments, Timestamp::now())?;
         if !stored.line.time.is_set() {
             tracing::warn!(
@@ -161,12 +169,12 @@ impl Results {
         if let Err(problem) = configured {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
-        self.follow(stored.line.clone(), options.drift);
+        self.follow_line(stored.line.clone(), options.drift);
         Ok(stored)
     }
 }
 
-fn raised(tracker: &Tracker, parameter: &str) {
+fn log_alarm(tracker: &Tracker, parameter: &str) {
     tracing::warn!(
         "drift: {}",
         tracker.sentence(parameter).unwrap_or_else(|| parameter.to_owned())

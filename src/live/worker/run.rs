@@ -43,12 +43,12 @@ pub struct Worker {
     /// Identifier of the open window, or of the next one.
     identifier: Identifier,
     /// Configuration that becomes valid once no window is open.
-    next: Option<Box<Configuration>>,
+    next_configuration: Option<Box<Configuration>>,
     identification: Identification,
     load: Option<LoadWatch>,
     shared: SharedEstimation,
     requests: Receiver<Request>,
-    last: Option<StreamSample>,
+    last_sample: Option<StreamSample>,
     archiver: Option<(Archiver, ArchiverThread)>,
     silence: SilenceWatch,
 }
@@ -85,12 +85,12 @@ impl Worker {
             },
             time_of_day: options.time_of_day,
             identifier,
-            next: None,
+            next_configuration: None,
             identification,
             load,
             shared: shared.clone(),
             requests,
-            last: None,
+            last_sample: None,
             archiver,
             silence: SilenceWatch::default(),
         };
@@ -112,7 +112,7 @@ impl Worker {
                 return Err(WorkerError::IdentificationEnded);
             }
             self.shared.count_iteration();
-            self.reader.wait(LONGEST_SLEEP)?;
+            self.reader.wait_for_batch(LONGEST_SLEEP)?;
             self.answer(stop)?;
             if self.silence.is_new(Instant::now()) {
                 self.keep_fault("silence");
@@ -124,7 +124,7 @@ impl Worker {
             while let Some(batch) = self.reader.receive()? {
                 self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();
-                self.take(&batch, stop)?;
+                self.take_batch(&batch, stop)?;
                 drop(batch);
                 if kind == BatchKind::End {
                     self.reader.acknowledge()?;
@@ -173,7 +173,7 @@ impl Worker {
                 Asked::Command(Command::Identify) => self.identify_now(stop)?,
                 Asked::Configure(configuration) => {
                     self.shared.update().configuration_waits = true;
-                    self.next = Some(configuration);
+                    self.next_configuration = Some(configuration);
                     self.change_between_windows();
                     Ok(())
                 }
@@ -189,7 +189,7 @@ impl Worker {
         if self.windower.open_samples().is_some() {
             return;
         }
-        let Some(next) = self.next.take() else { return };
+        let Some(next) = self.next_configuration.take() else { return };
         let Configuration { windows, identify, find_load, sha256, results } = *next;
         tracing::info!(configuration = sha256, "the new configuration is in effect from here on");
         let mut status = self.shared.update();
@@ -215,7 +215,7 @@ impl Worker {
         Ok(Ok(()))
     }
 
-    fn take(&mut self, batch: &Batch, stop: &AtomicBool) -> Result<(), WorkerError> {
+    fn take_batch(&mut self, batch: &Batch, stop: &AtomicBool) -> Result<(), WorkerError> {
         let when_busy = match batch.kind() {
             BatchKind::Live => WhenBusy::Reject,
             BatchKind::Replay | BatchKind::End => WhenBusy::Wait,
@@ -224,7 +224,7 @@ impl Worker {
             let event = self.windower.handle_loss(Loss::Restarted);
             self.handle(event, when_busy, stop)?;
             // Not reset earlier: the fault is at the last sample.
-            self.last = None;
+            self.last_sample = None;
         }
         if batch.lost_batches > 0 {
             let loss = Loss::StreamOverflow { batches: batch.lost_batches };
@@ -236,10 +236,10 @@ impl Worker {
         }
         let mut missing = 0;
         for sample in batch.samples() {
-            if self.next.is_some() {
+            if self.next_configuration.is_some() {
                 self.change_between_windows();
             }
-            if let Some(last) = self.last {
+            if let Some(last) = self.last_sample {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
@@ -251,7 +251,7 @@ impl Worker {
                     self.handle(event, when_busy, stop)?;
                 }
             }
-            self.last = Some(*sample);
+            self.last_sample = Some(*sample);
             let event = self.windower.handle_sample(&sample.joint_sample());
             self.handle(event, when_busy, stop)?;
             if let Some(load) = &self.load
@@ -266,7 +266,7 @@ impl Worker {
         status.samples_missing += missing;
         status.batches_lost += batch.lost_batches;
         status.restarts += u64::from(batch.restarted);
-        status.windows_opened = self.windower.opened();
+        status.windows_opened = self.windower.opened_count();
         status.window = match self.windower.open_samples() {
             Some(samples) => WindowState::Open { samples },
             None => WindowState::Idle,
@@ -276,7 +276,7 @@ impl Worker {
 
     /// Keeps the bus frames around the last sample.
     fn keep_fault(&self, cause: &'static str) {
-        if let (Some((archiver, _)), Some(last)) = (&self.archiver, &self.last) {
+        if let (Some((archiver, _)), Some(last)) = (&self.archiver, &self.last_sample) {
             archiver.keep_fault(cause, last.joint_sample().stamp_ns, Instant::now());
         }
     }
@@ -291,7 +291,8 @@ impl Worker {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
                 // A recorded window contains its own start time.
-                window.start = window.start.or_else(|| self.time_of_day.start(&window));
+                window.recording_start =
+                    window.recording_start.or_else(|| self.time_of_day.start(&window));
                 window.note = self.shared.update().note.take();
                 let identifier = self.identifier.clone();
                 // The caller checks for a stop.

@@ -32,7 +32,7 @@ pub struct WorkerOptions {
     /// Folder of the results. With `None` they are only published.
     pub folder: Option<PathBuf>,
     /// Number of results kept in the folder.
-    pub keep: usize,
+    pub max_results: usize,
     /// Hash of the configuration, for the results.
     pub configuration: String,
     /// Window of a replayed recording. It is identified, and no other.

@@ -10,7 +10,7 @@ const SILENT_AFTER: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub(super) struct SilenceWatch {
     /// Arrival time of the last sample.
-    last: Option<Instant>,
+    last_arrival: Option<Instant>,
     /// True if a silence was reported and has not ended.
     is_silent: bool,
 }
@@ -18,13 +18,13 @@ pub(super) struct SilenceWatch {
 impl SilenceWatch {
     /// Samples came.
     pub(super) fn handle_samples(&mut self, now: Instant) {
-        (self.last, self.is_silent) = (Some(now), false);
+        (self.last_arrival, self.is_silent) = (Some(now), false);
     }
 
     /// Returns true if a silence has begun that was not reported yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
         let silent = |last: Instant| now.saturating_duration_since(last) >= SILENT_AFTER;
-        let is_new = !self.is_silent && self.last.is_some_and(silent);
+        let is_new = !self.is_silent && self.last_arrival.is_some_and(silent);
         self.is_silent |= is_new;
         is_new
     }

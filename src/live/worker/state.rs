@@ -198,7 +198,7 @@ impl SharedEstimation {
     /// Returns a copy of the counts.
     pub fn snapshot(&self) -> EstimationStatus {
         let mut status = self.update().clone();
-        status.windows_pending = self.pending() as u64;
+        status.windows_pending = self.pending_count() as u64;
         status.buffer_to_worker = self.0.buffer_to_worker.summary();
         status.batch_to_worker = self.0.batch_to_worker.summary();
         status.kept_recordings = self.0.archive.get().map(SharedArchive::snapshot);
@@ -226,9 +226,9 @@ impl SharedEstimation {
 
     /// Records that a batch was taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
     pub(super) fn record_taken(&self, batch: &Batch, taken_ns: u64) {
-        self.0.batch_to_worker.record(taken_ns.saturating_sub(batch.sent_ns()));
+        self.0.batch_to_worker.count_time(taken_ns.saturating_sub(batch.sent_ns()));
         for sample in batch.samples() {
-            self.0.buffer_to_worker.record(taken_ns.saturating_sub(sample.written_ns));
+            self.0.buffer_to_worker.count_time(taken_ns.saturating_sub(sample.written_ns));
         }
     }
 
@@ -237,7 +237,7 @@ impl SharedEstimation {
     }
 
     /// Adds a window to the pending ones.
-    pub(super) fn pend(&self, window: &Window) {
+    pub(super) fn add_pending(&self, window: &Window) {
         let given_up = RejectedWindow::new(window, Rejection::Stopped);
         lock(&self.0.pending).push(Pending { given_up, stage: Stage::Wanted });
     }
@@ -249,16 +249,16 @@ impl SharedEstimation {
 
     /// Claims a window before its result is stored. Returns false if the window was abandoned in
     /// the meantime.
-    pub(super) fn claim(&self, number: u64) -> bool {
-        self.reach(number, Stage::Claimed)
+    pub(super) fn claim_window(&self, number: u64) -> bool {
+        self.reach_stage(number, Stage::Claimed)
     }
 
     /// Marks that the result of a window waits for the disk, unless the window is already counted.
     pub(super) fn put_aside(&self, number: u64) {
-        self.reach(number, Stage::Unstored);
+        self.reach_stage(number, Stage::Unstored);
     }
 
-    fn reach(&self, number: u64, stage: Stage) -> bool {
+    fn reach_stage(&self, number: u64, stage: Stage) -> bool {
         let mut pending = lock(&self.0.pending);
         let entry = pending.iter_mut().find(|pending| pending.given_up.number == number);
         entry.map(|pending| pending.stage = stage).is_some()
@@ -268,7 +268,7 @@ impl SharedEstimation {
     pub(super) fn return_note(&self, note: Option<Note>) {
         let mut status = self.update();
         let Some(note) = note else { return };
-        status.note = Some(note.amended(status.note.take().unwrap_or_default()));
+        status.note = Some(note.amend(status.note.take().unwrap_or_default()));
     }
 
     /// Removes a counted window from the pending ones.
@@ -289,7 +289,7 @@ impl SharedEstimation {
     }
 
     /// Counts every result that is not stored as lost, and returns their number.
-    pub(super) fn abandon(&self) -> usize {
+    pub(super) fn abandon_all(&self) -> usize {
         let count = core::mem::take(&mut *lock(&self.0.pending));
         let mut status = self.update();
         status.results_waiting = 0;
@@ -304,7 +304,7 @@ impl SharedEstimation {
     }
 
     /// Returns the number of windows that wait or are being identified or stored.
-    pub(super) fn pending(&self) -> usize {
+    pub(super) fn pending_count(&self) -> usize {
         lock(&self.0.pending).iter().filter(|pending| pending.stage != Stage::Unstored).count()
     }
 
@@ -315,7 +315,7 @@ impl SharedEstimation {
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {
         let cause = rejected.rejection.cause();
-        if let Some(unlogged) = lock(&self.0.log_rate).admit(cause, Instant::now()) {
+        if let Some(unlogged) = lock(&self.0.log_rate).should_log(cause, Instant::now()) {
             let (window, first, last) =
                 (rejected.number, rejected.first_sequence, rejected.last_sequence);
             let why = &rejected.rejection;

@@ -45,9 +45,9 @@ mod tests {
                 number: 0,
                 sample_rate_hz: 500.0,
                 samples: vec![JointSample::zero(0, stamp_ns)],
-                counted: 0..1,
+                counted_samples: 0..1,
                 end: WindowEnd::Rest,
-                start: None,
+                recording_start: None,
                 note: None,
             };
             time_of_day.start(&window)

@@ -19,21 +19,21 @@ const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 #[derive(Clone, Debug)]
 pub(super) struct Finished {
     pub(super) record: ResultRecord,
-    pub(super) auxiliary: Attachments,
+    pub(super) attachments: Attachments,
     pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
     /// The rejection that is counted if it is not stored at all.
-    pub(super) rejected: RejectedWindow,
+    pub(super) rejection: RejectedWindow,
 }
 
 impl Finished {
     /// Counts the result as lost, and passes the note of its window to the next one.
     pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
-        let number = self.rejected.number;
+        let number = self.rejection.number;
         let rejection = Rejection::NotStored { why: why.to_owned() };
-        shared.reject(RejectedWindow { rejection, ..self.rejected });
-        shared.return_note(self.auxiliary.note);
+        shared.reject(RejectedWindow { rejection, ..self.rejection });
+        shared.return_note(self.attachments.note);
         shared.settle(number);
     }
 }
@@ -42,7 +42,7 @@ impl Finished {
 #[derive(Debug, Default)]
 pub(super) struct Unstored {
     waiting: VecDeque<Finished>,
-    tried: Option<Instant>,
+    last_attempt: Option<Instant>,
 }
 
 impl Unstored {
@@ -55,12 +55,12 @@ impl Unstored {
     /// Returns true if the next attempt is due.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         let waited = |tried| now.saturating_duration_since(tried) >= RETRY_INTERVAL;
-        !self.waiting.is_empty() && self.tried.is_none_or(waited)
+        !self.waiting.is_empty() && self.last_attempt.is_none_or(waited)
     }
 
     /// Returns the oldest result for an attempt now.
-    pub(super) fn first(&mut self, now: Instant) -> Option<&Finished> {
-        self.tried = Some(now);
+    pub(super) fn next_attempt(&mut self, now: Instant) -> Option<&Finished> {
+        self.last_attempt = Some(now);
         self.waiting.front()
     }
 
@@ -86,9 +86,9 @@ mod tests {
             number,
             sample_rate_hz: 500.0,
             samples: vec![didim_dynamics::JointSample::zero(0, 0)],
-            counted: 0..1,
+            counted_samples: 0..1,
             end: WindowEnd::Rest,
-            start: None,
+            recording_start: None,
             note,
         }
     }
@@ -98,9 +98,9 @@ mod tests {
         Finished {
             summary: EstimateSummary::new(window, &estimate, None),
             record: ResultRecord::new("cell", "c0ffee", window, estimate),
-            rejected: RejectedWindow::new(window, Rejection::Stopped),
+            rejection: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::new(window, "c0ffee"),
-            auxiliary: Attachments { note: window.note.clone(), ..Attachments::default() },
+            attachments: Attachments { note: window.note.clone(), ..Attachments::default() },
             options: ResultOptions::default(),
         }
     }
@@ -115,11 +115,11 @@ mod tests {
             let now = start + half * Duration::from_millis(500);
             if half % 120 == 0 {
                 let dropped = unstored.add(finished(&window(u64::from(half / 120), None)));
-                lost.extend(dropped.map(|finished| finished.rejected.number));
+                lost.extend(dropped.map(|finished| finished.rejection.number));
             }
             if unstored.is_due(now) {
                 attempts += 1;
-                assert!(unstored.first(now).is_some() && !unstored.is_due(now));
+                assert!(unstored.next_attempt(now).is_some() && !unstored.is_due(now));
             }
         }
         assert_eq!(attempts, 86_400 / 2);
@@ -127,7 +127,7 @@ mod tests {
         assert!(lost.into_iter().eq(0..minutes - MAX_WAITING_RESULTS as u64));
         assert_eq!(unstored.len(), MAX_WAITING_RESULTS);
         assert_eq!(
-            unstored.take_first().unwrap().rejected.number,
+            unstored.take_first().unwrap().rejection.number,
             minutes - MAX_WAITING_RESULTS as u64
         );
     }
@@ -138,8 +138,8 @@ mod tests {
         let window = window(7, Some(note.clone()));
         let finished = finished(&window);
         let shared = SharedEstimation::default();
-        shared.pend(&window);
-        assert!(shared.claim(7));
+        shared.add_pending(&window);
+        assert!(shared.claim_window(7));
         shared.put_aside(7);
         assert!(!shared.is_settled());
         finished.give_up(&shared, "no room");

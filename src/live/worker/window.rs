@@ -40,7 +40,7 @@ pub enum Loss {
 
 impl Loss {
     /// Derives the loss between two successive samples from their sequence numbers.
-    pub(super) fn between(after: u64, sequence: u64) -> Option<Self> {
+    pub(super) fn from_sequences(after: u64, sequence: u64) -> Option<Self> {
         if sequence <= after {
             return Some(Self::OutOfOrder { after, sequence });
         }

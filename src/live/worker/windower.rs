@@ -18,17 +18,17 @@ use crate::window::{Window, WindowEnd};
 pub struct Windower {
     plan: WindowPlan,
     /// Previous samples, from which a new window takes its margin.
-    recent: VecDeque<JointSample>,
+    recent_samples: VecDeque<JointSample>,
     recent_limit: usize,
-    open: Option<OpenWindow>,
+    open_window: Option<OpenWindow>,
     /// True if a `begin` command waits for the next sample.
-    begin: bool,
+    begins_at_next_sample: bool,
     /// True if a command closed a window at the last sample.
-    identified: bool,
+    closed_by_command: bool,
     last_sequence: Option<u64>,
     /// Latest modes reported by the drives.
-    modes: Readings,
-    opened: u64,
+    drive_modes: Readings,
+    windows_opened: u64,
     /// The only window of a recording. It replaces the windows of the plan.
     recorded: Option<RecordedWindow>,
 }
@@ -63,15 +63,15 @@ impl Windower {
     pub fn new(plan: WindowPlan) -> Self {
         let recent_limit = recent_limit(&plan);
         Self {
-            recent: VecDeque::with_capacity(recent_limit + 1),
+            recent_samples: VecDeque::with_capacity(recent_limit + 1),
             recent_limit,
             plan,
-            open: None,
-            begin: false,
-            identified: false,
+            open_window: None,
+            begins_at_next_sample: false,
+            closed_by_command: false,
             last_sequence: None,
-            modes: Readings::default(),
-            opened: 0,
+            drive_modes: Readings::default(),
+            windows_opened: 0,
             recorded: None,
         }
     }
@@ -80,10 +80,10 @@ impl Windower {
     /// available as the margin of the next window.
     pub(super) fn change_plan(&mut self, plan: WindowPlan) {
         // `begin` is a command, and the new plan may have no commands.
-        self.begin &= plan.trigger == PlannedTrigger::Command;
+        self.begins_at_next_sample &= plan.trigger == PlannedTrigger::Command;
         self.recent_limit = recent_limit(&plan);
-        let surplus = self.recent.len().saturating_sub(self.recent_limit);
-        self.recent.drain(..surplus);
+        let surplus = self.recent_samples.len().saturating_sub(self.recent_limit);
+        self.recent_samples.drain(..surplus);
         self.plan = plan;
     }
 
@@ -98,20 +98,21 @@ impl Windower {
         if let Some(window) = self.recorded.clone() {
             return self.handle_recorded(&window, sample);
         }
-        let loss = self.last_sequence.and_then(|after| Loss::between(after, sample.sequence));
+        let loss =
+            self.last_sequence.and_then(|after| Loss::from_sequences(after, sample.sequence));
         let rejected = loss.and_then(|loss| self.handle_loss(loss));
         let parted = self.handle_modes(&sample.readings);
         let moving = self.is_moving(sample);
-        if self.open.is_none() && self.opens(moving) {
-            let before = self.recent.iter().copied().collect();
-            let mut window_open = OpenWindow::new(self.opened, before);
-            window_open.is_remainder = self.identified;
-            self.open = Some(window_open);
-            self.opened += 1;
+        if self.open_window.is_none() && self.should_open(moving) {
+            let before = self.recent_samples.iter().copied().collect();
+            let mut window_open = OpenWindow::new(self.windows_opened, before);
+            window_open.is_remainder = self.closed_by_command;
+            self.open_window = Some(window_open);
+            self.windows_opened += 1;
         }
-        self.identified = false;
+        self.closed_by_command = false;
         let closed = self.append(sample, moving);
-        self.remember(sample);
+        self.keep_recent(sample);
         // A window takes more than one sample. A window that has just been opened after another is
         // therefore not closed by the same sample.
         rejected.or(parted).or(closed)
@@ -120,13 +121,13 @@ impl Windower {
     /// Ends the open window before a change of a drive's mode, because a window does not span such
     /// a change. Earlier samples cannot be the margin of the next window.
     fn handle_modes(&mut self, readings: &Readings) -> Option<WindowEvent> {
-        let changed = readings.changes_mode(&self.modes);
-        self.modes.update(readings);
+        let changed = readings.changes_mode(&self.drive_modes);
+        self.drive_modes.update(readings);
         if !changed {
             return None;
         }
-        self.recent.clear();
-        Some(self.open.take()?.close(&self.plan, WindowEnd::ModeChange))
+        self.recent_samples.clear();
+        Some(self.open_window.take()?.close(&self.plan, WindowEnd::ModeChange))
     }
 
     /// Processes the next sample of a recording. Its window is opened and closed at the same
@@ -137,22 +138,23 @@ impl Windower {
         sample: &JointSample,
     ) -> Option<WindowEvent> {
         let before = self.last_sequence.replace(sample.sequence);
-        if sample.sequence == window.first_sequence && self.opened == 0 {
-            self.opened = 1;
-            self.open = Some(OpenWindow::new(window.number, Vec::new()));
-        } else if self.open.is_some()
-            && let Some(loss) = before.and_then(|after| Loss::between(after, sample.sequence))
+        if sample.sequence == window.first_sequence && self.windows_opened == 0 {
+            self.windows_opened = 1;
+            self.open_window = Some(OpenWindow::new(window.number, Vec::new()));
+        } else if self.open_window.is_some()
+            && let Some(loss) =
+                before.and_then(|after| Loss::from_sequences(after, sample.sequence))
         {
             return self.handle_loss(loss);
         }
-        let window_open = self.open.as_mut()?;
+        let window_open = self.open_window.as_mut()?;
         window_open.samples.push(*sample);
         if window_open.samples.len() < window.samples {
             return None;
         }
-        let mut event = self.open.take()?.close(&self.plan, window.end);
+        let mut event = self.open_window.take()?.close(&self.plan, window.end);
         if let WindowEvent::Closed(closed) = &mut event {
-            closed.start = window.start;
+            closed.recording_start = window.start;
         }
         Some(event)
     }
@@ -160,9 +162,9 @@ impl Windower {
     /// Handles a loss before the next sample. An open window becomes useless, and earlier samples
     /// cannot be the margin of the next window.
     pub fn handle_loss(&mut self, loss: Loss) -> Option<WindowEvent> {
-        self.recent.clear();
+        self.recent_samples.clear();
         self.last_sequence = None;
-        let window_open = self.open.take()?;
+        let window_open = self.open_window.take()?;
         Some(window_open.reject(Rejection::Loss(loss)))
     }
 
@@ -174,10 +176,10 @@ impl Windower {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
         }
-        if self.open.is_some() || self.begin {
+        if self.open_window.is_some() || self.begins_at_next_sample {
             return Err(CommandError::AlreadyOpen);
         }
-        self.begin = true;
+        self.begins_at_next_sample = true;
         Ok(())
     }
 
@@ -189,10 +191,10 @@ impl Windower {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
         }
-        if core::mem::take(&mut self.begin) {
+        if core::mem::take(&mut self.begins_at_next_sample) {
             return Ok(());
         }
-        match &mut self.open {
+        match &mut self.open_window {
             Some(open) if open.close_at.is_none() => {
                 open.close_at = Some(open.samples.len() + self.plan.margin_after);
                 Ok(())
@@ -204,7 +206,7 @@ impl Windower {
     /// Handles the end of samples: a window that was to be closed gets its margin from its own
     /// samples.
     pub fn handle_silence(&mut self) -> Option<WindowEvent> {
-        let window_open = self.open.take_if(|open| open.close_at.is_some())?;
+        let window_open = self.open_window.take_if(|open| open.close_at.is_some())?;
         Some(window_open.close(&self.plan, WindowEnd::Command))
     }
 
@@ -213,19 +215,19 @@ impl Windower {
     /// # Errors
     /// [`CommandError`] if none is open, or if it has too few counted samples. Then it stays open.
     pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
-        let window_open = self.open.take().ok_or(CommandError::NotOpen)?;
+        let window_open = self.open_window.take().ok_or(CommandError::NotOpen)?;
         let counted = window_open.counted(&self.plan).len();
         if counted < self.plan.min {
-            self.open = Some(window_open);
+            self.open_window = Some(window_open);
             return Err(CommandError::TooShort { counted, minimum: self.plan.min });
         }
-        self.identified = true;
+        self.closed_by_command = true;
         Ok(window_open.close(&self.plan, WindowEnd::Command))
     }
 
     /// Closes the open window at the end of the stream.
     pub fn finish(&mut self) -> Option<WindowEvent> {
-        let window_open = self.open.take()?;
+        let window_open = self.open_window.take()?;
         if let Some(window) = &self.recorded {
             let (counted, minimum) = (window_open.samples.len(), window.samples);
             return Some(window_open.reject(Rejection::TooShort { counted, minimum }));
@@ -235,23 +237,23 @@ impl Windower {
 
     /// Rejects the open window when the service is stopped.
     pub fn stop(&mut self) -> Option<WindowEvent> {
-        let window_open = self.open.take()?;
+        let window_open = self.open_window.take()?;
         Some(window_open.reject(Rejection::Stopped))
     }
 
     /// Returns the last seconds of the open window as soon as a load survey is possible.
     pub(super) fn next_look(&mut self) -> Option<Window> {
-        self.open.as_mut()?.next_look(&self.plan)
+        self.open_window.as_mut()?.next_look(&self.plan)
     }
 
     /// Returns the number of samples of the open window.
     pub fn open_samples(&self) -> Option<usize> {
-        self.open.as_ref().map(|open| open.samples.len())
+        self.open_window.as_ref().map(|open| open.samples.len())
     }
 
     /// Returns the number of windows opened since the start of the stream.
-    pub fn opened(&self) -> u64 {
-        self.opened
+    pub fn opened_count(&self) -> u64 {
+        self.windows_opened
     }
 
     /// Returns true if any motor moved further than the threshold over one lag: |q(k) − q(k − lag)|
@@ -260,7 +262,8 @@ impl Windower {
         let PlannedTrigger::Motion { travel_rad, lag, .. } = self.plan.trigger else {
             return false;
         };
-        let Some(before) = self.recent.len().checked_sub(lag).and_then(|at| self.recent.get(at))
+        let Some(before) =
+            self.recent_samples.len().checked_sub(lag).and_then(|at| self.recent_samples.get(at))
         else {
             return false;
         };
@@ -268,21 +271,21 @@ impl Windower {
         travels.map(|(now, then)| (now - then).abs()).any(|travel| travel > travel_rad)
     }
 
-    fn opens(&mut self, moving: bool) -> bool {
+    fn should_open(&mut self, moving: bool) -> bool {
         match self.plan.trigger {
             PlannedTrigger::Motion { .. } => moving,
             PlannedTrigger::Interval { .. } => true,
-            PlannedTrigger::Command => core::mem::take(&mut self.begin),
+            PlannedTrigger::Command => core::mem::take(&mut self.begins_at_next_sample),
         }
     }
 
     fn append(&mut self, sample: &JointSample, moving: bool) -> Option<WindowEvent> {
-        let mut window_open = self.open.take()?;
+        let mut window_open = self.open_window.take()?;
         window_open.samples.push(*sample);
-        window_open.quiet = if moving { 0 } else { window_open.quiet + 1 };
+        window_open.rest_samples = if moving { 0 } else { window_open.rest_samples + 1 };
         let length = window_open.samples.len();
         let ended = match self.plan.trigger {
-            PlannedTrigger::Motion { idle, .. } if window_open.quiet >= idle => {
+            PlannedTrigger::Motion { idle, .. } if window_open.rest_samples >= idle => {
                 Some(WindowEnd::Rest)
             }
             PlannedTrigger::Interval { length: counted }
@@ -297,21 +300,23 @@ impl Windower {
             _ => None,
         };
         let Some(end) = ended else {
-            self.open = Some(window_open);
+            self.open_window = Some(window_open);
             return None;
         };
         if end == WindowEnd::Rest {
             // Only the margin is kept of the samples at rest.
-            window_open.samples.truncate(length - window_open.quiet + self.plan.margin_after);
+            window_open
+                .samples
+                .truncate(length - window_open.rest_samples + self.plan.margin_after);
         }
         Some(window_open.close(&self.plan, end))
     }
 
-    fn remember(&mut self, sample: &JointSample) {
+    fn keep_recent(&mut self, sample: &JointSample) {
         self.last_sequence = Some(sample.sequence);
-        self.recent.push_back(*sample);
-        if self.recent.len() > self.recent_limit {
-            self.recent.pop_front();
+        self.recent_samples.push_back(*sample);
+        if self.recent_samples.len() > self.recent_limit {
+            self.recent_samples.pop_front();
         }
     }
 }

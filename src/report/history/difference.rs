@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::analysis::JointDifference;
-use crate::archive::drift::{Change, JudgedHistory, NotComparable, comparable};
+use crate::archive::drift::{Change, JudgedHistory, NotComparable, check_comparable};
 use crate::archive::store::{HistoryLine, ParameterValue};
-use crate::text::{aligned, significant, to_uncertainty};
+use crate::text::{align_table, significant_digits, to_uncertainty};
 
 /// Error when two results cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -61,19 +61,19 @@ impl Difference {
         if !first.is_good_for_monitoring() {
             caveats.push(NotComparable::NotGood { result: then }.to_string());
         }
-        match comparable(first, second) {
+        match check_comparable(first, second) {
             Err(why @ (NotComparable::NotGood { .. } | NotComparable::OtherPayload { .. })) => {
                 caveats.push(why.to_string());
                 // With these values changed, the later checks run too.
                 let usable = HistoryLine { monitoring: Some(true), note: None, ..second.clone() };
-                comparable(first, &usable)?;
+                check_comparable(first, &usable)?;
             }
             other => other?,
         }
         if first.configuration != second.configuration {
             caveats.push("their configurations differ".to_owned());
         }
-        let changes = Change::between(first, second, &history.options);
+        let changes = Change::between_results(first, second, &history.options);
         let parameters = changes.into_iter().filter_map(|change| {
             let name = &change.parameter;
             let values = [first.parameter(name)?.clone(), second.parameter(name)?.clone()];
@@ -81,8 +81,8 @@ impl Difference {
                 parameter: name.clone(),
                 values,
                 difference: change.difference,
-                deviation_sigma: change.deviations(),
-                relative_change: change.relative(),
+                deviation_sigma: change.difference_deviations(),
+                relative_change: change.relative_change(),
                 band_share: change.band_share(),
             })
         });
@@ -110,7 +110,7 @@ impl Difference {
                     value(&row.values[0]),
                     value(&row.values[1]),
                     row.values[1].unit_or_dash().to_owned(),
-                    signed(row.difference, sigma),
+                    signed_difference(row.difference, sigma),
                     format!("{:+.2} %", 100.0 * row.relative_change),
                     format!("{:+.1}", row.deviation_sigma),
                     band,
@@ -118,13 +118,13 @@ impl Difference {
             })
             .collect();
         let [then, now] = self.results.map(|number| format!("result {number}"));
-        let mut text = aligned(
+        let mut text = align_table(
             &["parameter", &then, &now, "unit", "Δ", "relative", "Δ [σ]", "of the band"],
             &rows,
         );
         if !self.torques.is_empty() {
             text += "\n";
-            text += &torques(&self.torques);
+            text += &torques_table(&self.torques);
         }
         for caveat in &self.caveats {
             text += &format!("note: {caveat}\n");
@@ -134,13 +134,13 @@ impl Difference {
 }
 
 /// Formats the torque differences along a motion.
-fn torques(of: &[JointDifference]) -> String {
+fn torques_table(of: &[JointDifference]) -> String {
     let header = ["torque", "difference, rms", "by chance", "of the torque", "largest", "at"];
-    aligned(
+    align_table(
         &header,
         &of.iter()
             .map(|of: &JointDifference| {
-                let torque = |value: f64| format!("{} {}", significant(value, 2), of.unit);
+                let torque = |value: f64| format!("{} {}", significant_digits(value, 2), of.unit);
                 vec![
                     format!("joint {}", of.joint),
                     torque(of.rms),
@@ -155,9 +155,9 @@ fn torques(of: &[JointDifference]) -> String {
 }
 
 /// Formats a difference with its sign. A difference of exactly zero has no digits to show.
-fn signed(difference: f64, sigma: f64) -> String {
+fn signed_difference(difference: f64, sigma: f64) -> String {
     if difference == 0.0 || !sigma.is_finite() {
-        return significant(difference, 3);
+        return significant_digits(difference, 3);
     }
     let text = to_uncertainty(difference, sigma, 4);
     if difference > 0.0 { format!("+{text}") } else { text }

@@ -71,7 +71,7 @@ impl<'a> HistoryDocument<'a> {
     ) -> Self {
         let tracker = history.tracker.as_ref();
         let results = history.entries.iter().map(|entry| {
-            let compared = entry.compared.as_ref();
+            let compared = entry.comparison.as_ref();
             let outside = compared.and_then(|compared| compared.as_ref().ok()).map(|compared| {
                 let outside = compared.changes.iter().filter(|change| change.band_share() > 1.0);
                 outside.map(|change| change.parameter.clone()).collect()
@@ -81,7 +81,7 @@ impl<'a> HistoryDocument<'a> {
                 compared: matches!(compared, Some(Ok(_))),
                 why_not: compared.and_then(|compared| Some(compared.as_ref().err()?.to_string())),
                 outside: outside.unwrap_or_default(),
-                alarmed: &entry.alarmed,
+                alarmed: &entry.alarmed_parameters,
             }
         });
         let trends = parameters.iter().filter_map(|name| {
@@ -98,7 +98,7 @@ impl<'a> HistoryDocument<'a> {
         Self {
             schema: 1,
             passed_over,
-            undated: history.undated(),
+            undated: history.undated_count(),
             baseline: tracker.map(|tracker| tracker.baseline()),
             results: results.collect(),
             alarms: tracker.map_or(Vec::new(), |tracker| tracker.status().alarms),

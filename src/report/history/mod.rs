@@ -13,7 +13,7 @@ pub use plot::plot;
 use didim_formats::RecordingStart;
 
 use crate::archive::drift::{Entry, JudgedHistory};
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 use crate::window::Note;
 
 /// Returns the text of a result's last column.
@@ -21,16 +21,16 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     if history.is_baseline(&entry.line) {
         return "baseline".to_owned();
     }
-    match &entry.compared {
+    match &entry.comparison {
         None => return "–".to_owned(),
         Some(Err(_)) => return "not compared".to_owned(),
         Some(Ok(_)) => {}
     }
     let largest = entry.largest_change();
     let describe = |change: &crate::archive::drift::Change| {
-        format!("{} {:+.1} %", change.parameter, 100.0 * change.relative())
+        format!("{} {:+.1} %", change.parameter, 100.0 * change.relative_change())
     };
-    match (entry.alarmed.split_first(), largest) {
+    match (entry.alarmed_parameters.split_first(), largest) {
         (Some((first, [])), _) => format!("ALARM {first}"),
         (Some((first, more)), _) => format!("ALARM {first} and {} more", more.len()),
         (None, Some(change)) if change.band_share() > 1.0 => {
@@ -46,7 +46,7 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
 pub fn table(history: &JudgedHistory, columns: usize) -> String {
     let table = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
     let fits = table.lines().all(|line| line.chars().count() <= columns);
-    noted(history, if fits { table } else { table_of(history, &[0, 1, 2, 4, 6]) })
+    add_notes(history, if fits { table } else { table_of(history, &[0, 1, 2, 4, 6]) })
 }
 
 /// Formats the table with some of the columns.
@@ -79,18 +79,19 @@ fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
         "drift",
     ];
     let header: Vec<&str> = chosen.iter().map(|column| header[*column]).collect();
-    aligned(&header, &rows)
+    align_table(&header, &rows)
 }
 
 /// Adds the notes to a table.
-fn noted(history: &JudgedHistory, table: String) -> String {
+fn add_notes(history: &JudgedHistory, table: String) -> String {
     // Notes are words, so they are left-aligned in the last column. The load found and the motor
     // temperatures follow them.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
         let note = entry.line.note.as_ref().map(Note::line);
         let temperatures = entry.line.readings.temperatures_c().map(|range| {
-            let [coolest, hottest] = [range.start(), range.end()].map(|c| significant(*c, 3));
+            let [coolest, hottest] =
+                [range.start(), range.end()].map(|c| significant_digits(*c, 3));
             format!("motors at {coolest} to {hottest} °C")
         });
         note.into_iter().chain(load).chain(temperatures).collect::<Vec<_>>().join("; ")

@@ -2,7 +2,7 @@
 
 use super::super::terminal::{DOT_BITS, DOT_COLUMNS, DOT_ROWS};
 use crate::archive::drift::JudgedHistory;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Width of an axis label with the axis itself, in characters.
 const LABEL_WIDTH: usize = 12;
@@ -15,9 +15,11 @@ const BAND_DEVIATIONS: f64 = 2.0;
 /// lines. `None` for a parameter that no usable result has. `columns` is the width in characters,
 /// including the labels.
 pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<String> {
-    let points = history.points(parameter);
+    let points = history.parameter_points(parameter);
     let (first, last) = (points.first()?.0, points.last()?.0);
-    let band = history.band(parameter).map(|(middle, half)| [middle - half, middle, middle + half]);
+    let band = history
+        .baseline_band(parameter)
+        .map(|(middle, half)| [middle - half, middle, middle + half]);
     let spread = |sigma: f64| if sigma.is_finite() { BAND_DEVIATIONS * sigma } else { 0.0 };
     let ends =
         points.iter().flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
@@ -48,7 +50,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
         canvas.dot(x(days) - 1.0, y(value));
         canvas.dot(x(days) + 1.0, y(value));
     }
-    let (from, _) = history.extent()?;
+    let (from, _) = history.time_range()?;
     let date = |days: f64| from.plus_days(days).map_or_else(String::new, |time| time.minute());
     let unit = match history.unit(parameter) {
         "" => String::new(),
@@ -62,8 +64,8 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     let lines = canvas.lines();
     for (row, line) in lines.iter().enumerate() {
         let label = match row {
-            0 => significant(high, 4),
-            row if row + 1 == lines.len() => significant(low, 4),
+            0 => significant_digits(high, 4),
+            row if row + 1 == lines.len() => significant_digits(low, 4),
             _ => String::new(),
         };
         let tick = if label.is_empty() { '│' } else { '┤' };

@@ -247,7 +247,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
         JudgedHistory::new(lines.to_vec(), baseline, DriftOptions::default())
     };
     let (ordered, mixed) = (history(&ordered), history(&mixed));
-    assert_eq!(mixed.points("fc3"), ordered.points("fc3"));
+    assert_eq!(mixed.parameter_points("fc3"), ordered.parameter_points("fc3"));
     assert_eq!(plot(&mixed, "fc3", 42), plot(&ordered, "fc3", 42));
     let trends = |of: &JudgedHistory| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
     assert!((trends(&mixed).slope / trends(&ordered).slope - 1.0).abs() < 1e-9);

@@ -9,7 +9,7 @@ use maud::{Markup, PreEscaped, html};
 use super::super::panel::{
     PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks,
 };
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Width and height of a bar in a table.
 const BAR_SIZE: (f64, f64) = (132.0, 14.0);
@@ -43,7 +43,7 @@ pub(super) struct Scale {
 
 impl Scale {
     /// Returns the shortest scale that covers all values, within limits.
-    pub(super) fn covering(values: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn covering_scale(values: impl Iterator<Item = f64>) -> Self {
         let smallest = values.filter(|value| *value > 0.0).fold(1.0, f64::min).log10().floor();
         let (fewest, most) = DECADE_RANGE;
         let bounds = (f64::from(LAST_DECADE - most), f64::from(LAST_DECADE - fewest));
@@ -52,13 +52,13 @@ impl Scale {
         Self { first_decade }
     }
 
-    fn decades(self) -> impl Iterator<Item = (i32, f64)> {
-        (self.first_decade..=LAST_DECADE).map(move |k| (k, self.place(10_f64.powi(k))))
+    fn decade_labels(self) -> impl Iterator<Item = (i32, f64)> {
+        (self.first_decade..=LAST_DECADE).map(move |k| (k, self.x_position(10_f64.powi(k))))
     }
 
     /// Returns the position of a value. A value that is not a number is at zero, and the bar ends
     /// at the end of the scale.
-    fn place(self, share: f64) -> f64 {
+    fn x_position(self, share: f64) -> f64 {
         let (first, last) = (f64::from(self.first_decade), f64::from(LAST_DECADE));
         let place = (share.log10() - first) / (last - first) * BAR_SIZE.0;
         if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR_SIZE.0) }
@@ -69,13 +69,13 @@ impl Scale {
         let mut svg = String::new();
         // A long scale has space for every other number only.
         let every = if LAST_DECADE - self.first_decade > 3 { 2 } else { 1 };
-        for (decade, x) in self.decades().filter(|(k, _)| (LAST_DECADE - k) % every == 0) {
+        for (decade, x) in self.decade_labels().filter(|(k, _)| (LAST_DECADE - k) % every == 0) {
             let percent = 100.0 * 10_f64.powi(decade);
             let unit = if decade == LAST_DECADE { " %" } else { "" };
             let _ = write!(
                 svg,
                 r#"<text class="tick" x="{x:.1}" y="11" text-anchor="middle">{}{unit}</text>"#,
-                significant(percent, 1)
+                significant_digits(percent, 1)
             );
         }
         bar(&svg)
@@ -84,14 +84,14 @@ impl Scale {
     /// Draws a relative standard deviation; a mark shows the classical one.
     pub(super) fn bar(self, corrected: f64, classical: f64) -> Markup {
         let mut svg = String::new();
-        for (_, x) in self.decades() {
+        for (_, x) in self.decade_labels() {
             let _ = write!(
                 svg,
                 r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{}"/>"#,
                 BAR_SIZE.1
             );
         }
-        let (length, mark) = (self.place(corrected), self.place(classical));
+        let (length, mark) = (self.x_position(corrected), self.x_position(classical));
         let _ = write!(
             svg,
             "<rect class=\"length\" x=\"0\" y=\"4\" width=\"{length:.1}\" height=\"{:.1}\"/><line \
@@ -117,7 +117,7 @@ pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> 
 
 /// Draws the numbers of that scale.
 pub(super) fn delay_labels(reach: f64) -> Markup {
-    let reach = significant(1e6 * reach, 1);
+    let reach = significant_digits(1e6 * reach, 1);
     let svg = format!(
         "<text class=\"tick\" x=\"0\" y=\"11\">−{reach}</text><text class=\"tick\" x=\"{}\" \
          y=\"11\" text-anchor=\"middle\">0</text><text class=\"tick\" x=\"{}\" y=\"11\" \

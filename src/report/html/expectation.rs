@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::super::design::{expectation_summary, times};
-use super::{number, section as framed};
+use super::super::design::{deviation_ratio, expectation_summary};
+use super::{number_text, section as framed};
 use crate::analysis::ExpectedParameter;
 
 pub(super) fn section(expected: &[ExpectedParameter]) -> Markup {
@@ -23,9 +23,9 @@ pub(super) fn section(expected: &[ExpectedParameter]) -> Markup {
             } }
             tbody { @for of in expected { tr {
                 th scope="row" { (of.name) }
-                td.number { (format!("{:.2}", times(of))) }
-                td.number { (number(of.expected, 3)) }
-                td.number { (number(of.achieved, 3)) }
+                td.number { (format!("{:.2}", deviation_ratio(of))) }
+                td.number { (number_text(of.expected, 3)) }
+                td.number { (number_text(of.achieved, 3)) }
                 td.unit { (of.unit) }
             } } }
         } }

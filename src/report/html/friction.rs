@@ -4,12 +4,12 @@ use didim_dynamics::robot::JointFriction;
 use maud::{Markup, html};
 
 use super::Report;
-use crate::report::friction::{effect, gains};
+use crate::report::friction::{effect_sentence, gains_text};
 
 /// Lists the laws of each joint. If the data chose laws, also lists the changes and the gain of
 /// each.
 pub(super) fn section(report: &Report<'_>) -> Markup {
-    let laws = laws(report);
+    let laws = law_list(report);
     let Some(chosen) = &report.identification.estimate.friction else {
         let explanation = match report.cell.overrides_sign {
             true => "As robot file and cell file have them.",
@@ -18,7 +18,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         return super::section("Friction laws", explanation, &laws);
     };
     let content = html! {
-        p { (effect(chosen)) "." }
+        p { (effect_sentence(chosen)) "." }
         div.scroll { table {
             thead { tr {
                 th scope="col" { "Joint" }
@@ -26,7 +26,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Held-out error" }
                 th.number scope="col" { "With it" }
             } }
-            tbody { @for [joint, change, before, after] in gains(chosen) { tr {
+            tbody { @for [joint, change, before, after] in gains_text(chosen) { tr {
                 th scope="row" { (joint) }
                 td { (change) }
                 td.number { (before) }
@@ -42,7 +42,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
 }
 
 /// Lists the law for the sign and the further terms of each joint.
-fn laws(report: &Report<'_>) -> Markup {
+fn law_list(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let has_sign = report.cell.robot.friction().coulomb;
     let terms_of = |own: &JointFriction| {

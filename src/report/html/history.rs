@@ -13,8 +13,8 @@ use super::super::panel::{
     PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks,
 };
 use super::chart::panel;
-use super::page::sentence;
-use super::{document, section, signed};
+use super::page::to_sentence;
+use super::{document, section, with_real_minus};
 use crate::archive::drift::{Change, JudgedHistory, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::escape;
@@ -45,25 +45,25 @@ impl HistoryReport<'_> {
             header {
                 p.kind { "History of dynamic parameters" }
                 h1 { (robot) }
-                p { (self.extent()) }
+                p { (self.extent_text()) }
             }
             main {
-                (self.alarms())
+                (self.alarm_section())
                 (spark::section(self))
-                (self.panels())
-                (self.results())
+                (self.panel_section())
+                (self.result_section())
             }
         };
         document(&format!("{robot} · history of dynamic parameters"), OWN_STYLE, &content)
     }
 
-    fn extent(&self) -> String {
+    fn extent_text(&self) -> String {
         let results = match self.history.entries.len() {
             0 => return "No result".to_owned(),
             1 => "1 result".to_owned(),
             count => format!("{count} results"),
         };
-        match self.history.extent() {
+        match self.history.time_range() {
             Some((first, last)) => {
                 format!("{results} from {} to {} (UTC)", first.minute(), last.minute())
             }
@@ -71,12 +71,12 @@ impl HistoryReport<'_> {
         }
     }
 
-    fn alarms(&self) -> Markup {
+    fn alarm_section(&self) -> Markup {
         let Some(tracker) = &self.history.tracker else {
             return html! { section.alarms {
                 h2 { "No baseline" }
                 p { "Without one nothing is compared: " code { "didim baseline set" } " sets it." }
-                @if let Some(text) = self.history.undated_text() { p { (sentence(&text)) } }
+                @if let Some(text) = self.history.undated_text() { p { (to_sentence(&text)) } }
             } };
         };
         let status = tracker.status();
@@ -94,8 +94,8 @@ impl HistoryReport<'_> {
                     "The baseline is result " (status.baseline) " of " (status.time.minute())
                     " (UTC)."
                 }
-                @if let Some(why) = &status.why_not { p { (sentence(why)) } }
-                @if let Some(text) = self.history.undated_text() { p { (sentence(&text)) } }
+                @if let Some(why) = &status.why_not { p { (to_sentence(why)) } }
+                @if let Some(text) = self.history.undated_text() { p { (to_sentence(&text)) } }
                 @if status.reconfigured {
                     p { "The configuration has changed since the baseline." }
                 }
@@ -123,7 +123,7 @@ impl HistoryReport<'_> {
         names.into_iter().map(|(.., name)| name).collect()
     }
 
-    fn panels(&self) -> Markup {
+    fn panel_section(&self) -> Markup {
         let alarmed: Vec<(&str, Timestamp)> =
             self.history.tracker.iter().flat_map(|tracker| tracker.alarms()).collect();
         let since = |name: &str| alarmed.iter().find(|(own, _)| *own == name).map(|(_, at)| *at);
@@ -149,32 +149,33 @@ impl HistoryReport<'_> {
 
     fn chart(&self, name: &str, since: Option<Timestamp>) -> Markup {
         let label = format!("{name} over time, with its uncertainty and the band of the baseline");
-        panel(&label, |svg| self.draw(svg, name, since))
+        panel(&label, |svg| self.draw_chart(svg, name, since))
     }
 
-    fn draw(&self, svg: &mut String, name: &str, since: Option<Timestamp>) {
-        let points = self.history.points(name);
+    fn draw_chart(&self, svg: &mut String, name: &str, since: Option<Timestamp>) {
+        let points = self.history.parameter_points(name);
         let title = match self.history.unit(name) {
             "" => escape(name),
             unit => format!("{} [{}]", escape(name), escape(unit)),
         };
         let _ = write!(svg, r#"<text class="title" x="{PLOT_LEFT}" y="20">{title}</text>"#);
         let (Some(&(first, ..)), Some(&(last, ..)), Some((start, _))) =
-            (points.first(), points.last(), self.history.extent())
+            (points.first(), points.last(), self.history.time_range())
         else {
             return;
         };
-        let band = self.history.band(name).map(|(middle, half)| (middle - half, middle + half));
-        let ends = points
-            .iter()
-            .flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
+        let band =
+            self.history.baseline_band(name).map(|(middle, half)| (middle - half, middle + half));
+        let ends = points.iter().flat_map(|&(_, value, sigma)| {
+            [value - spread_length(sigma), value + spread_length(sigma)]
+        });
         let ends = ends.chain(band.into_iter().flat_map(|(low, high)| [low, high]));
         let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
         let margin = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-12);
         let (low, high) = (low - margin, high + margin);
         let scale = Scale { first, last, low, high };
         let (wide, tall) = (Scale::PLOT_WIDTH, Scale::PLOT_HEIGHT);
-        let (x, y) = (|at| scale.x(at), |value| scale.y(value));
+        let (x, y) = (|at| scale.x_pixel(at), |value| scale.y_pixel(value));
         if let Some((bottom, top)) = band {
             let _ = write!(
                 svg,
@@ -227,7 +228,7 @@ impl HistoryReport<'_> {
         }
     }
 
-    fn results(&self) -> Markup {
+    fn result_section(&self) -> Markup {
         let entries = self.history.entries.iter().rev();
         let table = html! {
             div.scroll { table.results {
@@ -244,7 +245,7 @@ impl HistoryReport<'_> {
                 tbody { @for entry in entries {
                     @let line = &entry.line;
                     @let largest = entry.largest_change().map_or(0.0, |change| change.band_share());
-                    tr.alarmed[!entry.alarmed.is_empty()].outside[largest > 1.0] {
+                    tr.alarmed[!entry.alarmed_parameters.is_empty()].outside[largest > 1.0] {
                         th.number scope="row" { (line.result) }
                         td { (RecordingStart::minute(line.recorded)) }
                         td { (line.time.minute()) }
@@ -253,7 +254,7 @@ impl HistoryReport<'_> {
                             (if line.applicable { "yes" } else { "no" })
                         }
                         td.number {
-                            (line.relative_error.map_or("–".into(), |e| super::percent(e, 3)))
+                            (line.relative_error.map_or("–".into(), |e| super::percent_text(e, 3)))
                         }
                         td.drift { (drift_text(self.history, entry).replace('-', "−")) }
                         td.note { (line.note.as_ref().map(|note| note.line()).unwrap_or_default()) }
@@ -278,12 +279,12 @@ impl Scale {
     const PLOT_HEIGHT: f64 = PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM;
 
     /// The margin keeps points at the edge complete.
-    fn x(&self, at: f64) -> f64 {
+    fn x_pixel(&self, at: f64) -> f64 {
         let days = (self.last - self.first).max(1e-6);
         PLOT_LEFT + 6.0 + (at - self.first) / days * (Self::PLOT_WIDTH - 12.0)
     }
 
-    fn y(&self, value: f64) -> f64 {
+    fn y_pixel(&self, value: f64) -> f64 {
         PLOT_TOP + (self.high - value) / (self.high - self.low) * Self::PLOT_HEIGHT
     }
 }
@@ -300,9 +301,9 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
                  text-anchor=\"end\">{}</text>",
             PLOT_LEFT + wide,
             PLOT_LEFT - 5.0,
-            scale.y(tick) + 3.5,
-            signed(&format!("{tick}")),
-            at = scale.y(tick)
+            scale.y_pixel(tick) + 3.5,
+            with_real_minus(&format!("{tick}")),
+            at = scale.y_pixel(tick)
         );
     }
     for (at, anchor) in [(first, "start"), (0.5 * (first + last), "middle"), (last, "end")] {
@@ -313,7 +314,7 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
             let _ = write!(
                 svg,
                 r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
-                if anchor == "start" { PLOT_LEFT } else { scale.x(at) },
+                if anchor == "start" { PLOT_LEFT } else { scale.x_pixel(at) },
                 PLOT_TOP + tall + 16.0,
                 label.unwrap_or_default()
             );
@@ -322,7 +323,7 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
 }
 
 /// Half the length of a result's spread; none without a finite standard deviation.
-fn spread(sigma: f64) -> f64 {
+fn spread_length(sigma: f64) -> f64 {
     if sigma.is_finite() { BAND_DEVIATIONS * sigma } else { 0.0 }
 }
 
@@ -333,14 +334,14 @@ fn draw_points(
     points: &[(f64, f64, f64)],
     band: Option<(f64, f64)>,
 ) {
-    let (x, y) = (|at| scale.x(at), |value| scale.y(value));
+    let (x, y) = (|at| scale.x_pixel(at), |value| scale.y_pixel(value));
     for &(at, value, sigma) in points {
         let _ = write!(
             svg,
             r#"<line class="spread" x1="{0:.1}" x2="{0:.1}" y1="{1:.1}" y2="{2:.1}"/>"#,
             x(at),
-            y(value + spread(sigma)),
-            y(value - spread(sigma))
+            y(value + spread_length(sigma)),
+            y(value - spread_length(sigma))
         );
     }
     for &(at, value, _) in points {

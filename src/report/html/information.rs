@@ -3,7 +3,7 @@
 use didim_identification::identification::Information;
 use maud::{Markup, html};
 
-use super::{Report, number, section as framed};
+use super::{Report, number_text, section as framed};
 
 /// Creates a table of parameters against moves, shaded by share and readable without the shades.
 pub(super) fn section(report: &Report<'_>) -> Markup {
@@ -20,12 +20,12 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 }
                 @for (k, of) in (1..).zip(moves_s) {
                     @let k: usize = k;
-                    th.number scope="col" { (k) span.from { (number(of.start, 2)) } }
+                    th.number scope="col" { (k) span.from { (number_text(of.start, 2)) } }
                 }
             } }
             tbody { @for (parameter, shares) in parameters.iter().zip(shares) { tr {
                 th scope="row" { (parameter.name) }
-                @for share in shares { (cell(*share)) }
+                @for share in shares { (share_cell(*share)) }
             } } }
         } }
     };
@@ -41,7 +41,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
 }
 
 /// Formats a share in per cent on a shade of that strength.
-fn cell(share: f64) -> Markup {
+fn share_cell(share: f64) -> Markup {
     if !share.is_finite() {
         return html! { td.number { "–" } };
     }

@@ -4,14 +4,14 @@ use didim_identification::identification::Estimate;
 use didim_identification::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
 
-use super::super::{TorquePanel, figure, panels};
-use super::{Report, chart, number, percent, probability, section};
+use super::super::{TorquePanel, figure, joint_panels};
+use super::{Report, chart, number_text, percent_text, probability, section};
 
 /// Plots measured and predicted torque over time, with the errors of each joint.
-pub(super) fn torques(report: &Report<'_>) -> Markup {
+pub(super) fn torque_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let content = html! {
-        (torque_panels(&panels(report.identification, &report.cell.robot)))
+        (torque_panels(&joint_panels(report.identification, &report.cell.robot)))
         div.scroll { table {
             thead { tr {
                 th scope="col" { "Joint" }
@@ -21,14 +21,16 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             } }
             tbody { @for (k, joint) in report.cell.robot.chain().iter().enumerate() { tr {
                 th scope="row" { (k + 1) }
-                td.number { (text_at(&estimate.relative_error_per_joint, k, |v| percent(v, 3))) }
                 td.number {
-                    (text_at(&estimate.rms_error_per_joint_nm, k, |v| number(v, 3)))
+                    (text_at(&estimate.relative_error_per_joint, k, |v| percent_text(v, 3)))
+                }
+                td.number {
+                    (text_at(&estimate.rms_error_per_joint_nm, k, |v| number_text(v, 3)))
                     " " (joint.kind.torque_unit())
                 }
                 td.number {
                     (text_at(&estimate.relative_prediction_deviation_per_joint, k, |v| {
-                        percent(v, 2)
+                        percent_text(v, 2)
                     }))
                 }
             } } }
@@ -45,9 +47,9 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
 pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
     html! {
         p.legend aria-hidden="true" {
-            span { (key("measured")) "measured" }
-            span { (key("predicted")) "predicted" }
-            span { (key("residual")) "measured − predicted, on the lower axis, with ± 2 σ" }
+            span { (legend_mark("measured")) "measured" }
+            span { (legend_mark("predicted")) "predicted" }
+            span { (legend_mark("residual")) "measured − predicted, on the lower axis, with ± 2 σ" }
             @if panels.iter().any(|panel| !panel.downweighted.is_empty()) {
                 span {
                     svg viewBox="0 0 20 6" width="20" height="6" {
@@ -74,7 +76,7 @@ pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
     }
 }
 
-fn key(class: &str) -> Markup {
+fn legend_mark(class: &str) -> Markup {
     html! { svg viewBox="0 0 20 6" width="20" height="6" {
         line.key.(class) x1="0" x2="20" y1="3" y2="3" {}
     } }
@@ -112,10 +114,10 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
             } }
             tbody { @for k in 0..autocorrelations.len() { tr {
                 th scope="row" { (k + 1) }
-                td.number { (text_at(&estimate.durbin_watson_per_joint, k, |v| number(v, 3))) }
+                td.number { (text_at(&estimate.durbin_watson_per_joint, k, |v| number_text(v, 3))) }
                 td.number { (text_at(&estimate.whiteness_per_joint, k, probability)) }
                 td.number {
-                    (text_at(&estimate.effective_rows_per_joint, k, |v| number(v, 3)))
+                    (text_at(&estimate.effective_rows_per_joint, k, |v| number_text(v, 3)))
                     " of " (fit.time_s.len())
                 }
                 @if loss.is_some() {
@@ -130,20 +132,20 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
         "Autocorrelation over the lag in rows. The band holds 95 % of the values that white noise \
          behind the decimation filter has; its Durbin–Watson statistic is {}. Coloured residuals \
          are usual and do no harm: they are equivalent to fewer rows, and σ is corrected for it.",
-        number(estimate.durbin_watson_expected, 3)
+        number_text(estimate.durbin_watson_expected, 3)
     );
     if let Some(loss) = loss {
         explanation += &format!(
             " The weights are robust ({}): rows whose residual is reduced to less than a half are \
              downweighted, and the figures here are without these rows.",
-            robust(loss)
+            weight_function_name(loss)
         );
     }
     section("Residuals", &explanation, &content)
 }
 
 /// Returns the readable name of the weight function.
-fn robust(loss: RobustLoss) -> String {
+fn weight_function_name(loss: RobustLoss) -> String {
     match loss {
         RobustLoss::Huber { tuning } => format!("Huber's, tuning constant {tuning}"),
         RobustLoss::Bisquare { tuning } => format!("Tukey's bisquare, tuning constant {tuning}"),
@@ -151,7 +153,7 @@ fn robust(loss: RobustLoss) -> String {
 }
 
 /// Shows the delays of the torques relative to their configured timing.
-pub(super) fn delays(estimate: &Estimate) -> Markup {
+pub(super) fn delay_section(estimate: &Estimate) -> Markup {
     let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
     let content = html! {
         div.scroll { table {
@@ -164,8 +166,8 @@ pub(super) fn delays(estimate: &Estimate) -> Markup {
             tbody { @for (k, delay) in estimate.torque_delay_per_joint.iter().enumerate() { tr {
                 th scope="row" { (k + 1) }
                 @if let Some(delay) = delay {
-                    td.number { (number(1e6 * delay.delay_s, 3)) " µs" }
-                    td.number { (number(1e6 * delay.standard_deviation_s, 2)) " µs" }
+                    td.number { (number_text(1e6 * delay.delay_s, 3)) " µs" }
+                    td.number { (number_text(1e6 * delay.standard_deviation_s, 2)) " µs" }
                     td.bar { (chart::delay(*delay, reach)) }
                 } @else {
                     td.number { "–" }

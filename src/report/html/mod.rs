@@ -26,12 +26,14 @@ use maud::{Markup, html};
 
 pub use history::HistoryReport;
 pub use prediction::PredictionReport;
-pub use preview::preview;
+pub use preview::preview_page;
 pub use provenance::{InputFile, Origin, SampleRange, entries as provenance_entries};
 
 use crate::analysis::ExpectedParameter;
 use crate::cell::Cell;
-use page::{contents, document, number, percent, probability, section, signed};
+use page::{
+    contents_list, document, number_text, percent_text, probability, section, with_real_minus,
+};
 
 /// Input of a report.
 #[derive(Clone, Copy, Debug)]
@@ -61,16 +63,16 @@ impl<'a> Report<'a> {
         let title = format!("{} · {} · dynamic parameters", estimate.robot, estimate.method);
         let sections = html! {
                 (parameters::section(self))
-                (joints::torques(self))
+                (joints::torque_section(self))
                 (motion::section(self))
                 (joints::residuals(self))
-                (joints::delays(estimate))
+                (joints::delay_section(estimate))
                 (information::section(self))
                 (expectation::section(self.expectation))
-                (advice(self.advice))
+                (advice_section(self.advice))
                 (friction::section(self))
                 (nuisance_parameters::section(self))
-                (summary::convergence(&estimate.convergence))
+                (summary::convergence_section(&estimate.convergence))
                 (summary::singular_values(self))
                 (names::section(self))
                 (provenance::section(self))
@@ -78,8 +80,8 @@ impl<'a> Report<'a> {
         let content = html! {
             (summary::heading(self))
             main {
-                (summary::verdict(self))
-                (contents(&sections))
+                (summary::verdict_section(self))
+                (contents_list(&sections))
                 (summary::key_figures(self))
                 (sections)
             }
@@ -100,7 +102,7 @@ impl<'a> Report<'a> {
 }
 
 /// Creates the section on insufficient parameters.
-fn advice(text: &str) -> Markup {
+fn advice_section(text: &str) -> Markup {
     if text.is_empty() {
         return html! {};
     }

@@ -3,7 +3,7 @@
 use didim_dynamics::robot::ParameterKind;
 use maud::{Markup, html};
 
-use super::super::names::{NAME_PARTS, meaning};
+use super::super::names::{NAME_PARTS, kind_meaning};
 use super::Report;
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
@@ -23,11 +23,11 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             tbody {
                 @for kind in &kinds { tr {
                     th scope="row" { (kind.symbol()) }
-                    td { (plain(meaning(*kind))) }
+                    td { (without_markup(kind_meaning(*kind))) }
                 } }
                 @for [part, meaning] in NAME_PARTS { tr {
-                    th scope="row" { (plain(part)) }
-                    td { (plain(meaning)) }
+                    th scope="row" { (without_markup(part)) }
+                    td { (without_markup(meaning)) }
                 } }
             }
         } }
@@ -39,6 +39,6 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
 }
 
 /// Removes the markup of the manual.
-fn plain(text: &str) -> String {
+fn without_markup(text: &str) -> String {
     text.replace('`', "")
 }

@@ -3,7 +3,7 @@
 use didim_identification::identification::{NuisanceEstimate, Quantity};
 use maud::{Markup, html};
 
-use super::{Report, number, percent};
+use super::{Report, number_text, percent_text};
 
 /// Number of nuisance parameters to show.
 const MAX_SHOWN: usize = 10;
@@ -27,12 +27,12 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             } }
             tbody { @for found in shown { tr {
                 th scope="row" { (found.nuisance) }
-                td.number { (number(found.torque_nm, 3)) }
+                td.number { (number_text(found.torque_nm, 3)) }
                 td { (found.joint) }
-                td.number { (percent(found.relative_torque, 2)) }
-                td.number { (found.quantity.map_or("–".to_owned(), off)) }
+                td.number { (percent_text(found.relative_torque, 2)) }
+                td.number { (found.quantity.map_or("–".to_owned(), difference_text)) }
                 td.number {
-                    (found.quantity.map_or("–".to_owned(), |q| quantity(q.configured, q.unit)))
+                    (found.quantity.map_or("–".to_owned(), |q| quantity_text(q.configured, q.unit)))
                 }
             } } }
         } }
@@ -44,13 +44,13 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     super::section("Nuisance parameters", explanation, &content)
 }
 
-fn off(found: Quantity) -> String {
+fn difference_text(found: Quantity) -> String {
     let (value, sd) = (found.value, found.standard_deviation);
-    format!("{} ± {}", quantity(value, ""), quantity(sd, found.unit))
+    format!("{} ± {}", quantity_text(value, ""), quantity_text(sd, found.unit))
 }
 
 /// Formats `0.0012 deg`; a ratio has no unit.
-fn quantity(value: f64, unit: &str) -> String {
-    let number = number(value, 2);
+fn quantity_text(value: f64, unit: &str) -> String {
+    let number = number_text(value, 2);
     if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
 }

@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::report::panel::CURVE_STYLE;
-use crate::text::significant;
+use crate::text::significant_digits;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -43,7 +43,7 @@ fn anchor(heading: &str) -> String {
 
 /// Creates a list of the sections from the sections themselves, so it lists the existing ones. Text
 /// from files cannot look like a section: it is escaped.
-pub fn contents(sections: &Markup) -> Markup {
+pub fn contents_list(sections: &Markup) -> Markup {
     let headings = sections.0.split("<section id=\"").skip(1).filter_map(|section| {
         let (id, rest) = section.split_once('"')?;
         let heading = rest.split_once("<h2>")?.1.split_once("</h2>")?.0;
@@ -60,14 +60,18 @@ pub fn contents(sections: &Markup) -> Markup {
 
 /// Formats a number with the given significant digits and a real minus sign; a dash if it is not a
 /// number.
-pub fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { signed(&significant(value, digits)) } else { "–".to_owned() }
+pub fn number_text(value: f64, digits: usize) -> String {
+    if value.is_finite() {
+        with_real_minus(&significant_digits(value, digits))
+    } else {
+        "–".to_owned()
+    }
 }
 
 /// Formats a ratio as a percentage.
-pub fn percent(share: f64, digits: usize) -> String {
+pub fn percent_text(share: f64, digits: usize) -> String {
     if share.is_finite() {
-        format!("{} %", number(100.0 * share, digits))
+        format!("{} %", number_text(100.0 * share, digits))
     } else {
         "–".to_owned()
     }
@@ -75,11 +79,11 @@ pub fn percent(share: f64, digits: usize) -> String {
 
 /// Formats a probability; below one in ten thousand its size is meaningless.
 pub fn probability(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".to_owned() } else { number(p, 2) }
+    if p < 1e-4 { "< 0.0001".to_owned() } else { number_text(p, 2) }
 }
 
 /// Replaces minus signs by real ones, and exponents by powers of ten.
-pub fn signed(text: &str) -> String {
+pub fn with_real_minus(text: &str) -> String {
     let text = text.replace('-', "−");
     let Some((mantissa, exponent)) = text.split_once('e') else { return text };
     let raised = |c: char| match c {
@@ -92,7 +96,7 @@ pub fn signed(text: &str) -> String {
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// Adds a capital letter and a full stop.
-pub fn sentence(text: &str) -> String {
+pub fn to_sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
     first.chain(letters).chain(['.']).collect()

@@ -4,9 +4,9 @@ use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::ParameterEstimate;
 use maud::{Markup, html};
 
-use super::super::estimate::{fixed_parameters, value};
+use super::super::estimate::{fixed_parameters, value_text};
 use super::chart::Scale;
-use super::{Report, number, percent, signed};
+use super::{Report, number_text, percent_text, with_real_minus};
 use crate::cell::Cell;
 
 /// Relative standard deviation above which a parameter could be zero.
@@ -14,9 +14,9 @@ const ZERO_DEVIATIONS: f64 = 0.5;
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let parameters = &report.identification.estimate.parameters;
-    let nominal = |name: &str| nominal(report.cell, name);
+    let nominal = |name: &str| nominal_value(report.cell, name);
     let has_nominal = parameters.iter().any(|p| nominal(&p.name).is_some());
-    let scale = Scale::covering(
+    let scale = Scale::covering_scale(
         parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
     );
     let columns = if has_nominal { 10 } else { 8 };
@@ -53,7 +53,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         @if !estimate.nominal.is_empty() {
             p { "Kept at their nominal values: " (fixed_parameters(estimate)) "." }
         }
-        (regrouping(report))
+        (regrouping_section(report))
         p { a href="#names-of-parameters" { "What the names mean" } }
     };
     let explanation = format!(
@@ -78,16 +78,20 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
     html! {
         tr.uncertain[uncertain] {
             th scope="row" { (p.name) }
-            td.number.value { (if p.value.is_finite() { signed(&value(p)) } else { "–".into() }) }
+            td.number.value {
+                @if p.value.is_finite() { (with_real_minus(&value_text(p))) } @else { "–" }
+            }
             td.unit { (unit) }
-            td.number.deviation { (number(p.standard_deviation, 2)) }
-            td.number.relative { (percent(p.relative_standard_deviation, 2)) }
+            td.number.deviation { (number_text(p.standard_deviation, 2)) }
+            td.number.relative { (percent_text(p.relative_standard_deviation, 2)) }
             td.bar { (scale.bar(p.relative_standard_deviation, classical)) }
-            td.number.classical { (percent(classical, 2)) }
-            td.number.combined { (percent(p.combined_standard_deviation / p.value.abs(), 2)) }
+            td.number.classical { (percent_text(classical, 2)) }
+            td.number.combined { (percent_text(p.combined_standard_deviation / p.value.abs(), 2)) }
             @if let Some(nominal) = nominal {
-                td.number.nominal { (nominal.map_or("–".into(), |value| number(value, 4))) }
-                td.number.off { (nominal.map_or("–".into(), |value| off(p.value, value))) }
+                td.number.nominal { (nominal.map_or("–".into(), |value| number_text(value, 4))) }
+                td.number.off {
+                    (nominal.map_or("–".into(), |value| difference_text(p.value, value)))
+                }
             }
         }
     }
@@ -95,10 +99,10 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
 
 /// Formats the difference of a value to the nominal one, relative to the nominal one and with its
 /// sign.
-fn off(value: f64, nominal: f64) -> String {
+fn difference_text(value: f64, nominal: f64) -> String {
     let share = (value - nominal) / nominal.abs();
     let sign = if share > 0.0 { "+" } else { "" };
-    if share.is_finite() { format!("{sign}{}", percent(share, 2)) } else { "–".to_owned() }
+    if share.is_finite() { format!("{sign}{}", percent_text(share, 2)) } else { "–".to_owned() }
 }
 
 /// Returns the parameters of a joint, its link and its motor, each with its unit.
@@ -119,15 +123,15 @@ fn parameters_of_joint<'a>(
 
 /// Returns the nominal value of a base parameter from the robot's file. `None` if the file lists
 /// none of its components.
-fn nominal(cell: &Cell, name: &str) -> Option<f64> {
+fn nominal_value(cell: &Cell, name: &str) -> Option<f64> {
     let nominal = cell.robot.nominal()?;
     nominal.value(name).or_else(|| {
-        let value = *cell.base.regroup(nominal.standard()).get(cell.base.find(name)?)?;
+        let value = *cell.base.to_base(nominal.standard_parameters()).get(cell.base.find(name)?)?;
         (value != 0.0).then_some(value)
     })
 }
 
-fn regrouping(report: &Report<'_>) -> Markup {
+fn regrouping_section(report: &Report<'_>) -> Markup {
     let regrouped: Vec<(&str, String)> = (report.identification.estimate.parameters.iter())
         .filter(|p| p.regrouped)
         .filter_map(|p| Some((p.name.as_str(), report.cell.base.expression(&p.name)?)))

@@ -7,9 +7,9 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::Prediction;
 use maud::{Markup, html};
 
-use super::super::panels;
+use super::super::joint_panels;
 use super::joints::torque_panels;
-use super::{InputFile, document, number, percent, section};
+use super::{InputFile, document, number_text, percent_text, section};
 use crate::cell::Cell;
 
 /// Input of a prediction report.
@@ -33,11 +33,13 @@ impl PredictionReport<'_> {
     /// Returns the report as HTML.
     pub fn to_html(&self) -> String {
         let robot = self.cell.robot.name();
-        let mut sentence =
-            format!("Error {} of the torque", percent(self.prediction.error.relative_error, 3));
+        let mut sentence = format!(
+            "Error {} of the torque",
+            percent_text(self.prediction.error.relative_error, 3)
+        );
         if let Some(expected) = &self.prediction.expected_error {
             // Writing to a String cannot fail.
-            let _ = write!(sentence, ", expected {}", percent(expected.relative_error, 3));
+            let _ = write!(sentence, ", expected {}", percent_text(expected.relative_error, 3));
         }
         let content = html! {
             header {
@@ -53,7 +55,7 @@ impl PredictionReport<'_> {
                     @for (name, file) in [("Result", self.result), ("Record", self.input)] {
                         div { dt { (name) } dd { (file.name) br; code { (file.sha256) } } }
                     }
-                    div { dt { "Recorded" } dd { (RecordingStart::shown(self.recorded)) } }
+                    div { dt { "Recorded" } dd { (RecordingStart::display_text(self.recorded)) } }
                 } }))
             }
         };
@@ -67,7 +69,7 @@ impl PredictionReport<'_> {
         let errors = error.relative_error_per_joint.iter().zip(&error.rms_error_per_joint_nm);
         let joints = errors.zip(quantiles_per_joint).zip(self.cell.robot.chain()).enumerate();
         html! {
-            (torque_panels(&panels(self.prediction, &self.cell.robot)))
+            (torque_panels(&joint_panels(self.prediction, &self.cell.robot)))
             div.scroll { table {
                 thead { tr {
                     th scope="col" { "Joint" }
@@ -80,10 +82,12 @@ impl PredictionReport<'_> {
                 } }
                 tbody { @for (k, (((relative, rms), quantiles), described)) in joints { tr {
                     th scope="row" { (k + 1) }
-                    td.number { (percent(*relative, 3)) }
-                    td.number { (expected_of(k).map_or("–".to_owned(), |share| percent(share, 3))) }
+                    td.number { (percent_text(*relative, 3)) }
+                    td.number {
+                        (expected_of(k).map_or("–".to_owned(), |share| percent_text(share, 3)))
+                    }
                     @for nm in [*rms, quantiles.of_99, quantiles.of_999, quantiles.of_9999] {
-                        td.number { (number(nm, 3)) " " (described.kind.torque_unit()) }
+                        td.number { (number_text(nm, 3)) " " (described.kind.torque_unit()) }
                     }
                 } } }
             } }

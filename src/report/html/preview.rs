@@ -5,7 +5,7 @@ use didim_identification::excitation::Course;
 use maud::{PreEscaped, html};
 
 use super::super::figure::{MotionPanel, TORQUE_PANEL_HEIGHT, draw_motion};
-use super::super::robot::postures;
+use super::super::robot::draw_postures;
 use super::chart;
 
 /// Number of points of a curve, and of postures to draw.
@@ -19,7 +19,7 @@ stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);strok
 
 /// Creates a page with the arm along a motion, and position and velocity of every joint. `header`
 /// is that of the motion's files.
-pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
+pub fn preview_page(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
     let joints = robot.joints();
     #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
     let times = |count: usize| -> Vec<f64> {
@@ -38,7 +38,7 @@ pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String 
             ]
         })
         .collect();
-    let arm = postures(robot, &positions(&times(DRAWN_POSTURES)), &positions(&time_s));
+    let arm = draw_postures(robot, &positions(&times(DRAWN_POSTURES)), &positions(&time_s));
     let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
         header { p.kind { "Preview of the motion" } h1 { (robot.name()) } }

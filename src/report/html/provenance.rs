@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::path::Path;
 
-use crate::text::hexadecimal;
+use crate::text::to_hexadecimal;
 use didim_formats::RecordingStart;
 use didim_identification::identification::{Method, Options};
 use maud::{Markup, html};
 use sha2::Sha256;
 
-use super::{Report, number};
+use super::{Report, number_text};
 use crate::archive::store::WindowProvenance;
 use crate::cell::Cell;
 use crate::window::{DriveReadings, Note};
@@ -22,7 +22,7 @@ pub struct Origin {
     /// Range of its samples.
     pub samples: SampleRange,
     /// The files after the first, with the ranges of their samples.
-    pub further: Vec<(InputFile, SampleRange)>,
+    pub further_files: Vec<(InputFile, SampleRange)>,
     /// Note by a person, if any.
     pub note: Option<Note>,
 }
@@ -98,7 +98,7 @@ impl InputFile {
 
     fn new(path: &Path, digest: Sha256) -> Self {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Self { name, sha256: hexadecimal(digest) }
+        Self { name, sha256: to_hexadecimal(digest) }
     }
 }
 
@@ -126,7 +126,7 @@ pub fn entries(cell: &Cell, origin: &Origin) -> Markup {
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
         }
         (samples(&origin.samples))
-        @for (input, of) in &origin.further {
+        @for (input, of) in &origin.further_files {
             div { dt { "Input" } dd { (input.name) } }
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
             (samples(of))
@@ -152,21 +152,21 @@ pub fn entries(cell: &Cell, origin: &Origin) -> Markup {
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
         SampleRange::Measurement { counted, rate_hz, begins_s, recorded, readings } => html! {
-            div { dt { "Recorded" } dd { (RecordingStart::shown(*recorded)) } }
+            div { dt { "Recorded" } dd { (RecordingStart::display_text(*recorded)) } }
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             @if *begins_s > 0.0 {
                 div { dt { "Cut before" } dd { (format!("{begins_s:.3} s")) } }
             }
             div { dt { "Samples that count" } dd {
                 (counted.start) " to " (counted.end.saturating_sub(1)) ", "
-                (seconds(counted.start, *rate_hz)) " to "
-                (seconds(counted.end.saturating_sub(1), *rate_hz))
+                (seconds_text(counted.start, *rate_hz)) " to "
+                (seconds_text(counted.end.saturating_sub(1), *rate_hz))
                 " after the first" @if *begins_s > 0.0 { " of this piece" }
             } }
             (readings_list(readings))
         },
         SampleRange::Window(window) => html! {
-            div { dt { "Recorded" } dd { (RecordingStart::shown(window.recorded)) } }
+            div { dt { "Recorded" } dd { (RecordingStart::display_text(window.recorded)) } }
             div { dt { "Sample rate" } dd { (window.sample_rate_hz) " Hz" } }
             div { dt { "Window" } dd {
                 (window.number) ", samples " (window.first_sequence) " to "
@@ -184,20 +184,20 @@ fn samples(samples: &SampleRange) -> Markup {
 fn readings_list(readings: &DriveReadings) -> Markup {
     html! {
         @for (name, text) in readings.lines() {
-            div { dt { (capitalised(name)) } dd { (text) } }
+            div { dt { (capitalise(name)) } dd { (text) } }
         }
     }
 }
 
-fn capitalised(name: &str) -> String {
+fn capitalise(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn seconds(samples: usize, rate_hz: f64) -> String {
+fn seconds_text(samples: usize, rate_hz: f64) -> String {
     #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
     let seconds = samples as f64 / rate_hz;
-    format!("{} s", number(seconds, 4))
+    format!("{} s", number_text(seconds, 4))
 }
 
 /// Formats the options of the method as in a cell file.

@@ -135,7 +135,7 @@ pub(crate) fn origin() -> Origin {
             recorded: None,
             readings: DriveReadings::default(),
         },
-        further: Vec::new(),
+        further_files: Vec::new(),
         note: None,
     }
 }

@@ -6,8 +6,8 @@ use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
 use super::super::uses;
-use super::page::sentence;
-use super::{Report, chart, number, percent, section};
+use super::page::to_sentence;
+use super::{Report, chart, number_text, percent_text, section};
 
 pub(super) fn heading(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
@@ -24,7 +24,7 @@ pub(super) fn heading(report: &Report<'_>) -> Markup {
     }
 }
 
-pub(super) fn verdict(report: &Report<'_>) -> Markup {
+pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let verdict = &estimate.verdict;
     let (class, heading) = if verdict.applicable {
@@ -39,7 +39,7 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
                 p { "No finding contradicts the use of these parameters." }
             } @else {
                 p { "Do not use these parameters as they are:" }
-                ul { @for reason in &verdict.reasons { li { (sentence(&reason.to_string())) } } }
+                ul { @for reason in &verdict.reasons { li { (to_sentence(&reason.to_string())) } } }
             }
             div.scroll { table.uses {
                 thead { tr {
@@ -50,17 +50,17 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
                     th scope="col" { "Figure means" }
                 } }
                 tbody { @for line in uses::lines(estimate) { tr {
-                    th scope="row" { (line.of) }
+                    th scope="row" { (line.usage) }
                     td.refused[line.answer == "no"] { (line.answer) }
                     td.number { (line.figure) }
                     td.number { (line.limit) }
                     td { (line.meaning) }
                 } } }
             } }
-            (missing(report))
+            (missing_section(report))
             @if !verdict.notes.is_empty() {
                 p { "Notes on the result:" }
-                ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }
+                ul { @for note in &verdict.notes { li { (to_sentence(&note.to_string())) } } }
             }
         }
     }
@@ -71,7 +71,7 @@ const BARELY_MOVING_SHARE: f64 = 0.1;
 
 /// Lists the parameters that noise leaves uncertain and the joints that barely moved, if a use is
 /// refused.
-fn missing(report: &Report<'_>) -> Markup {
+fn missing_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let refused =
         Use::ALL.iter().any(|of| estimate.verdict.uses.get(*of).applicable == Some(false));
@@ -87,13 +87,15 @@ fn missing(report: &Report<'_>) -> Markup {
     let still: Vec<String> = (1..)
         .zip(estimate.reached_per_joint.iter().zip(limits))
         .filter(|(_, (reached, limits))| {
-            limits.velocity_max.is_some_and(|most| reached.speed() < BARELY_MOVING_SHARE * most)
+            limits
+                .velocity_max
+                .is_some_and(|most| reached.highest_speed() < BARELY_MOVING_SHARE * most)
         })
         .map(|(joint, _): (usize, _)| joint.to_string())
         .collect();
     html! {
         p {
-            "Noise alone leaves these uncertain by more than " (percent(limit, 2)) ": "
+            "Noise alone leaves these uncertain by more than " (percent_text(limit, 2)) ": "
             (uncertain.join(", ")) "."
             @if !still.is_empty() {
                 " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
@@ -114,15 +116,15 @@ pub(super) fn key_figures(report: &Report<'_>) -> Markup {
     let figures = [
         (
             "Relative error",
-            percent(estimate.relative_error, 3),
+            percent_text(estimate.relative_error, 3),
             format!(
                 "‖y − Xθ‖ / ‖y‖ over all joints; at most {}",
-                percent(limits.relative_error, 2)
+                percent_text(limits.relative_error, 2)
             ),
         ),
         (
             "Condition number",
-            number(estimate.condition_number, 4),
+            number_text(estimate.condition_number, 4),
             format!("of the weighted {}; at most {}", report.matrix(), limits.condition_number),
         ),
         ("Parameters", estimate.parameters.len().to_string(), "base parameters identified".into()),
@@ -147,7 +149,7 @@ pub(super) fn key_figures(report: &Report<'_>) -> Markup {
 }
 
 /// Shows the convergence, for methods that iterate.
-pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
+pub(super) fn convergence_section(steps: &[ConvergenceStep]) -> Markup {
     if steps.is_empty() {
         return html! {};
     }
@@ -165,8 +167,8 @@ pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
                 } }
                 tbody { @for step in steps { tr {
                     th scope="row" { (step.simulation) }
-                    td.number { (percent(step.relative_error, 4)) }
-                    td.number { (number(step.parameter_change, 3)) }
+                    td.number { (percent_text(step.relative_error, 4)) }
+                    td.number { (number_text(step.parameter_change, 3)) }
                     td.number { (step.halvings) }
                 } } }
             } }
@@ -192,15 +194,15 @@ pub(super) fn singular_values(report: &Report<'_>) -> Markup {
             tbody {
                 tr {
                     th scope="row" { "weighted" }
-                    td.number { (number(values.max, 4)) }
-                    td.number { (number(values.min, 4)) }
-                    td.number { (number(estimate.condition_number, 4)) }
+                    td.number { (number_text(values.max, 4)) }
+                    td.number { (number_text(values.min, 4)) }
+                    td.number { (number_text(estimate.condition_number, 4)) }
                 }
                 tr {
                     th scope="row" { "not weighted" }
-                    td.number { (number(unweighted.max, 4)) }
-                    td.number { (number(unweighted.min, 4)) }
-                    td.number { (number(estimate.unweighted_condition_number, 4)) }
+                    td.number { (number_text(unweighted.max, 4)) }
+                    td.number { (number_text(unweighted.min, 4)) }
+                    td.number { (number_text(estimate.unweighted_condition_number, 4)) }
                 }
             }
         } }

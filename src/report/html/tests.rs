@@ -93,7 +93,7 @@ fn the_contents_lead_to_every_section() {
 fn robust_weights_are_named_with_the_rows_weighted_down() {
     assert!(!html().contains("Downweighted"), "the cell asks for none");
     let (mut cell, identification) = (cell(), identification());
-    cell.options.robust = Some(didim_identification::regression::RobustLoss::bisquare());
+    cell.options.robust = Some(didim_identification::regression::RobustLoss::default_bisquare());
     let html = Report::new(&cell, &identification, &origin()).to_html();
     for part in ["Downweighted", "2 of 10", "bisquare, tuning constant 4.685"] {
         assert!(html.contains(part), "{part}: {html}");
@@ -183,7 +183,7 @@ fn numbers_as_people_write_them() {
     let cases =
         [(-0.4943, "−0.494"), (6.9e-6, "6.90·10⁻⁶"), (-1.25e12, "−1.25·10¹²"), (f64::NAN, "–")];
     for (value, text) in cases {
-        assert_eq!(number(value, 3), text);
+        assert_eq!(number_text(value, 3), text);
     }
-    assert_eq!((percent(0.0564, 3), probability(0.0)), ("5.64 %".into(), "< 0.0001".into()));
+    assert_eq!((percent_text(0.0564, 3), probability(0.0)), ("5.64 %".into(), "< 0.0001".into()));
 }

@@ -7,20 +7,20 @@ use didim_dynamics::dynamics::{BaseParameters, LinkFrame, Model};
 use didim_dynamics::robot::{Joint, JointKind, ParameterKind, Robot};
 
 use crate::cell::RobotSource;
-use crate::text::{aligned, significant};
+use crate::text::{align_table, significant_digits};
 
 pub use picture::picture;
-pub use postures::postures;
+pub use postures::draw_postures;
 
 /// Maximum length of a base parameter's sum in the output.
 const MAX_SUM_LENGTH: usize = 100;
 
 /// Describes axes, tip, reach, masses and base parameters, with notes on the arm.
-pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
+pub fn robot_description(source: &RobotSource, base: &BaseParameters) -> String {
     let robot = &source.robot;
     let frames = Model::new(robot).link_frames(&[]);
     let mut text = heading(source);
-    text += &axes(source, &frames);
+    text += &axes_table(source, &frames);
     text += &format!(
         "\nAt q = 0, in the base's frame: origins and directions of the axes. {}\n",
         match &source.urdf {
@@ -29,22 +29,25 @@ pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
         }
     );
     if let Some(last) = frames.last() {
-        text += &format!("origin of the last link's frame   {} m\n", three(last.origin_m));
+        text += &format!("origin of the last link's frame   {} m\n", three_numbers(last.origin_m));
     }
     if let Some(arm) = &source.urdf {
-        let [from, tip] = arm.ends();
-        text += &format!("{tip} in the frame of {from}   {} m\n", three(arm.tip_position_m()));
+        let [from, tip] = arm.base_and_tip();
+        text +=
+            &format!("{tip} in the frame of {from}   {} m\n", three_numbers(arm.tip_position_m()));
     }
-    text +=
-        &format!("reach from the second axis        {} m at most\n", significant(reach(robot), 3));
+    text += &format!(
+        "reach from the second axis        {} m at most\n",
+        significant_digits(stretched_length(robot), 3)
+    );
     if let Some(nominal) = robot.nominal() {
-        let mass = robot.parameters().parameters().iter().zip(nominal.standard());
+        let mass = robot.parameters().parameters().iter().zip(nominal.standard_parameters());
         let masses = mass.filter(|(parameter, _)| parameter.kind == ParameterKind::M);
         let total: f64 = masses.map(|(_, mass)| mass).sum();
         if total > 0.0 {
             text += &format!(
                 "mass that moves                   {} kg (nominal)\n",
-                significant(total, 4)
+                significant_digits(total, 4)
             );
         }
     }
@@ -53,7 +56,7 @@ pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
         let sum = base.expression(name).unwrap_or_default();
         text += &match sum == *name {
             true => format!("  {name}\n"),
-            false => format!("  {name} = {}\n", shortened(&sum)),
+            false => format!("  {name} = {}\n", shorten(&sum)),
         };
     }
     for note in source.notes() {
@@ -66,7 +69,7 @@ fn heading(source: &RobotSource) -> String {
     let robot = &source.robot;
     let origin = match &source.urdf {
         Some(arm) => {
-            let [base, tip] = arm.ends();
+            let [base, tip] = arm.base_and_tip();
             format!(", a URDF from {base} to {tip}")
         }
         None => String::new(),
@@ -75,11 +78,11 @@ fn heading(source: &RobotSource) -> String {
         "{}: {} joints{origin}; gravity {} m/s²\n\n",
         robot.name(),
         robot.joints(),
-        three(robot.gravity_m_s2())
+        three_numbers(robot.gravity_m_s2())
     )
 }
 
-fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
+fn axes_table(source: &RobotSource, frames: &[LinkFrame]) -> String {
     let names: Vec<&str> = source.joint_names().collect();
     let rows: Vec<Vec<String>> = source
         .robot
@@ -95,7 +98,7 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
             };
             let [low, high] = [limits.position_min, limits.position_max].map(|at| at * scale);
             let degrees =
-                |of: &didim_dynamics::robot::Angle| number(of.sin.atan2(of.cos).to_degrees());
+                |of: &didim_dynamics::robot::Angle| short_number(of.sin.atan2(of.cos).to_degrees());
             let speed = if joint.kind == JointKind::Revolute { "rad/s" } else { "m/s" };
             vec![
                 names
@@ -103,16 +106,16 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
                     .map_or_else(|| (k + 1).to_string(), |name| format!("{} {name}", k + 1)),
                 kind.to_owned(),
                 degrees(alpha),
-                number(*d_m),
+                short_number(*d_m),
                 degrees(theta),
-                number(*r_m),
-                three(frame.origin_m),
-                three(frame.axes[2]),
-                format!("{} to {} {unit}", number(low), number(high)),
+                short_number(*r_m),
+                three_numbers(frame.origin_m),
+                three_numbers(frame.axes[2]),
+                format!("{} to {} {unit}", short_number(low), short_number(high)),
                 open_or(limits.velocity_max, speed),
                 limits.acceleration_max.map_or_else(
                     || "–".to_owned(),
-                    |most| format!("{} {speed}²", significant(most, 3)),
+                    |most| format!("{} {speed}²", significant_digits(most, 3)),
                 ),
                 open_or(limits.torque_max, joint.kind.torque_unit()),
             ]
@@ -132,16 +135,17 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
         "acceleration",
         "torque",
     ];
-    aligned(&header, &rows)
+    align_table(&header, &rows)
 }
 
 /// Formats a limit, unless the file leaves it open.
 fn open_or(limit: Option<f64>, unit: &str) -> String {
-    limit.map_or_else(|| "open".to_owned(), |most| format!("{} {unit}", significant(most, 3)))
+    limit
+        .map_or_else(|| "open".to_owned(), |most| format!("{} {unit}", significant_digits(most, 3)))
 }
 
 /// Returns the stretched length from the second axis to the last link's frame \[m\].
-fn reach(robot: &Robot) -> f64 {
+fn stretched_length(robot: &Robot) -> f64 {
     robot
         .chain()
         .iter()
@@ -159,18 +163,18 @@ fn reach(robot: &Robot) -> f64 {
         .sum()
 }
 
-fn three(values: [f64; 3]) -> String {
-    values.map(number).join("  ")
+fn three_numbers(values: [f64; 3]) -> String {
+    values.map(short_number).join("  ")
 }
 
 /// Formats a number to a tenth of a millimetre or a thousandth of a degree, without trailing zeros.
-fn number(value: f64) -> String {
+fn short_number(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
 }
 
-fn shortened(text: &str) -> String {
+fn shorten(text: &str) -> String {
     match text.char_indices().nth(MAX_SUM_LENGTH) {
         Some((at, _)) => format!("{}…", &text[..at]),
         None => text.to_owned(),

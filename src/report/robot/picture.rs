@@ -29,8 +29,8 @@ pub(super) type Vector = [f64; 3];
 /// `names` are those of the joints, if they have any.
 pub fn picture(robot: &Robot, names: &[&str]) -> String {
     let frames = Model::new(robot).link_frames(&[]);
-    let up = up(robot.gravity_m_s2());
-    let right = perpendicular(up);
+    let up = up_direction(robot.gravity_m_s2());
+    let right = perpendicular_to(up);
     let back = cross(up, right);
     let slanted = normalised(add(scaled(right, 0.8), scaled(back, 0.6)));
     let tilted = normalised(add(up, scaled(add(scaled(right, -0.6), scaled(back, 0.8)), 0.35)));
@@ -39,7 +39,7 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         ("from the side", back, up),
         ("from above, aslant", slanted, tilted),
     ];
-    let outline = outline(robot, &frames, &[]);
+    let outline = axis_path(robot, &frames, &[]);
     let size = outline.iter().flatten().fold(0.05_f64, |size, value| size.max(value.abs()));
     let axis = AXIS_LENGTH * size;
     let mut svg = String::new();
@@ -65,8 +65,8 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         };
         let _ = write!(
             svg,
-            "<rect class=\"frame\" x=\"{}\" y=\"{HEADER_HEIGHT}\" width=\"{}\" height=\"{}\"/><text \
-             x=\"{}\" y=\"{}\">{title}</text>",
+            "<rect class=\"frame\" x=\"{}\" y=\"{HEADER_HEIGHT}\" width=\"{}\" height=\"{}\"/>\
+             <text x=\"{}\" y=\"{}\">{title}</text>",
             offset + 6.0,
             PICTURE_SIZE - 12.0,
             PICTURE_SIZE - 6.0,
@@ -152,7 +152,7 @@ fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f
 
 /// Draws a length in metres.
 fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
-    let metre = nice(0.3 * extent);
+    let metre = round_length(0.3 * extent);
     let (x, y) = (offset + 16.0, HEADER_HEIGHT + PICTURE_SIZE - 22.0);
     let _ = write!(
         svg,
@@ -165,7 +165,7 @@ fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
 
 /// Returns the path from one origin to the next along the common normal, then along the axis, at
 /// these positions.
-pub(super) fn outline(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
+pub(super) fn axis_path(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
     let mut outline: Vec<Vector> = vec![[0.0; 3]];
     for (index, (joint, frame)) in robot.chain().iter().zip(frames).enumerate() {
         let slid = match joint.kind {
@@ -179,20 +179,20 @@ pub(super) fn outline(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vec
 }
 
 /// Returns the direction against gravity; z without gravity.
-pub(super) fn up(gravity: Vector) -> Vector {
+pub(super) fn up_direction(gravity: Vector) -> Vector {
     let size = dot(gravity, gravity).sqrt();
     if size > 0.0 { scaled(gravity, -1.0 / size) } else { [0.0, 0.0, 1.0] }
 }
 
 /// Returns a direction at right angles to another, along x if possible.
-pub(super) fn perpendicular(to: Vector) -> Vector {
+pub(super) fn perpendicular_to(to: Vector) -> Vector {
     let projected = |axis: Vector| add(axis, scaled(to, -dot(axis, to)));
     let x = projected([1.0, 0.0, 0.0]);
     if dot(x, x) > 0.01 { normalised(x) } else { normalised(projected([0.0, 1.0, 0.0])) }
 }
 
 /// Returns 1, 2 or 5 times a power of ten, up to the given value.
-fn nice(most: f64) -> f64 {
+fn round_length(most: f64) -> f64 {
     let power = 10.0_f64.powf(most.log10().floor());
     let digit = [5.0, 2.0, 1.0].into_iter().find(|digit| digit * power <= most);
     // Gives 0.05 rather than 0.05000000000000001.

@@ -5,21 +5,21 @@ use std::fmt::Write as _;
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::Robot;
 
-use super::picture::{Vector, cross, dot, outline, perpendicular, up};
+use super::picture::{Vector, axis_path, cross, dot, perpendicular_to, up_direction};
 
 const PICTURE_SIZE: f64 = 400.0;
 const MARGIN: f64 = 30.0;
 
 /// Draws the arm in each posture \[rad or m\], the first one bold, and the path of its last origin.
 /// The views are from the front and from the side, in one scale.
-pub fn postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> String {
+pub fn draw_postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> String {
     let model = Model::new(robot);
     let outlines: Vec<Vec<Vector>> =
-        postures.iter().map(|q| outline(robot, &model.link_frames(q), q)).collect();
+        postures.iter().map(|q| axis_path(robot, &model.link_frames(q), q)).collect();
     let tip: Vec<Vector> =
         path.iter().filter_map(|q| Some(model.link_frames(q).last()?.origin_m)).collect();
-    let up = up(robot.gravity_m_s2());
-    let right = perpendicular(up);
+    let up = up_direction(robot.gravity_m_s2());
+    let right = perpendicular_to(up);
     let views = [("from the front", right), ("from the side", cross(up, right))];
     let all_points = || outlines.iter().flatten().chain(&tip);
     let reach = all_points().flatten().fold(0.05_f64, |reach, value| reach.max(value.abs()));
@@ -28,8 +28,8 @@ pub fn postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> Stri
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
-        "<svg class=\"arm\" viewBox=\"0 0 {} {PICTURE_SIZE}\" role=\"img\" aria-label=\"The arm along the \
-         motion\">",
+        "<svg class=\"arm\" viewBox=\"0 0 {} {PICTURE_SIZE}\" role=\"img\" aria-label=\"The arm \
+         along the motion\">",
         2.0 * PICTURE_SIZE
     );
     for ((title, along), x_offset) in views.into_iter().zip([0.0, PICTURE_SIZE]) {

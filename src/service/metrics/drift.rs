@@ -1,31 +1,34 @@
 //! Differences between the last estimate and the baseline, as metric families.
 
-use super::exposition::{Kind, MAX_LABELS, Text, truth};
+use super::exposition::{Kind, MAX_LABELS, Text, flag_value};
 use crate::archive::drift::DriftStatus;
 
 use Kind::Gauge;
 
-pub(super) fn drift(text: &mut Text, status: &DriftStatus) {
+pub(super) fn add_drift(text: &mut Text, status: &DriftStatus) {
     let help =
         "Whether the last result was compared with the baseline; `didim status` says why not.";
-    text.family("didim_drift_compared", Gauge, help).value(truth(status.compared));
+    text.family("didim_drift_compared", Gauge, help).value(flag_value(status.compared));
     // Prometheus uses NaN for a missing number.
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let shown = || status.parameters.iter().take(MAX_LABELS);
     let help = "Relative change of a parameter since the baseline.";
     let mut family = text.family("didim_drift_relative_change_ratio", Gauge, help);
     for parameter in shown() {
-        family.labelled(&[("parameter", &parameter.parameter)], number(parameter.relative_change));
+        family.add_labelled(
+            &[("parameter", &parameter.parameter)],
+            number(parameter.relative_change),
+        );
     }
     let help =
         "Change of a parameter as a share of its band around the baseline: more than 1 is outside.";
     let mut family = text.family("didim_drift_band_share_ratio", Gauge, help);
     for parameter in shown() {
-        family.labelled(&[("parameter", &parameter.parameter)], number(parameter.band_share));
+        family.add_labelled(&[("parameter", &parameter.parameter)], number(parameter.band_share));
     }
     let help = "Alarms of parameters that have left their bands; always 1.";
     let mut family = text.family("didim_drift_alarm", Gauge, help);
     for alarm in status.alarms.iter().take(MAX_LABELS) {
-        family.labelled(&[("parameter", &alarm.parameter)], 1.0);
+        family.add_labelled(&[("parameter", &alarm.parameter)], 1.0);
     }
 }

@@ -54,16 +54,16 @@ pub(super) struct Family<'t> {
 impl Family<'_> {
     /// Writes the only sample of a family without labels.
     pub(super) fn value(&mut self, value: f64) {
-        self.sample("", &[], value);
+        self.add_sample("", &[], value);
     }
 
     /// Writes a sample with its labels.
-    pub(super) fn labelled(&mut self, labels: &[(&str, &str)], value: f64) {
-        self.sample("", labels, value);
+    pub(super) fn add_labelled(&mut self, labels: &[(&str, &str)], value: f64) {
+        self.add_sample("", labels, value);
     }
 
     /// Writes a sample whose name is the family name with a suffix.
-    pub(super) fn sample(&mut self, suffix: &str, labels: &[(&str, &str)], value: f64) {
+    pub(super) fn add_sample(&mut self, suffix: &str, labels: &[(&str, &str)], value: f64) {
         *self.text += self.name;
         *self.text += suffix;
         for (k, (label, value)) in labels.iter().enumerate() {
@@ -90,7 +90,7 @@ pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, 
     }
 }
 
-pub(super) fn truth(is: bool) -> f64 {
+pub(super) fn flag_value(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
 
@@ -107,7 +107,7 @@ mod tests {
     fn samples_are_written_as_the_format_says() {
         let mut text = Text::default();
         let mut family = text.family("didim_x", Kind::Gauge, "One\nline, and a \\.");
-        family.labelled(&[("a", "q\"u\\o\nte"), ("b", "µ")], 1.5);
+        family.add_labelled(&[("a", "q\"u\\o\nte"), ("b", "µ")], 1.5);
         family.value(f64::NAN);
         family.value(f64::NEG_INFINITY);
         family.value(1e21);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::exposition::{Kind, MAX_LABELS, Text, count, truth, write};
+use super::exposition::{Kind, MAX_LABELS, Text, count, flag_value, write};
 use super::{drift, load, recording};
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
@@ -13,28 +13,28 @@ use crate::window::JointReading;
 use Kind::{Counter, Gauge, Summary};
 
 /// Returns the metrics of a service, or of one that does not answer.
-pub fn exposition(snapshot: Option<&Snapshot>) -> String {
+pub fn metrics_text(snapshot: Option<&Snapshot>) -> String {
     let mut text = Text::default();
-    let up = truth(snapshot.is_some());
+    let up = flag_value(snapshot.is_some());
     text.family("didim_up", Gauge, "Whether the service answers at its status socket.").value(up);
     let version = env!("CARGO_PKG_VERSION");
     text.family("didim_build_info", Gauge, "The program that serves the metrics; always 1.")
-        .labelled(&[("version", version)], 1.0);
+        .add_labelled(&[("version", version)], 1.0);
     if let Some(snapshot) = snapshot {
-        service(&mut text, snapshot);
-        snapshot.acquisition.iter().for_each(|status| acquisition(&mut text, status));
-        snapshot.estimation.iter().for_each(|status| estimation(&mut text, status));
+        add_service(&mut text, snapshot);
+        snapshot.acquisition.iter().for_each(|status| add_acquisition(&mut text, status));
+        snapshot.estimation.iter().for_each(|status| add_estimation(&mut text, status));
     }
     text.finish()
 }
 
-fn service(text: &mut Text, snapshot: &Snapshot) {
+fn add_service(text: &mut Text, snapshot: &Snapshot) {
     text.family("didim_service_info", Gauge, "The service and its cell; always 1.")
-        .labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
+        .add_labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
     let gauges = [
         ("didim_uptime_seconds", "Time since the service began.", snapshot.uptime_s),
-        ("didim_healthy", "Health: 1, or 0 for a reason.", truth(snapshot.health.ok)),
-        ("didim_idle", "Whether no drive is enabled.", truth(snapshot.health.idle)),
+        ("didim_healthy", "Health: 1, or 0 for a reason.", flag_value(snapshot.health.ok)),
+        ("didim_idle", "Whether no drive is enabled.", flag_value(snapshot.health.idle)),
         (
             "didim_health_reasons",
             "Number of reasons why the service is not healthy; `didim status` lists them.",
@@ -59,10 +59,10 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
     write(text, Gauge, &gauges);
 }
 
-fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
+fn add_acquisition(text: &mut Text, status: &AcquisitionStatus) {
     let mut state = text.family("didim_bus_state", Gauge, "State of the bus: 1 if current.");
     for is in BusState::ALL {
-        state.labelled(&[("state", is.key())], truth(status.bus == is));
+        state.add_labelled(&[("state", is.key())], flag_value(status.bus == is));
     }
     let counters = [
         ("didim_frames_total", "Frames received, error frames included.", status.frames),
@@ -74,9 +74,9 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
         text.family(counter.metric, Counter, counter.help).value(count(counter.count));
     }
     let unused = "Frames not used, by cause.";
-    by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
+    add_by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
     let loss_help = "Bus cycles without a sample, by cause.";
-    by_label(text, ("didim_cycles_lost_total", "cause"), loss_help, &status.cycles_lost);
+    add_by_label(text, ("didim_cycles_lost_total", "cause"), loss_help, &status.cycles_lost);
     let buffers = [
         (
             "didim_receive_buffer_bytes",
@@ -109,7 +109,7 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
     for (name, help, joints) in readings.into_iter().filter(|(.., joints)| !joints.is_empty()) {
         let mut family = text.family(name, Gauge, help);
         for JointReading { joint, last, .. } in joints.iter().take(MAX_LABELS) {
-            family.labelled(&[("joint", &joint.to_string())], *last);
+            family.add_labelled(&[("joint", &joint.to_string())], *last);
         }
     }
     if let Some(grants) = &status.real_time {
@@ -121,20 +121,20 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
             let help = "What the acquisition requested: 1 where it was granted.";
             let mut family = text.family("didim_real_time_granted", Gauge, help);
             for (wish, grant) in asked {
-                family.labelled(&[("wish", wish)], truth(*grant == Grant::Granted));
+                family.add_labelled(&[("wish", wish)], flag_value(*grant == Grant::Granted));
             }
         }
     }
-    latency(
+    add_latency(
         text,
         ("didim_frame_to_buffer_seconds", "didim_frame_to_buffer_max_seconds"),
         "From the frame that completed a sample until it was in the buffer.",
         status.frame_to_buffer.map(|latency| latency.times),
     );
-    status.recording.iter().for_each(|status| recording::recording(text, status));
+    status.recording.iter().for_each(|status| recording::add_recording(text, status));
 }
 
-fn estimation(text: &mut Text, status: &EstimationStatus) {
+fn add_estimation(text: &mut Text, status: &EstimationStatus) {
     let counters = [
         ("didim_worker_samples_total", "Samples that the worker received.", status.samples),
         (
@@ -161,13 +161,18 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
     ];
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
     let rejected = "Windows rejected, by cause.";
-    by_label(text, ("didim_windows_rejected_total", "cause"), rejected, &status.windows_rejected);
+    add_by_label(
+        text,
+        ("didim_windows_rejected_total", "cause"),
+        rejected,
+        &status.windows_rejected,
+    );
     let samples = match status.window {
         WindowState::Idle => None,
         WindowState::Open { samples } => Some(samples as u64),
     };
     let gauges = [
-        ("didim_window_open", "Whether a window is open.", truth(samples.is_some())),
+        ("didim_window_open", "Whether a window is open.", flag_value(samples.is_some())),
         ("didim_window_samples", "Samples in the open window.", count(samples.unwrap_or(0))),
         (
             "didim_windows_pending",
@@ -188,21 +193,21 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
     write(text, Gauge, &gauges);
     let names = ("didim_buffer_to_worker_seconds", "didim_buffer_to_worker_max_seconds");
     let help = "How long samples lay in the buffer until the worker took them.";
-    latency(text, names, help, status.buffer_to_worker);
+    add_latency(text, names, help, status.buffer_to_worker);
     let names = ("didim_batch_to_worker_seconds", "didim_batch_to_worker_max_seconds");
-    latency(
+    add_latency(
         text,
         names,
         "From the sending of a batch until the worker took it.",
         status.batch_to_worker,
     );
-    status.last_estimate.iter().for_each(|last| estimate(text, last));
-    status.kept_recordings.iter().for_each(|archive| recording::archive(text, archive));
-    status.drift.iter().for_each(|status| drift::drift(text, status));
-    status.load.iter().for_each(|status| load::load(text, status));
+    status.last_estimate.iter().for_each(|last| add_estimate(text, last));
+    status.kept_recordings.iter().for_each(|archive| recording::add_archive(text, archive));
+    status.drift.iter().for_each(|status| drift::add_drift(text, status));
+    status.load.iter().for_each(|status| load::add_load(text, status));
 }
 
-fn estimate(text: &mut Text, last: &EstimateSummary) {
+fn add_estimate(text: &mut Text, last: &EstimateSummary) {
     let gauges = [
         (
             "didim_estimate_window",
@@ -212,7 +217,7 @@ fn estimate(text: &mut Text, last: &EstimateSummary) {
         (
             "didim_estimate_applicable",
             "Whether the last estimate may be used.",
-            Some(truth(last.applicable)),
+            Some(flag_value(last.applicable)),
         ),
         (
             "didim_estimate_relative_error_ratio",
@@ -242,17 +247,17 @@ fn estimate(text: &mut Text, last: &EstimateSummary) {
         "Parameters of the last estimate, in SI units.",
     );
     for value in shown() {
-        family.labelled(&[("parameter", &value.name), ("method", method)], value.value);
+        family.add_labelled(&[("parameter", &value.name), ("method", method)], value.value);
     }
     let help = "Standard deviations of the last estimate's parameters, in SI units.";
     let mut family = text.family("didim_estimate_parameter_standard_deviation", Gauge, help);
     for value in shown() {
         let labels = [("parameter", value.name.as_str()), ("method", method)];
-        family.labelled(&labels, value.standard_deviation);
+        family.add_labelled(&labels, value.standard_deviation);
     }
 }
 
-fn latency(
+fn add_latency(
     text: &mut Text,
     (name, max_name): (&'static str, &'static str),
     help: &str,
@@ -263,13 +268,13 @@ fn latency(
     let mut family = text.family(name, Summary, help);
     for (quantile, ns) in [("0.5", times.p50_ns), ("0.99", times.p99_ns), ("0.999", times.p999_ns)]
     {
-        family.labelled(&[("quantile", quantile)], seconds(ns));
+        family.add_labelled(&[("quantile", quantile)], seconds(ns));
     }
-    family.sample("_count", &[], count(times.count));
+    family.add_sample("_count", &[], count(times.count));
     text.family(max_name, Gauge, &format!("The longest: {help}")).value(seconds(times.max_ns));
 }
 
-fn by_label(
+fn add_by_label(
     text: &mut Text,
     (name, label): (&'static str, &str),
     help: &str,
@@ -278,6 +283,6 @@ fn by_label(
     // A family without samples shows that the cause has not occurred.
     let mut family = text.family(name, Counter, help);
     for (cause, value) in counts.iter().take(MAX_LABELS) {
-        family.labelled(&[(label, cause)], count(*value));
+        family.add_labelled(&[(label, cause)], count(*value));
     }
 }

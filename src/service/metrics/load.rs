@@ -1,17 +1,17 @@
 //! The load on the flange, as metric families.
 
-use super::exposition::{Kind, Text, count, truth, write};
+use super::exposition::{Kind, Text, count, flag_value, write};
 use crate::live::worker::{LoadState, LoadStatus};
 
 use Kind::{Counter, Gauge};
 
-pub(super) fn load(text: &mut Text, status: &LoadStatus) {
+pub(super) fn add_load(text: &mut Text, status: &LoadStatus) {
     let gauges = [
         ("didim_load_known", "Whether it is known what the arm carries.", {
-            truth(status.state != LoadState::Unknown)
+            flag_value(status.state != LoadState::Unknown)
         }),
         ("didim_load_seen", "Whether the arm carries more than with its baseline.", {
-            truth(status.state == LoadState::Load)
+            flag_value(status.state == LoadState::Load)
         }),
     ];
     write(text, Gauge, &gauges);

@@ -13,5 +13,5 @@ mod recording;
 mod serve;
 
 pub use exposition::MAX_LABELS;
-pub use families::exposition;
+pub use families::metrics_text;
 pub use serve::{Limits, ServeError, serve};

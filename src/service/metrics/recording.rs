@@ -1,17 +1,17 @@
 //! Recording and kept recordings, as metric families.
 
-use super::exposition::{Kind, Text, count, truth, write};
+use super::exposition::{Kind, Text, count, flag_value, write};
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 
 use Kind::{Counter, Gauge};
 
-pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
+pub(super) fn add_recording(text: &mut Text, status: &RecordingStatus) {
     let gauges = [
         (
             "didim_recording",
             "Whether frames are being written: 0 before the first frame, after a failure, at the \
             end.",
-            truth(status.state == RecordingState::Recording),
+            flag_value(status.state == RecordingState::Recording),
         ),
         ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
         (
@@ -22,7 +22,7 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
         (
             "didim_recording_gives_way",
             "Whether the disk has no room for the whole ring, which gives way to results.",
-            truth(status.gives_way),
+            flag_value(status.gives_way),
         ),
     ];
     write(text, Gauge, &gauges);
@@ -47,7 +47,7 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
 }
 
-pub(super) fn archive(text: &mut Text, status: &ArchiveStatus) {
+pub(super) fn add_archive(text: &mut Text, status: &ArchiveStatus) {
     let gauges = [
         ("didim_kept_recordings", "Recordings that are kept.", count(status.files as u64)),
         (
@@ -58,7 +58,7 @@ pub(super) fn archive(text: &mut Text, status: &ArchiveStatus) {
         (
             "didim_capture_running",
             "Whether a capture by command is running.",
-            truth(status.capture.is_some()),
+            flag_value(status.capture.is_some()),
         ),
     ];
     write(text, Gauge, &gauges);
@@ -75,7 +75,7 @@ mod tests {
         let mut text = Text::default();
         let status =
             RecordingStatus { gives_way: true, segments_given_way: 3, ..Default::default() };
-        recording(&mut text, &status);
+        add_recording(&mut text, &status);
         let text = text.finish();
         assert!(text.contains("\ndidim_recording_gives_way 1\n"), "{text}");
         assert!(text.contains("\ndidim_recording_segments_given_way_total 3\n"), "{text}");

@@ -17,7 +17,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Mutex, Semaphore};
 
 /// Content type of the exposition format.
-const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+const EXPOSITION_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 /// Maximum length of request line and headers \[bytes\]. It is the minimum that hyper accepts.
 const MAX_HEAD: usize = 8192;
 /// Maximum number of headers of a request.
@@ -136,7 +136,7 @@ where
     match tokio::task::spawn_blocking(move || ask()).await {
         Ok(text) => {
             let mut response = Response::new(Full::new(Bytes::from(text)));
-            let kind = hyper::header::HeaderValue::from_static(CONTENT_TYPE);
+            let kind = hyper::header::HeaderValue::from_static(EXPOSITION_TYPE);
             response.headers_mut().insert(CONTENT_TYPE, kind);
             response
         }

@@ -32,9 +32,9 @@ pub struct Collector {
     /// Sample count of a worker without a bus in this process, and the time of its last increase.
     last_sample: (u64, Instant),
     /// Latest status of an acquisition in another process.
-    other: Option<(AcquisitionStatus, Instant)>,
+    other_process: Option<(AcquisitionStatus, Instant)>,
     /// Time of the last count of frames and samples, and both counts.
-    before: Option<(Instant, u64, u64)>,
+    last_count: Option<(Instant, u64, u64)>,
     /// Recent counts.
     recent: RecentWatch,
 }
@@ -62,8 +62,8 @@ impl Collector {
             receive_buffer,
             process: ProcessStatus::default(),
             last_sample: (0, now),
-            other: None,
-            before: None,
+            other_process: None,
+            last_count: None,
             recent: RecentWatch::new(now),
         }
     }
@@ -78,12 +78,12 @@ impl Collector {
             status.frame_to_buffer = shared.frame_to_buffer();
             status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
             status.receive_buffer_asked_bytes = self.receive_buffer.map(|is| is.asked_bytes);
-            if let Some((then, frames, samples)) = self.before {
+            if let Some((then, frames, samples)) = self.last_count {
                 let elapsed_s = (now - then).as_secs_f64();
                 status.frames_per_second = rate(status.frames, frames, elapsed_s);
                 status.samples_per_second = rate(status.samples, samples, elapsed_s);
             }
-            self.before = Some((now, status.frames, status.samples));
+            self.last_count = Some((now, status.frames, status.samples));
             status
         });
         let mut estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
@@ -91,10 +91,10 @@ impl Collector {
         if let (None, Some(estimation)) = (&acquisition, &mut estimation)
             && let Some(silent) = self.without_samples(estimation.samples, now)
         {
-            let other = self.other.as_ref();
+            let other = self.other_process.as_ref();
             let heard =
                 other.filter(|(_, then)| now.saturating_duration_since(*then) < MAX_STATUS_AGE);
-            let resting = heard.filter(|(other, _)| other.rests());
+            let resting = heard.filter(|(other, _)| other.is_at_rest());
             idle = resting.is_some_and(|(other, _)| other.flow() == Flow::Idle);
             estimation.without_samples_s = resting.is_none().then_some(silent.as_secs());
         }
@@ -127,9 +127,9 @@ struct Other {
 
 impl Collector {
     /// Processes the status of an acquisition in another process.
-    pub fn hear(&mut self, document: &[u8], now: Instant) {
+    pub fn handle_document(&mut self, document: &[u8], now: Instant) {
         if let Ok(Other { acquisition: Some(status) }) = serde_json::from_slice(document) {
-            self.other = Some((status, now));
+            self.other_process = Some((status, now));
         }
     }
 

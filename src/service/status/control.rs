@@ -27,19 +27,19 @@ const MAX_ANSWER: usize = 2048;
 /// # Errors
 /// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
-    let listener = socket.tokio()?;
+    let listener = socket.to_tokio()?;
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
         let (client, place) = accept(&listener, &places).await;
         let dispatcher = dispatcher.clone();
         tokio::spawn(async move {
             let _place = place;
-            let _ = converse(client, dispatcher).await;
+            let _ = serve_client(client, dispatcher).await;
         });
     }
 }
 
-async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
+async fn serve_client(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
     let (read, mut write) = client.into_split();
     let mut line = Vec::with_capacity(MAX_REQUEST);
     // One byte more than the maximum line length. It distinguishes a line that is too long from a
@@ -47,17 +47,17 @@ async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> 
     let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
     let answer = match parse_request(&line) {
-        Err(error) => refusal(&error.to_string()),
+        Err(error) => refusal_line(&error.to_string()),
         Ok(request) => match dispatcher.dispatch(request).await {
             Ok(done) => format!("ok: {}\n", one_line(&done, MAX_ANSWER)),
-            Err(error) => refusal(&error.to_string()),
+            Err(error) => refusal_line(&error.to_string()),
         },
     };
     tokio::time::timeout(CLIENT_TIMEOUT, write.write_all(answer.as_bytes())).await?
 }
 
 /// Formats any reason as one line.
-fn refusal(why: &str) -> String {
+fn refusal_line(why: &str) -> String {
     format!("error: {}\n", one_line(why, MAX_ANSWER))
 }
 
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn a_refusal_is_one_bounded_line() {
         let quoted = "cell.toml: TOML parse error\n  |\n7 | x\u{1b}[2J = \n  | ^\n";
-        assert_eq!(refusal(quoted), "error: cell.toml: TOML parse error | 7 | x [2J = | ^\n");
-        assert_eq!(refusal(&"ä".repeat(5000)).chars().count(), MAX_ANSWER + 8);
+        assert_eq!(refusal_line(quoted), "error: cell.toml: TOML parse error | 7 | x [2J = | ^\n");
+        assert_eq!(refusal_line(&"ä".repeat(5000)).chars().count(), MAX_ANSWER + 8);
     }
 }

@@ -70,7 +70,7 @@ impl Dispatcher {
                 Ok(self.on_worker("keeps no recordings", submit).await??)
             }
             Request::Note(note) => {
-                self.on_worker("has no windows", move |worker| worker.note(note)).await?;
+                self.on_worker("has no windows", move |worker| worker.add_note(note)).await?;
                 Ok("noted with the window that is open, or the next one".to_owned())
             }
             Request::Baseline(request) => {

@@ -9,7 +9,7 @@ use crate::service::paths::Paths;
 ///
 /// # Errors
 /// [`ClientError`] if none answers.
-pub fn fetch(paths: &Paths) -> Result<Snapshot, ClientError> {
+pub fn fetch_snapshot(paths: &Paths) -> Result<Snapshot, ClientError> {
     let mut snapshot = match fetch_status(&paths.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),
         Ok(snapshot) => snapshot,
@@ -76,7 +76,7 @@ mod tests {
         let estimation = Some(SharedEstimation::default());
         let mut half = Collector::new(&options.unwrap(), None, estimation, None, start);
         let json = serde_json::json!({ "acquisition": acquisition });
-        half.hear(&serde_json::to_vec(&json).unwrap(), now);
+        half.handle_document(&serde_json::to_vec(&json).unwrap(), now);
         let mut snapshot = half.snapshot(now);
         let alone = snapshot.health.clone();
         let other = Snapshot { acquisition: Some(acquisition.clone()), ..snapshot.clone() };
@@ -113,10 +113,10 @@ mod tests {
     fn one_half_is_shown_without_the_other() {
         let folder = tempfile::tempdir_in("/tmp").unwrap();
         let paths = Paths::with_sockets_in(folder.path());
-        assert!(matches!(fetch(&paths), Err(ClientError::NoService { .. })));
+        assert!(matches!(fetch_snapshot(&paths), Err(ClientError::NoService { .. })));
 
         answer(&paths.acquisition_socket(), true);
-        let snapshot = fetch(&paths).unwrap();
+        let snapshot = fetch_snapshot(&paths).unwrap();
         assert!(snapshot.acquisition.is_some() && snapshot.estimation.is_none());
         let says = |snapshot: &Snapshot, words| {
             !snapshot.health.ok && snapshot.health.reasons.iter().any(|why| why.contains(words))
@@ -125,7 +125,7 @@ mod tests {
         assert!(says(&snapshot, "no frame has come yet"), "{snapshot:?}");
 
         answer(&paths.status_socket(), false);
-        let snapshot = fetch(&paths).unwrap();
+        let snapshot = fetch_snapshot(&paths).unwrap();
         assert!(snapshot.acquisition.is_none() && snapshot.estimation.is_some());
         assert!(says(&snapshot, "the acquisition does not answer"), "{snapshot:?}");
     }

@@ -82,7 +82,7 @@ impl Socket {
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
         DirBuilder::new().mode(0o700).create(&private).map_err(io_error)?;
-        let made = make(&private.join("s"), path, mode, group);
+        let made = bind_listener(&private.join("s"), path, mode, group);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
         let (listener, inode) = made?;
@@ -96,7 +96,7 @@ impl Socket {
     }
 
     /// Returns the listener for tokio, which requires non-blocking mode.
-    pub(super) fn tokio(&self) -> io::Result<tokio::net::UnixListener> {
+    pub(super) fn to_tokio(&self) -> io::Result<tokio::net::UnixListener> {
         let listener = self.listener.try_clone()?;
         listener.set_nonblocking(true)?;
         tokio::net::UnixListener::from_std(listener)
@@ -129,7 +129,7 @@ fn refuse_living(path: &Path) -> Result<(), ListenError> {
     }
 }
 
-fn make(
+fn bind_listener(
     private: &Path,
     path: &Path,
     mode: u32,

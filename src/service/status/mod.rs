@@ -21,7 +21,7 @@ pub use collect::Collector;
 pub(crate) use control::one_line;
 pub use control::serve_commands;
 pub use dispatch::{DispatchError, Dispatcher, ReloadAnswer, ReloadSender};
-pub use fetch::fetch;
+pub use fetch::fetch_snapshot;
 pub use listen::{ListenError, Socket};
 pub use render::{Colour, render};
 pub use request::{

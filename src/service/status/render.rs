@@ -10,7 +10,7 @@ use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
-use crate::text::significant;
+use crate::text::significant_digits;
 
 /// Use of terminal colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,21 +49,21 @@ pub struct Row {
 
 /// Formats the snapshot as aligned lines of a name and a value.
 pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
-    aligned(&rows(snapshot), colour)
+    align_rows(&rows(snapshot), colour)
 }
 
 /// Returns the lines before alignment.
 pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
     let mut rows = Rows(Vec::new());
-    rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
-    rows.plain("up for", duration(snapshot.uptime_s));
+    rows.add_plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
+    rows.add_plain("up for", duration_text(snapshot.uptime_s));
     if snapshot.health.ok {
-        rows.judged("health", snapshot.health.label(), true);
+        rows.add_judged("health", snapshot.health.label(), true);
     }
     for reason in &snapshot.health.reasons {
-        rows.judged("health", reason, false);
+        rows.add_judged("health", reason, false);
     }
-    rows.plain(
+    rows.add_plain(
         "buffer",
         format!(
             "{} s at {} Hz, {:.1} MB of shared memory",
@@ -82,27 +82,27 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
 }
 
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
-    rows.judged("bus", status.bus.label(), status.bus.is_well());
-    rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
-    rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
+    rows.add_judged("bus", status.bus.label(), status.bus.is_well());
+    rows.add_plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
+    rows.add_plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
     if let Some(FrameLatency { from, times }) = status.frame_to_buffer {
         let since = match from {
             FrameTime::Stamp => "from its stamp",
             FrameTime::Read => "from when it was read",
         };
-        rows.plain("frame to buffer", format!("{}, {since}", quantiles(times)));
+        rows.add_plain("frame to buffer", format!("{}, {since}", quantile_text(times)));
     }
     for counter in status.counters.each() {
-        rows.counted(counter.label, counter.count);
+        rows.add_count(counter.label, counter.count);
     }
-    rows.causes("frames unused", &status.frames_unused);
-    rows.causes("cycles lost", &status.cycles_lost);
-    status.readings.lines().into_iter().for_each(|(name, text)| rows.plain(name, text));
+    rows.add_causes("frames unused", &status.frames_unused);
+    rows.add_causes("cycles lost", &status.cycles_lost);
+    status.readings.lines().into_iter().for_each(|(name, text)| rows.add_plain(name, text));
     if let Some(recording) = &status.recording {
         recording_rows(rows, recording);
     }
     if let Some(bytes) = status.receive_buffer_bytes {
-        rows.plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
+        rows.add_plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
     }
     if let Some(grants) = &status.real_time {
         for (name, grant) in [
@@ -112,49 +112,52 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
         ] {
             match grant {
                 Grant::NotAsked => {}
-                Grant::Granted => rows.judged(name, "granted", true),
-                Grant::Refused { why } => rows.judged(name, why, false),
+                Grant::Granted => rows.add_judged(name, "granted", true),
+                Grant::Refused { why } => rows.add_judged(name, why, false),
             }
         }
     }
 }
 
 fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
-    rows.latency("buffer to worker", status.buffer_to_worker);
-    rows.latency("batch to worker", status.batch_to_worker);
-    rows.counted("samples missing", status.samples_missing);
-    rows.counted("batches lost", status.batches_lost);
-    rows.counted("acquisition restarts", status.restarts);
+    rows.add_latency("buffer to worker", status.buffer_to_worker);
+    rows.add_latency("batch to worker", status.batch_to_worker);
+    rows.add_count("samples missing", status.samples_missing);
+    rows.add_count("batches lost", status.batches_lost);
+    rows.add_count("acquisition restarts", status.restarts);
     match status.window {
-        WindowState::Idle => rows.plain("window", "none open".to_owned()),
+        WindowState::Idle => rows.add_plain("window", "none open".to_owned()),
         WindowState::Open { samples } => {
-            rows.plain("window", format!("open, {samples} samples"));
+            rows.add_plain("window", format!("open, {samples} samples"));
         }
     }
-    rows.plain(
+    rows.add_plain(
         "windows",
         format!(
             "{} opened, {} identified, {} pending",
             status.windows_opened, status.windows_identified, status.windows_pending
         ),
     );
-    rows.counted("results not stored yet", status.results_waiting);
-    rows.counted("history not written yet", status.history_lines_waiting);
+    rows.add_count("results not stored yet", status.results_waiting);
+    rows.add_count("history not written yet", status.history_lines_waiting);
     if let Some(archive) = &status.kept_recordings {
         archive_rows(rows, archive);
     }
     if let Some(note) = &status.note {
-        rows.plain("next window's note", note.line());
+        rows.add_plain("next window's note", note.line());
     }
-    rows.causes("windows rejected", &status.windows_rejected);
+    rows.add_causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
-        rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));
+        rows.add_plain(
+            "last rejection",
+            format!("window {}: {}", rejected.number, rejected.rejection),
+        );
     }
     if let Some(estimate) = &status.last_estimate {
         let error = estimate
             .relative_error
             .map_or_else(|| "unknown".to_owned(), |error| format!("{:.2} %", 100.0 * error));
-        rows.plain(
+        rows.add_plain(
             "last estimate",
             format!(
                 "window {}, {}, {} parameters, relative error {error}",
@@ -164,26 +167,27 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             ),
         );
         if let Some(range) = estimate.readings.temperatures_c() {
-            let [coolest, hottest] = [range.start(), range.end()].map(|c| significant(*c, 3));
-            rows.plain("last estimate at", format!("{coolest} to {hottest} °C, motors"));
+            let [coolest, hottest] =
+                [range.start(), range.end()].map(|c| significant_digits(*c, 3));
+            rows.add_plain("last estimate at", format!("{coolest} to {hottest} °C, motors"));
         }
         if estimate.applicable {
-            rows.judged("verdict", "applicable", true);
+            rows.add_judged("verdict", "applicable", true);
         }
         for reason in &estimate.reasons {
-            rows.judged("verdict", reason, false);
+            rows.add_judged("verdict", reason, false);
         }
     }
     if let Some(drift) = &status.drift {
         drift_rows(rows, drift);
     }
     for line in status.load.iter().flat_map(LoadStatus::lines) {
-        rows.plain("load", line);
+        rows.add_plain("load", line);
     }
 }
 
 fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
-    let back = status.oldest_s.map(|seconds| format!(", {} back", duration(seconds)));
+    let back = status.oldest_s.map(|seconds| format!(", {} back", duration_text(seconds)));
     let size = format!(
         "{:.0} of {:.0} MB{}",
         megabytes(status.ring_bytes),
@@ -191,86 +195,86 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
         back.unwrap_or_default()
     );
     match status.state {
-        RecordingState::Waiting => rows.plain("recording", "no frame yet".to_owned()),
-        RecordingState::Recording => rows.plain("recording", size),
-        RecordingState::Ended => rows.plain("recording", format!("ended, {size}")),
+        RecordingState::Waiting => rows.add_plain("recording", "no frame yet".to_owned()),
+        RecordingState::Recording => rows.add_plain("recording", size),
+        RecordingState::Ended => rows.add_plain("recording", format!("ended, {size}")),
         RecordingState::Failed => {
             let why = status.why.as_deref().unwrap_or("failed");
-            rows.judged("recording", why, false);
+            rows.add_judged("recording", why, false);
         }
     }
-    rows.counted("frames unrecorded", status.frames_unrecorded);
-    rows.counted("recording failures", status.write_errors);
-    rows.counted("ring files removed early", status.segments_given_way);
+    rows.add_count("frames unrecorded", status.frames_unrecorded);
+    rows.add_count("recording failures", status.write_errors);
+    rows.add_count("ring files removed early", status.segments_given_way);
 }
 
 fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {
     let (files, size) = (status.files, megabytes(status.bytes));
-    rows.plain("recordings kept", format!("{files}, {size:.1} MB"));
+    rows.add_plain("recordings kept", format!("{files}, {size:.1} MB"));
     if let Some(name) = &status.capture {
-        rows.plain("capture", name.clone());
+        rows.add_plain("capture", name.clone());
     }
-    rows.counted("recordings waiting", status.waiting);
-    rows.counted("recordings not kept", status.failed);
+    rows.add_count("recordings waiting", status.waiting);
+    rows.add_count("recordings not kept", status.failed);
     if let Some(why) = &status.last_failure {
-        rows.plain("last not kept", why.clone());
+        rows.add_plain("last not kept", why.clone());
     }
 }
 
 fn drift_rows(rows: &mut Rows, drift: &DriftStatus) {
     let DriftStatus { baseline, time, reconfigured, .. } = drift;
-    rows.plain("baseline", format!("result {baseline} of {time}"));
+    rows.add_plain("baseline", format!("result {baseline} of {time}"));
     match &drift.why_not {
-        Some(why) => rows.plain("drift", format!("not compared: {why}")),
+        Some(why) => rows.add_plain("drift", format!("not compared: {why}")),
         None if drift.alarms.is_empty() => {
-            rows.judged("drift", "every parameter in its band", true)
+            rows.add_judged("drift", "every parameter in its band", true)
         }
         None => {}
     }
     if *reconfigured {
-        rows.plain("drift", "the configuration has changed since the baseline".to_owned());
+        rows.add_plain("drift", "the configuration has changed since the baseline".to_owned());
     }
     for reason in drift.reasons() {
-        rows.judged("drift", &reason, false);
+        rows.add_judged("drift", &reason, false);
     }
 }
 
 struct Rows(Vec<Row>);
 
 impl Rows {
-    fn plain(&mut self, name: &'static str, value: String) {
+    fn add_plain(&mut self, name: &'static str, value: String) {
         self.add(name, &value, Kind::Plain);
     }
 
     fn add(&mut self, name: &'static str, value: &str, kind: Kind) {
-        self.0.push(Row { name, value: clean(value), kind });
+        self.0.push(Row { name, value: without_control_characters(value), kind });
     }
 
     /// Adds a count. It gets a line only if it is not zero.
-    fn counted(&mut self, name: &'static str, count: u64) {
+    fn add_count(&mut self, name: &'static str, count: u64) {
         if count > 0 {
             self.add(name, &count.to_string(), Kind::Count);
         }
     }
 
-    fn latency(&mut self, name: &'static str, latency: Option<LatencySummary>) {
+    fn add_latency(&mut self, name: &'static str, latency: Option<LatencySummary>) {
         if let Some(times) = latency {
-            self.plain(name, quantiles(times));
+            self.add_plain(name, quantile_text(times));
         }
     }
 
-    fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
+    fn add_causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
             self.add(name, &format!("{count} {}", label(cause)), Kind::Cause);
         }
     }
 
-    fn judged(&mut self, name: &'static str, value: &str, good: bool) {
+    fn add_judged(&mut self, name: &'static str, value: &str, good: bool) {
         self.add(name, value, if good { Kind::Good } else { Kind::Bad });
     }
 }
 
-fn aligned(rows: &[Row], colour: Colour) -> String {
+fn align_rows(rows: &[Row], colour: Colour) -> String {
     let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
     let mut before = "";
     let mut text = String::new();
@@ -289,7 +293,7 @@ fn aligned(rows: &[Row], colour: Colour) -> String {
 }
 
 /// Removes control characters: the text comes from another process.
-pub fn clean(text: &str) -> String {
+pub fn without_control_characters(text: &str) -> String {
     text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
 }
 
@@ -299,15 +303,15 @@ fn megabytes(bytes: u64) -> f64 {
 }
 
 /// Formats the quantiles of a latency as a line.
-pub fn quantiles(times: LatencySummary) -> String {
+pub fn quantile_text(times: LatencySummary) -> String {
     let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
-    let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
+    let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time_text);
     format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
 }
 
 /// Formats a short time with three digits.
 #[expect(clippy::cast_precision_loss, reason = "three digits for people")]
-fn time(ns: u64) -> String {
+fn time_text(ns: u64) -> String {
     let (value, unit) = match ns as f64 {
         ns if ns < 1e6 => (ns / 1e3, "µs"),
         ns if ns < 1e9 => (ns / 1e6, "ms"),
@@ -324,7 +328,7 @@ fn time(ns: u64) -> String {
 }
 
 /// Formats a time in its two largest units.
-pub fn duration(seconds: f64) -> String {
+pub fn duration_text(seconds: f64) -> String {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -25,7 +25,7 @@ pub async fn serve_status(
     socket: &Socket,
     latest: watch::Receiver<Arc<[u8]>>,
 ) -> io::Result<core::convert::Infallible> {
-    let listener = socket.tokio()?;
+    let listener = socket.to_tokio()?;
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
         let (client, place) = accept(&listener, &places).await;

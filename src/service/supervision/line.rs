@@ -10,17 +10,18 @@ use crate::service::status::{Health, IDLE_TEXT, Snapshot};
 #[derive(Debug, Default)]
 pub(super) struct StatusLine {
     identified: u64,
-    at: Option<Instant>,
+    last_identified_at: Option<Instant>,
 }
 
 impl StatusLine {
     /// Returns the state at `now`: facts first, then the reasons for bad health.
     pub(super) fn next_line(&mut self, snapshot: &Snapshot, now: Instant) -> String {
         let mut parts = Vec::new();
-        parts
-            .extend(snapshot.acquisition.as_ref().and_then(|status| bus(status, &snapshot.health)));
+        parts.extend(
+            snapshot.acquisition.as_ref().and_then(|status| bus_text(status, &snapshot.health)),
+        );
         if let Some(estimation) = &snapshot.estimation {
-            parts.push(window(estimation, snapshot.stream.sample_rate_hz));
+            parts.push(window_text(estimation, snapshot.stream.sample_rate_hz));
             parts.push(self.estimate(estimation, now));
         }
         let facts = parts.join(", ");
@@ -31,9 +32,9 @@ impl StatusLine {
     fn estimate(&mut self, estimation: &EstimationStatus, now: Instant) -> String {
         if estimation.windows_identified != self.identified {
             self.identified = estimation.windows_identified;
-            self.at = Some(now);
+            self.last_identified_at = Some(now);
         }
-        match (&estimation.last_estimate, self.at) {
+        match (&estimation.last_estimate, self.last_identified_at) {
             (Some(estimate), Some(at)) => {
                 let verdict = if estimate.applicable { "applicable" } else { "not applicable" };
                 format!("last estimate {verdict}, {} s ago", (now - at).as_secs())
@@ -44,7 +45,7 @@ impl StatusLine {
 }
 
 /// Returns the state of the bus. A bad state is listed among the reasons instead.
-fn bus(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
+fn bus_text(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
     match acquisition.bus {
         BusState::Ok if health.idle => Some(IDLE_TEXT.to_owned()),
         BusState::Ok => Some(format!("{:.0} samples/s", acquisition.samples_per_second)),
@@ -53,7 +54,7 @@ fn bus(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a time for people")]
-fn window(estimation: &EstimationStatus, sample_rate_hz: f64) -> String {
+fn window_text(estimation: &EstimationStatus, sample_rate_hz: f64) -> String {
     match estimation.window {
         WindowState::Idle => "no window open".to_owned(),
         WindowState::Open { samples } => {

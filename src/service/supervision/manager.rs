@@ -35,9 +35,9 @@ impl Manager {
     }
 
     /// Reports that the start is complete.
-    pub(super) fn ready(&mut self, line: &str) {
+    pub(super) fn notify_ready(&mut self, line: &str) {
         self.is_ready = true;
-        notify(&[NotifyState::Status(&bounded(line)), NotifyState::Ready]);
+        notify(&[NotifyState::Status(&bounded_line(line)), NotifyState::Ready]);
     }
 
     /// Requests more time for the start.
@@ -48,18 +48,18 @@ impl Manager {
     }
 
     /// For people.
-    pub(super) fn status(&self, line: &str) {
-        notify(&[NotifyState::Status(&bounded(line))]);
+    pub(super) fn notify_status(&self, line: &str) {
+        notify(&[NotifyState::Status(&bounded_line(line))]);
     }
 
     /// Feeds the watchdog: all threads are healthy.
-    pub(super) fn feed(&self) {
+    pub(super) fn feed_watchdog(&self) {
         notify(&[NotifyState::Watchdog]);
     }
 
     /// Reports the start of a reload. The time has to be in the same message (systemd.service(5),
     /// notify-reload).
-    pub(super) fn reloading(&self) {
+    pub(super) fn notify_reloading(&self) {
         if !self.is_ready {
             return;
         }
@@ -70,25 +70,25 @@ impl Manager {
     }
 
     /// Reports the end of a reload, whatever its outcome: the service is as ready as before.
-    pub(super) fn reloaded(&self, line: &str) {
+    pub(super) fn notify_reloaded(&self, line: &str) {
         // READY=1 must not be sent before the start is complete.
         if self.is_ready {
-            notify(&[NotifyState::Status(&bounded(line)), NotifyState::Ready]);
+            notify(&[NotifyState::Status(&bounded_line(line)), NotifyState::Ready]);
         }
     }
 
     /// Reports the beginning of the stop. An incomplete start is reported as complete first: a log
     /// may be shorter than a start.
-    pub(super) fn stopping(&mut self) {
+    pub(super) fn notify_stopping(&mut self) {
         if !self.is_ready {
-            self.ready("stopping");
+            self.notify_ready("stopping");
         }
         notify(&[NotifyState::Stopping]);
     }
 }
 
 /// Limits the length, and removes line breaks: they would begin another word of the protocol.
-fn bounded(line: &str) -> String {
+fn bounded_line(line: &str) -> String {
     one_line(line, MAX_LINE)
 }
 

@@ -25,12 +25,12 @@ type Outcome = Result<(), String>;
 pub(super) struct Reloader {
     reload: Option<Reload>,
     commands: Option<Commands>,
-    asked: Receiver<ReloadAnswer>,
-    running: Option<JoinHandle<(Reload, Outcome)>>,
+    reload_requests: Receiver<ReloadAnswer>,
+    running_reload: Option<JoinHandle<(Reload, Outcome)>>,
     /// Requester of the running reload.
-    answer: Option<ReloadAnswer>,
+    requester: Option<ReloadAnswer>,
     /// True if a signal came during a reload. The reload may have read files older than the signal.
-    again: bool,
+    signal_pending: bool,
 }
 
 /// Next event to handle.
@@ -47,26 +47,33 @@ impl Reloader {
         commands: Option<Commands>,
         asked: Receiver<ReloadAnswer>,
     ) -> Self {
-        Self { reload, commands, asked, running: None, answer: None, again: false }
+        Self {
+            reload,
+            commands,
+            reload_requests: asked,
+            running_reload: None,
+            requester: None,
+            signal_pending: false,
+        }
     }
 
     /// Waits for a request, or for the end of the running reload. It can be dropped without losing
     /// an event.
     pub(super) async fn next(&mut self) -> Event {
-        match &mut self.running {
+        match &mut self.running_reload {
             Some(running) => {
                 let ended = running.await;
-                self.running = None;
+                self.running_reload = None;
                 Event::Finished(match ended {
                     Ok((reload, outcome)) => {
                         self.reload = Some(reload);
                         outcome
                     }
                     // The runtime ends.
-                    Err(_) => Err(panicked()),
+                    Err(_) => Err(panic_text()),
                 })
             }
-            None => match self.asked.recv().await {
+            None => match self.reload_requests.recv().await {
                 Some(answer) => Event::Asked(answer),
                 None => pending().await,
             },
@@ -76,20 +83,20 @@ impl Reloader {
     /// Starts a reload. Returns true if it has started, and false if it has to follow the running
     /// one or is not possible.
     pub(super) fn begin(&mut self, answer: Option<ReloadAnswer>) -> bool {
-        if self.running.is_some() {
-            self.again = true;
+        if self.running_reload.is_some() {
+            self.signal_pending = true;
             return false;
         }
         let Some(mut reload) = self.reload.take() else {
             notify(answer, &Err("there is no file to reload".to_owned()));
             return false;
         };
-        self.answer = answer;
+        self.requester = answer;
         let commands = self.commands.clone();
-        self.running = Some(tokio::task::spawn_blocking(move || {
+        self.running_reload = Some(tokio::task::spawn_blocking(move || {
             // A reload function that panics can be used again.
             let read = catch_unwind(AssertUnwindSafe(&mut reload));
-            let read = read.unwrap_or_else(|_| Err(panicked()));
+            let read = read.unwrap_or_else(|_| Err(panic_text()));
             let outcome = read.and_then(|configuration| match (configuration, commands) {
                 (Some(configuration), Some(commands)) => commands
                     .configure(configuration, WORKER_TIMEOUT)
@@ -103,12 +110,12 @@ impl Reloader {
 
     /// Answers the requester. Returns true if another reload has to follow.
     pub(super) fn finish(&mut self, outcome: &Outcome) -> bool {
-        notify(self.answer.take(), outcome);
-        core::mem::take(&mut self.again)
+        notify(self.requester.take(), outcome);
+        core::mem::take(&mut self.signal_pending)
     }
 }
 
-fn panicked() -> String {
+fn panic_text() -> String {
     "reading it panicked: see the log before this".to_owned()
 }
 
@@ -135,7 +142,7 @@ mod tests {
         let mut reloader = Reloader::new(Some(reload), None, asked);
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         runtime.block_on(async {
-            for expected in [Err(panicked()), Ok(())] {
+            for expected in [Err(panic_text()), Ok(())] {
                 assert!(reloader.begin(None));
                 let Event::Finished(outcome) = reloader.next().await else { panic!("asked") };
                 assert!(!reloader.finish(&outcome));

@@ -32,10 +32,10 @@ pub(super) struct Running {
     collector: Collector,
     publisher: DocumentWriter,
     /// Reader of the other half's status, if this process is the estimation alone.
-    statuses: Option<DocumentReader>,
+    other_status: Option<DocumentReader>,
     line: StatusLine,
     /// The latest line.
-    latest: String,
+    latest_line: String,
     /// Folder of the stream library's files.
     stream_root: PathBuf,
     acquisition: Option<SharedAcquisition>,
@@ -46,9 +46,9 @@ pub(super) struct Running {
     reports: UnboundedReceiver<Report>,
     stop: Arc<AtomicBool>,
     /// Number of threads that have not ended.
-    threads: usize,
+    running_threads: usize,
     /// Start time of the threads.
-    began: Instant,
+    started_at: Instant,
 }
 
 impl Running {
@@ -75,9 +75,9 @@ impl Running {
                 Instant::now(),
             ),
             publisher,
-            statuses,
+            other_status: statuses,
             line: StatusLine::default(),
-            latest: String::new(),
+            latest_line: String::new(),
             stream_root: parts.stream().root.clone(),
             progress: Progress::new(parts, acquisition.clone(), estimation.clone()),
             acquisition,
@@ -86,8 +86,8 @@ impl Running {
             report,
             reports,
             stop: Arc::new(AtomicBool::new(false)),
-            threads: 0,
-            began: Instant::now(),
+            running_threads: 0,
+            started_at: Instant::now(),
         }
     }
 
@@ -99,26 +99,26 @@ impl Running {
         manager: &Manager,
     ) -> Result<(), ServiceError> {
         let (acquisition, estimation) = parts.split();
-        manager.status("starting");
+        manager.notify_status("starting");
         if let (Some(part), Some(shared)) = (estimation, &self.estimation) {
             start_estimation(part, shared, &self.stop, &self.report)?;
-            self.started(manager).await?;
+            self.wait_for_start(manager).await?;
         }
         if let (Some(part), Some(shared)) = (acquisition, &self.acquisition) {
             start_acquisition(part, shared, &self.stop, &self.report)?;
-            self.started(manager).await?;
+            self.wait_for_start(manager).await?;
         }
-        self.began = Instant::now();
+        self.started_at = Instant::now();
         Ok(())
     }
 
     /// Waits for the first report of the thread that was started last.
-    async fn started(&mut self, manager: &Manager) -> Result<(), ServiceError> {
-        self.threads += 1;
+    async fn wait_for_start(&mut self, manager: &Manager) -> Result<(), ServiceError> {
+        self.running_threads += 1;
         let mut extensions = 0;
         loop {
             tokio::select! {
-                report = self.reports.recv() => return self.handle(report).map(drop),
+                report = self.reports.recv() => return self.handle_report(report).map(drop),
                 () = tokio::time::sleep(EXTENSION_INTERVAL), if extensions < MAX_EXTENSIONS => {
                     extensions += 1;
                     manager.extend_start();
@@ -138,7 +138,7 @@ impl Running {
     }
 
     /// Handles a report. Returns the end if the last part has ended normally.
-    pub(super) fn handle(
+    pub(super) fn handle_report(
         &mut self,
         report: Option<Report>,
     ) -> Result<Option<ServiceEnd>, ServiceError> {
@@ -150,24 +150,24 @@ impl Running {
                 return Ok(None);
             }
             Some(Report::AcquisitionEnded(ended)) => {
-                self.threads -= 1;
+                self.running_threads -= 1;
                 self.progress.acquisition_ended();
                 ended?;
             }
             Some(Report::EstimationEnded(ended)) => {
-                self.threads -= 1;
+                self.running_threads -= 1;
                 self.progress.estimation_ended();
                 ended?;
             }
         }
-        Ok((self.threads == 0).then_some(ServiceEnd::SourceEnded))
+        Ok((self.running_threads == 0).then_some(ServiceEnd::SourceEnded))
     }
 
     /// Takes a snapshot and publishes it.
-    pub(super) fn tick(&mut self) -> (Snapshot, Arc<[u8]>) {
+    pub(super) fn publish_snapshot(&mut self) -> (Snapshot, Arc<[u8]>) {
         let now = Instant::now();
-        while let Some(Ok(Some(status))) = self.statuses.as_mut().map(DocumentReader::receive) {
-            self.collector.hear(&status, now);
+        while let Some(Ok(Some(status))) = self.other_status.as_mut().map(DocumentReader::receive) {
+            self.collector.handle_document(&status, now);
         }
         let snapshot = self.collector.snapshot(now);
         // JSON can represent every key of a snapshot.
@@ -176,13 +176,13 @@ impl Running {
         if let Err(cause) = self.publisher.publish(&document) {
             tracing::debug!("the status is not published: {cause}");
         }
-        self.latest = self.line.next_line(&snapshot, now);
+        self.latest_line = self.line.next_line(&snapshot, now);
         (snapshot, document.into())
     }
 
     /// Returns the latest snapshot as a line.
     pub(super) fn line(&self) -> String {
-        self.latest.clone()
+        self.latest_line.clone()
     }
 
     /// Reports missing sockets, and checks if the files of the stream exist.
@@ -200,7 +200,7 @@ impl Running {
 
     /// Returns true if samples flow or the bus is known to be silent.
     pub(super) fn is_ready(&self, now: Instant) -> bool {
-        self.progress.is_ready(now.saturating_duration_since(self.began))
+        self.progress.is_ready(now.saturating_duration_since(self.started_at))
     }
 
     /// Returns true if all threads have made progress since this was last true.
@@ -209,7 +209,7 @@ impl Running {
     }
 
     /// Stores the outcome of a reload until the next one.
-    pub(super) fn reloaded(&mut self, outcome: &Result<(), String>) {
+    pub(super) fn store_reload_outcome(&mut self, outcome: &Result<(), String>) {
         match outcome {
             Ok(()) => tracing::info!("the configuration was read again"),
             Err(why) => tracing::error!("the reload was refused: {why}"),
@@ -222,10 +222,10 @@ impl Running {
     pub(super) async fn stop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let stopped = async {
-            while self.threads > 0 {
+            while self.running_threads > 0 {
                 match self.reports.recv().await {
                     Some(report) => {
-                        if let Err(error) = self.handle(Some(report)) {
+                        if let Err(error) = self.handle_report(Some(report)) {
                             tracing::warn!("while stopping: {error}");
                         }
                     }

@@ -49,7 +49,7 @@ impl Missing {
 ///
 /// # Errors
 /// Those of `serve`.
-pub(super) async fn keep(
+pub(super) async fn keep_serving(
     at: &SocketOptions,
     mut socket: Socket,
     missing: &Missing,
@@ -62,7 +62,7 @@ pub(super) async fn keep(
         }
         tracing::warn!("{} is gone: it is made again", at.path.display());
         socket = loop {
-            match again(at) {
+            match recreate(at) {
                 Ok(socket) => break socket,
                 Err(why) => missing.notify(at, Some(why)),
             }
@@ -79,7 +79,7 @@ async fn is_gone(socket: &Socket) {
 }
 
 /// Recreates the socket and its folder. The folder must be as trustworthy as at the start.
-fn again(at: &SocketOptions) -> Result<Socket, String> {
+fn recreate(at: &SocketOptions) -> Result<Socket, String> {
     if let Some(folder) = at.path.parent() {
         own_folder(folder).map_err(|why| why.to_string())?;
     }
@@ -97,15 +97,15 @@ mod tests {
         let place = tempfile::tempdir_in("/tmp").unwrap();
         let folder = place.path().join("run");
         let options = SocketOptions { path: folder.join("status"), mode: 0o660, group: None };
-        let first = again(&options).unwrap();
+        let first = recreate(&options).unwrap();
         assert!(first.has_its_name());
         fs::remove_dir_all(&folder).unwrap();
         assert!(!first.has_its_name());
         // A file has taken the place of the folder.
         fs::write(&folder, "notes").unwrap();
         let missing = Missing::default();
-        missing.notify(&options, again(&options).err());
-        missing.notify(&options, again(&options).err());
+        missing.notify(&options, recreate(&options).err());
+        missing.notify(&options, recreate(&options).err());
         let [reason] = missing.reasons().try_into().unwrap();
         assert!(
             reason.contains("cannot be made again") && reason.contains("not a folder"),
@@ -113,7 +113,7 @@ mod tests {
         );
         assert_eq!(fs::read_to_string(&folder).unwrap(), "notes");
         fs::remove_file(&folder).unwrap();
-        let second = again(&options).unwrap();
+        let second = recreate(&options).unwrap();
         missing.notify(&options, None);
         assert!(missing.reasons().is_empty());
         // The end of the first socket does not affect the second.
@@ -121,8 +121,8 @@ mod tests {
         assert!(second.has_its_name());
         // The name is not taken from another process either.
         fs::remove_file(&options.path).unwrap();
-        let _other = again(&options).unwrap();
-        let why = again(&options).unwrap_err();
+        let _other = recreate(&options).unwrap();
+        let why = recreate(&options).unwrap_err();
         assert!(!second.has_its_name() && why.contains("in use by a running service"), "{why}");
     }
 }

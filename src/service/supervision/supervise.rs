@@ -12,7 +12,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
 use super::running::Running;
-use super::sockets::{Missing, keep};
+use super::sockets::{Missing, keep_serving};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
@@ -87,12 +87,12 @@ async fn supervise(
             let windows = running.commands();
             let reloader = Reloader::new(reload, windows.clone(), asked);
             let dispatcher = Dispatcher { windows, reload: sender };
-            let (latest, documents) = watch::channel(running.tick().1);
+            let (latest, documents) = watch::channel(running.publish_snapshot().1);
             let missing = Missing::default();
             let status = async {
                 let serve = async |socket: &Socket| serve_status(socket, documents.clone()).await;
                 match options.status.as_ref().zip(status_socket) {
-                    Some((at, socket)) => keep(at, socket, &missing, serve).await,
+                    Some((at, socket)) => keep_serving(at, socket, &missing, serve).await,
                     None => pending().await,
                 }
             };
@@ -100,12 +100,12 @@ async fn supervise(
                 let serve =
                     async |socket: &Socket| serve_commands(socket, dispatcher.clone()).await;
                 match options.control.as_ref().zip(control_socket) {
-                    Some((at, socket)) => keep(at, socket, &missing, serve).await,
+                    Some((at, socket)) => keep_serving(at, socket, &missing, serve).await,
                     None => pending().await,
                 }
             };
             let attended = (&mut running, &mut manager, reloader, signals);
-            let threads = async { attend(attended, &missing, latest).await };
+            let threads = async { handle_events(attended, &missing, latest).await };
             tokio::select! {
                 failed = status => Err(server_failed(failed)),
                 failed = control => Err(server_failed(failed)),
@@ -116,73 +116,73 @@ async fn supervise(
         Err(error) => Err(error),
     };
     if end.is_ok() {
-        manager.stopping();
+        manager.notify_stopping();
     }
     running.stop().await;
-    let (snapshot, _) = running.tick();
+    let (snapshot, _) = running.publish_snapshot();
     Ok(ServiceReport { end: end?, snapshot })
 }
 
 /// Handles events while the parts run. Returns how they ended.
-async fn attend(
+async fn handle_events(
     (running, manager, mut reloader, mut signals): (&mut Running, &mut Manager, Reloader, Signals),
     missing: &Missing,
     latest: watch::Sender<std::sync::Arc<[u8]>>,
 ) -> Result<ServiceEnd, ServiceError> {
-    let mut period = every(STATUS_PERIOD);
-    let mut ready_poll = every(READY_POLL);
-    let mut feeding = manager.watchdog_period().map(every);
+    let mut period = interval_of(STATUS_PERIOD);
+    let mut ready_poll = interval_of(READY_POLL);
+    let mut feeding = manager.watchdog_period().map(interval_of);
     loop {
         tokio::select! {
             reported = signals.next() => match reported {
                 Received::End => return Ok(ServiceEnd::Signal),
                 Received::Reload => {
                     if reloader.begin(None) {
-                        manager.reloading();
+                        manager.notify_reloading();
                     }
                 }
             },
             event = reloader.next() => match event {
                 Event::Asked(answer) => {
                     if reloader.begin(Some(answer)) {
-                        manager.reloading();
+                        manager.notify_reloading();
                     }
                 }
                 Event::Finished(outcome) => {
-                    running.reloaded(&outcome);
-                    latest.send_replace(running.tick().1);
-                    manager.reloaded(&running.line());
+                    running.store_reload_outcome(&outcome);
+                    latest.send_replace(running.publish_snapshot().1);
+                    manager.notify_reloaded(&running.line());
                     if reloader.finish(&outcome) && reloader.begin(None) {
-                        manager.reloading();
+                        manager.notify_reloading();
                     }
                 }
             },
-            report = running.report() => if let Some(end) = running.handle(report)? {
+            report = running.report() => if let Some(end) = running.handle_report(report)? {
                 return Ok(end);
             },
             _ = ready_poll.tick(), if !manager.is_ready() => if running.is_ready(Instant::now()) {
-                latest.send_replace(running.tick().1);
-                manager.ready(&running.line());
+                latest.send_replace(running.publish_snapshot().1);
+                manager.notify_ready(&running.line());
             },
             _ = period.tick() => {
                 running.look_at_files(missing.reasons());
-                latest.send_replace(running.tick().1);
-                manager.status(&running.line());
+                latest.send_replace(running.publish_snapshot().1);
+                manager.notify_status(&running.line());
             }
-            () = due(&mut feeding) => if running.has_progressed() {
-                manager.feed();
+            () = next_tick(&mut feeding) => if running.has_progressed() {
+                manager.feed_watchdog();
             },
         }
     }
 }
 
-fn every(period: Duration) -> Interval {
+fn interval_of(period: Duration) -> Interval {
     let mut interval = interval(period);
     interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
     interval
 }
 
-async fn due(interval: &mut Option<Interval>) {
+async fn next_tick(interval: &mut Option<Interval>) {
     match interval {
         Some(interval) => drop(interval.tick().await),
         None => pending().await,

@@ -33,7 +33,7 @@ pub(super) fn start_acquisition(
 ) -> Result<(), ServiceError> {
     let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
     spawn("bus", move || {
-        let ended = guarded("bus", || {
+        let ended = run_guarded("bus", || {
             let AcquisitionPart { source, assembler, options, recorder } = *part;
             let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
             let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
@@ -70,7 +70,7 @@ pub(super) fn start_estimation(
 ) -> Result<(), ServiceError> {
     let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
     spawn("worker", move || {
-        let ended = guarded("worker", || {
+        let ended = run_guarded("worker", || {
             let EstimationPart { identify, find_load, options } = part;
             let (worker, commands) = Worker::start(&options, (identify, find_load), &shared)?;
             let _ = reports.send(Report::EstimationReady(commands));
@@ -90,7 +90,7 @@ fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(),
 
 /// Runs a thread body, and reports a panic like any other end to the supervision. The closure
 /// shares only counts with other threads. A missing count does no harm.
-fn guarded<T>(
+fn run_guarded<T>(
     thread: &'static str,
     body: impl FnOnce() -> Result<T, ServiceError>,
 ) -> Result<T, ServiceError> {

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::design::{Subject, Within, format_of, motion_text, wanted};
+use super::design::{Subject, Within, format_of, motion_text, requested_motion};
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
-use crate::progress::Working;
+use crate::progress::WorkIndicator;
 use didim::analysis::{Advised, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::{advice_text, missing_text, prediction_lines};
@@ -35,8 +35,9 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { result, cell, out, .. } = arguments;
     check_outputs(out, &[result.as_path(), cell.as_path()])?;
-    let cell = Cell::read(cell).map_err(CliError::configuration)?;
-    let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
+    let cell = Cell::read(cell).map_err(CliError::from_configuration)?;
+    let (model, cell) =
+        StoredModel::read_stored_model(result, cell).map_err(CliError::from_failure)?;
     let format = match out {
         Some(path) => Some((path, format_of(path, cell.robot.joints())?)),
         None => None,
@@ -44,11 +45,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if model.is_of(&cell) == Some(false) {
         print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
     }
-    let working = Working::start("trying motions");
-    let (subject, advised) = working.during(|| advised(&cell, &model, &arguments.within))?;
+    let working = WorkIndicator::start("trying motions");
+    let (subject, advised) =
+        working.show_during(|| compute_advice(&cell, &model, &arguments.within))?;
     if let Some((path, format)) = format {
         for (number, piece) in (1..).zip(&advised.advice.motions) {
-            let path = numbered(path, number);
+            let path = numbered_path(path, number);
             let predicted = prediction_lines(&subject.assignment, &piece.deviations);
             write_text(
                 &path,
@@ -68,28 +70,28 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// Describes the insufficient parameters of a cell's result in words.
 pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, CliError> {
-    let json = serde_json::to_vec(estimate).map_err(CliError::failed)?;
+    let json = serde_json::to_vec(estimate).map_err(CliError::from_failure)?;
     let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());
-    let (model, cell) = read.map_err(CliError::failed)?;
-    let (subject, advised) = advised(&cell, &model, &Within::default())?;
+    let (model, cell) = read.map_err(CliError::from_failure)?;
+    let (subject, advised) = compute_advice(&cell, &model, &Within::default())?;
     Ok(missing_text(&cell.robot, &subject.assignment, &advised))
 }
 
-fn advised(
+fn compute_advice(
     cell: &Cell,
     model: &StoredModel,
     within: &Within,
 ) -> Result<(Subject, Advised), CliError> {
     let accelerations = within.accelerations(cell.robot.joints());
     // The length and the requirements of a designed motion have no effect here.
-    let wanted = wanted(within, accelerations.as_deref(), 1.0);
+    let wanted = requested_motion(within, accelerations.as_deref(), 1.0);
     let subject = Subject::of_cell(cell, Some(model), &wanted)?;
-    let advised = Advised::new(cell, model, &subject.assignment).map_err(CliError::failed)?;
+    let advised = Advised::new(cell, model, &subject.assignment).map_err(CliError::from_failure)?;
     Ok((subject, advised))
 }
 
 /// Returns `next.csv` with a number before its extension.
-fn numbered(path: &Path, number: usize) -> PathBuf {
+fn numbered_path(path: &Path, number: usize) -> PathBuf {
     let part = |of: Option<&std::ffi::OsStr>| {
         of.and_then(std::ffi::OsStr::to_str).unwrap_or_default().to_owned()
     };

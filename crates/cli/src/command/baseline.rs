@@ -8,11 +8,11 @@ use super::status::WhichService;
 use crate::CliError;
 use crate::output::print;
 use crate::state::WhichState;
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::archive::drift::{Baseline, ChooseError, set_baseline};
 use didim::archive::store::HistoryLine;
 use didim::service::status::{BaselineRequest, Request};
-use didim::text::{aligned, significant, to_uncertainty};
+use didim::text::{align_table, significant_digits, to_uncertainty};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -54,29 +54,29 @@ struct Target {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
         Action::Set { result, target: Target { service, state: None } } => {
-            service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
+            service.send_and_print(&Request::Baseline(BaselineRequest::Set(*result)))
         }
         Action::Set { result, target: Target { state: Some(folder), .. } } => {
             let baseline = set_baseline(folder, *result).map_err(|why| match why {
                 // These errors name the folder themselves.
-                ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
-                why => CliError::failed(format!("{}: {why}", folder.display())),
+                ChooseError::History(_) | ChooseError::Baseline(_) => CliError::from_failure(why),
+                why => CliError::from_failure(format!("{}: {why}", folder.display())),
             })?;
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }
         Action::Clear { target: Target { service, state: None } } => {
-            service.ask(&Request::Baseline(BaselineRequest::Clear))
+            service.send_and_print(&Request::Baseline(BaselineRequest::Clear))
         }
         Action::Clear { target: Target { state: Some(folder), .. } } => {
-            let removed = Baseline::remove(folder).map_err(CliError::failed)?;
+            let removed = Baseline::remove(folder).map_err(CliError::from_failure)?;
             print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
         }
         Action::Show { state } => {
             let folder = state.find()?.0;
-            match Baseline::read(&folder).map_err(CliError::failed)? {
-                Some(baseline) => show(&text(&baseline)),
-                None => Err(CliError::failed(format!(
+            match Baseline::read(&folder).map_err(CliError::from_failure)? {
+                Some(baseline) => print_for_terminal(&text(&baseline)),
+                None => Err(CliError::from_failure(format!(
                     "{}: no baseline is set; set one with `didim baseline set`",
                     folder.display()
                 ))),
@@ -101,10 +101,10 @@ fn text(baseline: &Baseline) -> String {
                 p.name.clone(),
                 to_uncertainty(p.value, p.standard_deviation, 7),
                 p.unit_or_dash().to_owned(),
-                significant(p.standard_deviation, 2),
-                format!("{} %", significant(relative, 2)),
+                significant_digits(p.standard_deviation, 2),
+                format!("{} %", significant_digits(relative, 2)),
             ]
         })
         .collect();
-    text + "\n" + &aligned(&["parameter", "value", "unit", "σ", "relative σ"], &rows)
+    text + "\n" + &align_table(&["parameter", "value", "unit", "σ", "relative σ"], &rows)
 }

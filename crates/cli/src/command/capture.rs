@@ -40,5 +40,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Action::Start { name, service } => (CaptureRequest::Start(name.clone()), service),
         Action::Stop { service } => (CaptureRequest::Stop, service),
     };
-    service.ask(&Request::Capture(request))
+    service.send_and_print(&Request::Capture(request))
 }

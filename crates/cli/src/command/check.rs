@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
-use crate::output::{number, print};
-use crate::terminal::show;
+use crate::output::{count_with_noun, print};
+use crate::terminal::print_for_terminal;
 use didim::cell::{Cell, CellError, Faults, Library, OpenKey, WrongKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
-use didim::text::significant;
+use didim::text::significant_digits;
 
 /// Version of the object that `--json` prints.
 const SCHEMA: u32 = 1;
@@ -48,7 +48,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Ok(cell) => cell,
         Err(faults) => {
             if arguments.json {
-                let findings: Vec<Finding> = faults.iter().flat_map(refused).collect();
+                let findings: Vec<Finding> = faults.iter().flat_map(findings_of_error).collect();
                 print_json(None, &findings)?;
             }
             return Err(from_faults(&arguments.cell, faults));
@@ -57,9 +57,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell_findings = check_cell(&cell);
     // A long-running service needs one constant model.
     if cell.bus().is_ok()
-        && let Err(left_to_data) = cell.clone().decided(&arguments.cell)
+        && let Err(left_to_data) = cell.clone().require_decided(&arguments.cell)
     {
-        cell_findings.splice(0..0, refused(&left_to_data));
+        cell_findings.splice(0..0, findings_of_error(&left_to_data));
     }
     let machine_findings = if arguments.other_machine {
         Vec::new()
@@ -71,25 +71,30 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         print_json(Some(&cell.name), &all_findings)?;
     } else {
-        show(&text(&cell, &cell_findings, &machine_findings, arguments.other_machine))?;
+        print_for_terminal(&text(
+            &cell,
+            &cell_findings,
+            &machine_findings,
+            arguments.other_machine,
+        ))?;
     }
     if errors == 0 {
         return Ok(());
     }
-    Err(CliError::configuration(format!(
+    Err(CliError::from_configuration(format!(
         "{}: {}; the cell will not work",
         arguments.cell.display(),
-        number(errors, "error")
+        count_with_noun(errors, "error")
     )))
 }
 
 /// Lists every fault of an invalid cell file.
 fn from_faults(file: &Path, faults: Faults) -> CliError {
-    if faults.others.is_empty() {
-        return CliError::configuration(*faults.first);
+    if faults.further_faults.is_empty() {
+        return CliError::from_configuration(*faults.first_fault);
     }
     let file = file.display().to_string();
-    let count = number(faults.iter().count(), "error");
+    let count = count_with_noun(faults.iter().count(), "error");
     let list: String = faults
         .iter()
         .map(|fault: &CellError| {
@@ -98,13 +103,13 @@ fn from_faults(file: &Path, faults: Faults) -> CliError {
             format!("\n  {}", text.replace('\n', "\n  "))
         })
         .collect();
-    CliError::configuration(format!("{file}: {count}:{list}"))
+    CliError::from_configuration(format!("{file}: {count}:{list}"))
 }
 
 fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> {
     let sound = count(findings, Severity::Error) == 0;
     let answer = Answer { schema: SCHEMA, cell, sound, findings };
-    let json = serde_json::to_string(&answer).map_err(CliError::failed)?;
+    let json = serde_json::to_string(&answer).map_err(CliError::from_failure)?;
     print(&format!("{json}\n"))
 }
 
@@ -112,13 +117,13 @@ fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> 
 const CORRECT_AND_REPEAT: &str = "correct the file and check again";
 
 /// Converts a read error to findings.
-fn refused(error: &CellError) -> Vec<Finding> {
+fn findings_of_error(error: &CellError) -> Vec<Finding> {
     let key = match error {
         CellError::Open { open, wrong, .. } => {
             return open
                 .iter()
                 .map(|key: &OpenKey| {
-                    let reason = key.what.clone().unwrap_or_else(|| "no value".to_owned());
+                    let reason = key.question.clone().unwrap_or_else(|| "no value".to_owned());
                     Finding::error(&key.key, reason, format!("put a value into line {}", key.line))
                 })
                 .chain(wrong.iter().map(|key: &WrongKey| {
@@ -146,16 +151,19 @@ fn refused(error: &CellError) -> Vec<Finding> {
 
 fn text(cell: &Cell, own: &[Finding], here: &[Finding], other_machine: bool) -> String {
     let mut text = summary(cell);
-    text += &controller(cell);
+    text += &controller_text(cell);
     text += &drives(cell);
     text += "\n";
-    text += &judged("the configuration", own);
+    text += &verdict_line("the configuration", own);
     if !other_machine {
-        text += &judged("this machine", here);
+        text += &verdict_line("this machine", here);
     }
     let findings = [own, here].concat();
     for (severity, heading) in SEVERITY_GROUPS {
-        text += &group(heading, findings.iter().filter(|finding| finding.severity == severity));
+        text += &severity_section(
+            heading,
+            findings.iter().filter(|finding| finding.severity == severity),
+        );
     }
     text
 }
@@ -189,7 +197,11 @@ fn summary(cell: &Cell) -> String {
     let source = match cell.bus() {
         Ok(bus) => {
             let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
-            format!("bus {}: {}", buses.join(" "), number(bus.layout.messages().len(), "message"))
+            format!(
+                "bus {}: {}",
+                buses.join(" "),
+                count_with_noun(bus.layout.messages().len(), "message")
+            )
         }
         Err(_) if cell.bag.is_some() => "no bus: ROS 2 bags".to_owned(),
         Err(_) if cell.columns.is_some() => "no bus: tables with the columns of [data]".to_owned(),
@@ -217,12 +229,12 @@ const SEVERITY_GROUPS: [(Severity, &str); 3] =
     [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")];
 
 /// Returns one line with the verdict.
-fn judged(what: &str, findings: &[Finding]) -> String {
+fn verdict_line(what: &str, findings: &[Finding]) -> String {
     let counts: Vec<String> = SEVERITY_GROUPS
         .into_iter()
         .map(|(severity, name)| (count(findings, severity), name))
         .filter(|(count, _)| *count > 0)
-        .map(|(count, name)| number(count, name))
+        .map(|(count, name)| count_with_noun(count, name))
         .collect();
     let judged = match count(findings, Severity::Error) {
         0 if what == "the configuration" => "the configuration is valid".to_owned(),
@@ -236,7 +248,10 @@ fn judged(what: &str, findings: &[Finding]) -> String {
 }
 
 /// Lists the findings of one severity, each with its remedy.
-fn group<'a>(heading: &str, findings: impl Iterator<Item = &'a Finding> + Clone) -> String {
+fn severity_section<'a>(
+    heading: &str,
+    findings: impl Iterator<Item = &'a Finding> + Clone,
+) -> String {
     let width = findings.clone().map(|finding| finding.key.len()).max().unwrap_or(0);
     let shown = |Finding { key, what, remedy, .. }: &Finding| {
         format!("  {key:width$}  {what}\n  {:width$}  → {remedy}\n", "")
@@ -254,7 +269,7 @@ fn count(findings: &[Finding], severity: Severity) -> usize {
 }
 
 /// Describes the controller of the simulated loop and its reference.
-fn controller(cell: &Cell) -> String {
+fn controller_text(cell: &Cell) -> String {
     let Some(controller) = &cell.options.controller else {
         return match cell.has_commanded_law() {
             true => "controller: the law of the commands, where it stays along the record\n",
@@ -276,5 +291,5 @@ fn controller(cell: &Cell) -> String {
         "follows the measured position, as there is no reference: the result is nearly that of \
          idim-ls"
     };
-    format!("controller: {gains}, every {} µs; {follows}\n", significant(period_us, 4))
+    format!("controller: {gains}, every {} µs; {follows}\n", significant_digits(period_us, 4))
 }

@@ -11,18 +11,19 @@ use super::sim::read_scenario;
 use crate::CliError;
 use crate::choices::Choices;
 use crate::input::{Counted, Samples};
-use crate::names::{DEFAULT_CELL, methods};
+use crate::names::{DEFAULT_CELL, method_parser};
 use crate::output::{check_outputs, print, write_text};
-use crate::progress::styled;
+use crate::progress::style_bar;
 use crate::stream::Input;
-use crate::terminal::{show, width};
+use crate::terminal::{print_for_terminal, width};
 use didim::analysis::identify::law_of_commands;
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::report::html::{InputFile, Origin, SampleRange};
 use didim_formats::Piece;
 use didim_lab::comparison::{
-    Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, tasks, trials,
+    Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, list_tasks,
+    trials,
 };
 use didim_lab::report::html::{ComparisonReport, SimulatedInput};
 use didim_lab::report::{View, autocorrelation_figure, markdown, terminal};
@@ -49,13 +50,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", conflicts_with = "input")]
     seed: Option<u64>,
     /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = methods())]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = method_parser())]
     methods: Vec<Method>,
     /// Identify without the decimation filter, too, as the paper does; for comparison only
     #[arg(long)]
     strict: bool,
     /// Cross-validate with this number of consecutive blocks of samples; 0 for no cross-validation
-    #[arg(long, value_name = "K", default_value_t = 5, value_parser = folds)]
+    #[arg(long, value_name = "K", default_value_t = 5, value_parser = parse_folds)]
     folds: usize,
     /// Published figures to compare with (TOML)
     #[arg(long, value_name = "FILE")]
@@ -80,7 +81,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let mut cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
     let trials = trials(methods, arguments.strict);
     let base_names = cell.base.names();
@@ -97,46 +98,47 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
     let source = arguments.input.as_deref().map(Input::open).transpose()?;
     let (experiment, scenario) = experiment(arguments, source.as_ref(), &cell)?;
-    let Counted { piece, counted, .. } = &experiment;
+    let Counted { piece, counted_range: counted, .. } = &experiment;
     let measurement = &piece.measurement;
 
     let label = arguments.input.as_deref().unwrap_or(&arguments.cell);
-    let choices = Choices::make(&mut cell, &[(measurement, counted.clone())], label)?;
+    let choices = Choices::make_choices(&mut cell, &[(measurement, counted.clone())], label)?;
 
     if source.is_some() {
         use_law_of_commands(&mut cell, &experiment, label);
     }
 
-    let bars = Bars::new(&tasks(&trials, arguments.folds));
+    let bars = Bars::new(&list_tasks(&trials, arguments.folds));
     let input = ComparisonInput {
         cell: &cell,
         measurement,
-        counted,
+        counted_samples: counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
-    let mut comparison = compare(input, &trials, arguments.folds, &|progress| bars.show(progress));
+    let mut comparison =
+        compare(input, &trials, arguments.folds, &|progress| bars.show_progress(progress));
     bars.clear();
     for estimate in comparison.methods.iter_mut().filter_map(|of| of.estimate.as_mut()) {
-        choices.note_in(estimate);
+        choices.write_to_cell(estimate);
     }
 
-    let outcomes = limits.as_ref().map(|limits| limits.check(&comparison)).unwrap_or_default();
+    let outcomes = limits.as_ref().map(|limits| limits.check_all(&comparison)).unwrap_or_default();
     let view = View {
         comparison: &comparison,
         published: published.as_ref(),
         outcomes: &outcomes,
-        times: true,
+        shows_times: true,
     };
     if arguments.json {
-        let json = serde_json::to_string(&comparison).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&comparison).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
         print(&choices.text(&cell))?;
-        show(&terminal(&view, width()))?;
+        print_for_terminal(&terminal(&view, width()))?;
     }
     // Files are written after the result, so that a write error does not cost the result. Files
     // contain no run times: the same input gives the same bytes.
-    let view = View { times: false, ..view };
+    let view = View { shows_times: false, ..view };
     if let Some(path) = &arguments.markdown {
         write_text(path, &markdown(&view))?;
     }
@@ -144,7 +146,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, source.as_ref(), experiment.range())?;
+        let origin = origin(arguments, source.as_ref(), experiment.sample_range())?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -152,14 +154,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let report = ComparisonReport { cell: &cell, view, origin: &origin, scenario };
         write_text(path, &report.to_html())?;
     }
-    violated(&outcomes)?;
+    check_limits(&outcomes)?;
     without_result(&comparison)
 }
 
 /// Takes the controller from the commands of a recording, where they hold its law.
 fn use_law_of_commands(cell: &mut Cell, experiment: &Counted, label: &Path) {
-    let range = experiment.range();
-    let record = (&experiment.piece.measurement, &experiment.counted, range.readings());
+    let range = experiment.sample_range();
+    let record = (&experiment.piece.measurement, &experiment.counted_range, range.readings());
     match law_of_commands(cell, Method::Didim, [record]) {
         Ok(Some(law)) => cell.options.controller = Some(law),
         Ok(None) => {}
@@ -174,12 +176,12 @@ fn without_result(comparison: &Comparison) -> Result<(), CliError> {
     }
     let first = comparison.methods.iter().find_map(|of| Some((of.trial, of.failure.as_ref()?)));
     let cause = first.map(|(trial, failure)| format!("; {trial}: {failure}")).unwrap_or_default();
-    Err(CliError::failed(format!("no method has a result{cause}")))
+    Err(CliError::from_failure(format!("no method has a result{cause}")))
 }
 
 /// Parses the number of folds. Fewer than two blocks leave no data for the identification. A block
 /// has to be longer than the filters' reach, so their number is limited.
-fn folds(text: &str) -> Result<usize, String> {
+fn parse_folds(text: &str) -> Result<usize, String> {
     let folds: usize = text.parse().map_err(|error| format!("{error}"))?;
     let fits = folds == 0 || (2..=20).contains(&folds);
     fits.then_some(folds).ok_or_else(|| "has to be 2 to 20, or 0 for none".to_owned())
@@ -191,7 +193,7 @@ fn read_toml<T>(
     read: impl Fn(&str) -> Result<T, String>,
 ) -> Result<Option<T>, CliError> {
     let Some(path) = path else { return Ok(None) };
-    let wrong = |what: String| CliError::configuration(format!("{}: {what}", path.display()));
+    let wrong = |what: String| CliError::from_configuration(format!("{}: {what}", path.display()));
     let text = read_text(path).map_err(|error| wrong(error.to_string()))?;
     read(&text).map(Some).map_err(wrong)
 }
@@ -209,9 +211,12 @@ fn experiment(
             scenario = scenario.with_seed(seed);
         }
         let (measurement, counted) = simulate(&scenario, cell)
-            .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
+            .map_err(|error| CliError::from_failure(format!("{name}: {error}")))?;
         let piece = Piece::new(0.0, measurement);
-        return Ok((Counted { piece, counted, recorded: None }, Some(scenario)));
+        return Ok((
+            Counted { piece, counted_range: counted, recording_start: None },
+            Some(scenario),
+        ));
     }
     let Some(input) = input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
@@ -229,20 +234,20 @@ fn origin(
     // A scenario is a file or the name of a shipped scenario.
     let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
     let input = match input {
-        Some(input) => Some(input.provenance()?),
+        Some(input) => Some(input.input_file()?),
         None => scenario.as_ref().map(read).transpose()?,
     };
-    Ok(Origin { input, samples, further: Vec::new(), note: None })
+    Ok(Origin { input, samples, further_files: Vec::new(), note: None })
 }
 
 /// Returns an error that names every violated limit.
-fn violated(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
+fn check_limits(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
     let bound = |name: &str, value: Option<f64>| {
         value.map(|value| format!(", has to be {name} {value}")).unwrap_or_default()
     };
     let violations: Vec<String> = outcomes
         .iter()
-        .filter(|outcome| !outcome.holds())
+        .filter(|outcome| !outcome.is_met())
         .map(|outcome| {
             let figure =
                 outcome.found.map_or("no result".to_owned(), |found| format!("{found:.4}"));
@@ -255,12 +260,12 @@ fn violated(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
         return Ok(());
     }
     let count = format!("{} of {} limits do not hold:", violations.len(), outcomes.len());
-    Err(CliError::failed(count + &violations.concat()))
+    Err(CliError::from_failure(count + &violations.concat()))
 }
 
 /// Progress bars of the running tasks, on stderr if it is a terminal.
 struct Bars {
-    complete: ProgressBar,
+    overall: ProgressBar,
     running: Vec<(Task, ProgressBar)>,
 }
 
@@ -269,17 +274,17 @@ impl Bars {
         let together = MultiProgress::new();
         let count = u64::try_from(tasks.len()).unwrap_or(u64::MAX);
         let progress_bar = together.add(ProgressBar::new(count));
-        let progress_bar = styled(progress_bar, "{bar:40} {pos}/{len} runs  {elapsed}");
+        let progress_bar = style_bar(progress_bar, "{bar:40} {pos}/{len} runs  {elapsed}");
         let running = tasks.iter().map(|task| {
-            let bar = styled(ProgressBar::new_spinner(), "{spinner} {msg}  {elapsed}");
+            let bar = style_bar(ProgressBar::new_spinner(), "{spinner} {msg}  {elapsed}");
             (*task, together.add(bar))
         });
         let running = running.collect();
         progress_bar.tick();
-        Self { complete: progress_bar, running }
+        Self { overall: progress_bar, running }
     }
 
-    fn show(&self, progress: Progress) {
+    fn show_progress(&self, progress: Progress) {
         let bar = |task: Task| self.running.iter().find(|(of, _)| *of == task);
         match progress {
             Progress::Begun(task) => {
@@ -293,12 +298,12 @@ impl Bars {
                 if let Some((_, bar)) = bar(task) {
                     bar.finish_and_clear();
                 }
-                self.complete.inc(1);
+                self.overall.inc(1);
             }
         }
     }
 
     fn clear(&self) {
-        self.complete.finish_and_clear();
+        self.overall.finish_and_clear();
     }
 }

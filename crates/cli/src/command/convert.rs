@@ -13,7 +13,7 @@ use didim_sim::{CYCLE_FRAMES, CycleEncoder};
 
 use super::convert_frames::{write_candump, write_mcap};
 use crate::CliError;
-use crate::input::{check_rate, positive, read_input};
+use crate::input::{check_rate, parse_positive, read_input};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_whole};
 use crate::stream::Input;
@@ -32,16 +32,16 @@ pub(crate) struct Arguments {
     /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
     /// Samples per second of a table without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let output = &arguments.output;
     check_outputs([output], &[&arguments.input, &arguments.cell, &cell.robot_file])?;
     let opened = Input::open(&arguments.input)?;
-    let (input, shown) = (opened.path(), opened.shown());
+    let (input, shown) = (opened.path(), opened.displayed_path());
     let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
     let (from_table, to_csv) = (ends(shown, "csv") || is_parquet(input), ends(output, "csv"));
     let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));
@@ -56,9 +56,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             return Err(CliError::Usage("--sample-rate is for tables only".into()));
         }
         if to_mcap {
-            opened.named(write_mcap(input, output, &cell))?;
+            opened.with_displayed_path(write_mcap(input, output, &cell))?;
         } else {
-            opened.named(write_candump(input, output))?;
+            opened.with_displayed_path(write_candump(input, output))?;
         }
         return print(&format!("{} written\n", output.display()));
     }
@@ -72,7 +72,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         tracing::warn!("{}: {note}", shown.display());
     }
     if to_csv {
-        write_whole(output, |out| write_csv(&measurement, out, output).map_err(CliError::failed))?;
+        write_whole(output, |out| {
+            write_csv(&measurement, out, output).map_err(CliError::from_failure)
+        })?;
     } else {
         write_log(&cell, measurement, shown, output)?;
     }
@@ -88,7 +90,7 @@ fn write_log(
     output: &Path,
 ) -> Result<(), CliError> {
     let refused = |message: String| CliError::in_file(input, message);
-    let bus = cell.bus().map_err(CliError::configuration)?;
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
     check_rate(&measurement, cell, input)?;
     if measurement.axes() != bus.layout.axes() {
         return Err(refused(format!(
@@ -112,7 +114,7 @@ fn write_log(
     }
     let measurement = to_motor_side(measurement, cell.robot.transmission());
     let encoder = CycleEncoder::new(bus.layout.clone(), bus.scales.clone());
-    let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
+    let name = [InterfaceName::new("can0").map_err(CliError::from_failure)?];
     write_whole(output, |out| {
         let mut writer = CandumpWriter::new(out, &name, StampDigits::Nanoseconds);
         let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
@@ -129,10 +131,10 @@ fn write_log(
                 .encode(&encoder.cycle_of(&measurement.signals, k), stamp_ns, &mut frames)
                 .map_err(|error| refused(format!("sample {k}: {error}")))?;
             for frame in &frames {
-                writer.write(frame).map_err(CliError::failed)?;
+                writer.write(frame).map_err(CliError::from_failure)?;
             }
         }
-        writer.finish().map_err(CliError::failed)?;
+        writer.finish().map_err(CliError::from_failure)?;
         Ok(())
     })
 }

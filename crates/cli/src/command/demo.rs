@@ -17,11 +17,11 @@ use didim_sim::{
 use indicatif::ProgressBar;
 
 use crate::CliError;
-use crate::names::methods;
-use crate::outcome::identified;
-use crate::output::{check_outputs, number, print, write_figure, write_report};
-use crate::progress::styled;
-use crate::terminal::{show, width};
+use crate::names::method_parser;
+use crate::outcome::last_identification;
+use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
+use crate::progress::style_bar;
+use crate::terminal::{print_for_terminal, width};
 use didim::analysis::identify::{LastIdentification, LastWindow};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
@@ -29,7 +29,7 @@ use didim::live::worker::TimeOfDay;
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
 use didim::report::terminal::torque_plot;
-use didim::service::pipeline::{OneRun, acquisition, estimation};
+use didim::service::pipeline::{OneRun, build_acquisition, build_estimation};
 use didim::service::status::Snapshot;
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 
@@ -42,7 +42,8 @@ const PROGRESS_FRAMES: u64 = 250;
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The method
-    #[arg(long, value_name = "METHOD", value_parser = methods(), default_value_t = Method::IdimLs)]
+    #[arg(long, value_name = "METHOD", value_parser = method_parser(),
+        default_value_t = Method::IdimLs)]
     method: Method,
     /// Duration of the motion, rests included; the motion is repeated until then [default: once,
     /// 7.9 s]
@@ -65,14 +66,14 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs([&arguments.figure].into_iter().chain(&arguments.report), &[])?;
     let mut cell = Cell::from_library(Library::Shipped, Path::new(DEMO_CELL))
-        .map_err(CliError::configuration)?;
+        .map_err(CliError::from_configuration)?;
     cell.method = arguments.method;
     let scenario = scenario(arguments)?;
-    let bus = cell.bus().map_err(CliError::configuration)?;
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
     let device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
-        .map_err(CliError::failed)?;
-    let cycles = cycles(arguments, &device, &cell)?;
-    show(&format!(
+        .map_err(CliError::from_failure)?;
+    let cycles = cycle_count(arguments, &device, &cell)?;
+    print_for_terminal(&format!(
         "A simulated {} whose parameters are known: its drives send {:.0} CAN FD\n\
          frames a second over an in-process bus, shared memory carries the samples to\n\
          the worker, and {} identifies.\n\n",
@@ -81,59 +82,64 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         cell.method
     ))?;
 
-    let one_run = OneRun::new(None).map_err(CliError::failed)?;
+    let one_run = OneRun::new(None).map_err(CliError::from_failure)?;
     let paths = &one_run.paths;
-    let name = InterfaceName::new("sim").map_err(CliError::failed)?;
+    let name = InterfaceName::new("sim").map_err(CliError::from_failure)?;
     let (sender, source) = in_process_bus(&[name], BUS_FRAMES, WhenFull::Wait);
     let last = LastIdentification::default();
     // At maximum speed, no frames may be dropped; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
-    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    let mut work = build_estimation(&cell, paths, &last).map_err(CliError::from_failure)?;
     // The device counts time from its own start.
     work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     let parts = Parts::Both(
-        acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::failed)?,
+        build_acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::from_failure)?,
         work,
     );
     let stop = Arc::new(AtomicBool::new(false));
-    let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;
+    let arm =
+        start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::from_failure)?;
     let report = run(&ServiceOptions::default(), parts);
     stop.store(true, Ordering::Relaxed);
-    let played = arm.join().map_err(|_| CliError::failed("the simulated arm panicked"))?;
-    let report: ServiceReport = report.map_err(CliError::failed)?;
+    let played = arm.join().map_err(|_| CliError::from_failure("the simulated arm panicked"))?;
+    let report: ServiceReport = report.map_err(CliError::from_failure)?;
     match played {
         // A signal ended the service first.
         Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
-        Err(error) => return Err(CliError::failed(error)),
+        Err(error) => return Err(CliError::from_failure(error)),
     }
-    let LastWindow { window, identification } = identified(&report, &last)?;
-    show(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
+    let LastWindow { window, identification } = last_identification(&report, &last)?;
+    print_for_terminal(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
     // The figure is written after the result, so that a write error does not cost the result.
     write_figure(&arguments.figure, &cell, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))?;
     let Some(path) = &arguments.report else { return Ok(()) };
     let samples = SampleRange::Window(window);
-    let origin = Origin { input: None, samples, further: Vec::new(), note: None };
+    let origin = Origin { input: None, samples, further_files: Vec::new(), note: None };
     write_report(path, &Report::new(&cell, &identification, &origin))?;
     print(&format!("report: {}\n", path.display()))
 }
 
 fn scenario(arguments: &Arguments) -> Result<Scenario, CliError> {
-    let mut scenario = didim_sim::tx40_paper().map_err(CliError::failed)?;
+    let mut scenario = didim_sim::tx40_paper().map_err(CliError::from_failure)?;
     if let Some(seed) = arguments.seed {
         scenario = scenario.with_seed(seed);
     }
     if arguments.seconds.is_some() {
         let mut playback = scenario.playback();
         playback.cycles = None;
-        scenario = scenario.with_playback(playback).map_err(CliError::failed)?;
+        scenario = scenario.with_playback(playback).map_err(CliError::from_failure)?;
     }
     Ok(scenario)
 }
 
 /// Returns the number of bus cycles to play.
-fn cycles(arguments: &Arguments, device: &VirtualDevice, cell: &Cell) -> Result<u64, CliError> {
-    let Some(seconds) = arguments.seconds else { return Ok(device.cycles()) };
+fn cycle_count(
+    arguments: &Arguments,
+    device: &VirtualDevice,
+    cell: &Cell,
+) -> Result<u64, CliError> {
+    let Some(seconds) = arguments.seconds else { return Ok(device.cycle_count()) };
     // The cell requires three seconds of motion, between half a second of rest and its margins.
     if !(5.0..=86_400.0).contains(&seconds) {
         return Err(CliError::Usage(format!("--seconds {seconds}: has to be 5 to 86400")));
@@ -167,7 +173,7 @@ fn start_arm(
 
 fn progress_bar(cycles: u64) -> ProgressBar {
     let template = "{bar:40} {percent:>3} %  {pos}/{len} frames  {elapsed}";
-    styled(ProgressBar::new(cycles), template)
+    style_bar(ProgressBar::new(cycles), template)
 }
 
 /// The in-process bus with a progress bar. It ends the playback after its frames.
@@ -205,7 +211,7 @@ fn text(
     text += "\n";
     // The joint with the largest torque is the most informative one.
     let peak = |values: &[f64]| values.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));
-    let panels = report::panels(identification, robot);
+    let panels = report::joint_panels(identification, robot);
     let largest = panels.iter().max_by(|a, b| peak(a.measured_nm).total_cmp(&peak(b.measured_nm)));
     if let Some(panel) = largest {
         text += &torque_plot(panel, width());
@@ -214,10 +220,10 @@ fn text(
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
         text += &format!(
             "{}, {}, {} lost; {} identified, {} rejected\n",
-            number(bus.frames, "frame"),
-            number(bus.samples, "sample"),
+            count_with_noun(bus.frames, "frame"),
+            count_with_noun(bus.samples, "sample"),
             bus.counters.queue_drops + bus.cycles_lost.values().sum::<u64>(),
-            number(work.windows_identified, "window"),
+            count_with_noun(work.windows_identified, "window"),
             work.windows_rejected.values().sum::<u64>()
         );
     }

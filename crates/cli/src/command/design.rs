@@ -6,21 +6,21 @@ use clap::{Args, ValueEnum};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::Robot;
 use didim_identification::excitation::{
-    Corners, Course, Design, ExcitationError, Margins, Progress, Task, design, predicted, sweep,
-    terms,
+    Corners, Course, Design, ExcitationError, Margins, Progress, Task, design, predict_result,
+    predict_terms, sweep,
 };
 use didim_identification::identification::KnownLoad;
 use indicatif::ProgressBar;
 
 use crate::CliError;
-use crate::input::{centre, numbers, positive};
+use crate::input::{parse_numbers, parse_point, parse_positive};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
-use crate::progress::styled;
+use crate::progress::style_bar;
 use didim::analysis::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
 use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
 use didim::report::{
-    Checked, conditions, design_header, design_text, html, load_lines, prediction_lines,
+    Checked, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
     sweep_lines, sweep_text,
 };
 use didim_formats::{MotionFile, MotionFormat};
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", requires = "cell", required_if_eq("objective", "payload"))]
     result: Option<PathBuf>,
     /// Length of the motion [s]
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = parse_positive)]
     duration: f64,
     /// A file to write; may be given more than once: .csv (table), .yaml (ROS 2), .script
     /// (Universal Robots), .src (KUKA), .mod (ABB)
@@ -72,7 +72,7 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         value_name = "KG",
-        value_parser = positive,
+        value_parser = parse_positive,
         allow_negative_numbers = true,
         required_if_eq("objective", "payload")
     )]
@@ -81,7 +81,7 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         value_name = "X,Y,Z",
-        value_parser = centre,
+        value_parser = parse_point,
         allow_hyphen_values = true,
         requires = "declared_mass_kg",
         required_if_eq("objective", "payload")
@@ -109,28 +109,28 @@ pub(super) struct Within {
     #[arg(
         long,
         value_name = "PERCENT",
-        value_parser = positive,
+        value_parser = parse_positive,
         default_value_t = Self::default().speed
     )]
     speed: f64,
     /// Largest acceleration [rad/s²] of all joints, or of each, separated by commas; replaces the
     /// robot file's
-    #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "A", value_delimiter = ',', value_parser = parse_positive)]
     acceleration: Option<Vec<f64>>,
     /// A box that the arm stays in: two opposite corners in the frame of its base [m]; the links
     /// need shapes
     #[arg(
         long = "box",
         value_name = "X,Y,Z,X,Y,Z",
-        value_parser = corners,
+        value_parser = parse_corners,
         allow_hyphen_values = true
     )]
     inside: Option<Corners>,
 }
 
 /// Parses six numbers separated by commas.
-fn corners(text: &str) -> Result<Corners, String> {
-    let [a, b, c, d, e, f] = numbers(text, "give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5")?;
+fn parse_corners(text: &str) -> Result<Corners, String> {
+    let [a, b, c, d, e, f] = parse_numbers(text, "give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5")?;
     let sides = [[a, d], [b, e], [c, f]];
     match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
         true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),
@@ -155,7 +155,7 @@ impl Within {
 }
 
 /// Requests a motion of this duration that identifies all parameters.
-pub(super) fn wanted<'a>(
+pub(super) fn requested_motion<'a>(
     within: &Within,
     accelerations: Option<&'a [f64]>,
     duration_s: f64,
@@ -164,8 +164,8 @@ pub(super) fn wanted<'a>(
         duration_s,
         margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
         accelerations,
-        inside: within.inside,
-        moving: None,
+        box_corners: within.inside,
+        moving_joints: None,
         load: None,
         parameters: None,
         condition_number: false,
@@ -201,7 +201,7 @@ impl Subject {
     ) -> Result<Self, CliError> {
         let assignment = Assignment::of_cell(cell, stored, wanted);
         let joints = joint_names(cell.urdf.as_ref(), cell.robot.joints());
-        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.map_err(CliError::from_configuration)?;
         Ok(Self { robot: cell.robot.clone(), joints, assignment, identified: None })
     }
 }
@@ -215,18 +215,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let formats = out.iter().map(|path| format_of(path, joints.len()));
     let formats = formats.collect::<Result<Vec<_>, _>>()?;
     if let Some(joints) = &arguments.friction_sweep {
-        return swept(arguments, joints, &formats, &subject);
+        return design_sweep(arguments, joints, &formats, &subject);
     }
-    let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
+    let best = search_best(&assignment.task, arguments.steps).map_err(CliError::from_failure)?;
     let (predicted, text) = match (&assignment.load, &subject.identified) {
         (Some(load), Some((cell, result))) => {
-            let load_result = load.simulated(cell, result, &assignment.task, &best.series);
-            let lines = load_lines(load, &load_result.map_err(CliError::failed)?);
-            let text = lines.join("\n") + "\n\n" + &conditions(assignment, &best.used);
+            let load_result = load.simulate_load(cell, result, &assignment.task, &best.series);
+            let lines = load_lines(load, &load_result.map_err(CliError::from_failure)?);
+            let text = lines.join("\n") + "\n\n" + &conditions_text(assignment, &best.used);
             (if assignment.measured_noise { lines } else { Vec::new() }, text)
         }
         _ => {
-            let prediction = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
+            let prediction =
+                predict_result(&assignment.task, &best.series).map_err(CliError::from_failure)?;
             let text = design_text(assignment, &best, &prediction);
             (prediction_lines(assignment, &prediction.deviations), text)
         }
@@ -245,7 +246,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// A friction sweep.
-fn swept(
+fn design_sweep(
     arguments: &Arguments,
     joints: &[usize],
     formats: &[MotionFormat],
@@ -256,8 +257,8 @@ fn swept(
         format.takes_sweeps().map_err(|error| CliError::in_file(path, error))?;
     }
     let places: Vec<usize> = joints.iter().map(|joint| joint - 1).collect();
-    let designed = sweep(&assignment.task, &places).map_err(CliError::failed)?;
-    let identifiable = terms(&assignment.task, robot, &designed.sweep);
+    let designed = sweep(&assignment.task, &places).map_err(CliError::from_failure)?;
+    let identifiable = predict_terms(&assignment.task, robot, &designed.sweep);
     let lines = sweep_lines(robot, assignment, &designed.sweep, &identifiable);
     let mut texts = Vec::new();
     for (path, format) in arguments.out.iter().zip(formats) {
@@ -294,7 +295,7 @@ pub(super) fn motion_text(
 pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliError> {
     let format = MotionFormat::from_path(path);
     let format = format.map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
-    format.fits(joints).map_err(|error| CliError::in_file(path, error))?;
+    format.check_joint_count(joints).map_err(|error| CliError::in_file(path, error))?;
     Ok(format)
 }
 
@@ -314,7 +315,7 @@ impl Arguments {
         let Some(path) = &self.preview else { return Ok(()) };
         let header =
             design_header(subject.robot.name(), &subject.assignment, checked, predicted, true);
-        write_text(path, &html::preview(&subject.robot, motion, &header))
+        write_text(path, &html::preview_page(&subject.robot, motion, &header))
     }
 
     fn subject(&self) -> Result<Subject, CliError> {
@@ -331,11 +332,11 @@ impl Arguments {
     }
 
     fn of_cell(&self, file: &Path) -> Result<Subject, CliError> {
-        let mut cell = Cell::read(file).map_err(CliError::configuration)?;
+        let mut cell = Cell::read(file).map_err(CliError::from_configuration)?;
         let mut stored = None;
         if let Some(result) = &self.result {
             let (model, with_its_choices) =
-                StoredModel::read(result, cell).map_err(CliError::failed)?;
+                StoredModel::read_stored_model(result, cell).map_err(CliError::from_failure)?;
             cell = with_its_choices;
             if model.is_of(&cell) == Some(false) {
                 print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
@@ -354,28 +355,28 @@ impl Arguments {
                 "--result goes with the --cell that it was identified with, not with --robot";
             return Err(CliError::Usage(explanation.to_owned()));
         }
-        let text = Library::Files.read(file).map_err(CliError::configuration)?;
-        let source = RobotSource::read(file, text, None).map_err(CliError::configuration)?;
+        let text = Library::Files.read(file).map_err(CliError::from_configuration)?;
+        let source = RobotSource::read(file, text, None).map_err(CliError::from_configuration)?;
         let robot = &source.robot;
         let base = BaseParameters::compute(&Model::new(robot)).map_err(|error| {
             let file = file.to_path_buf();
-            CliError::configuration(CellError::BaseParameters { file, source: error })
+            CliError::from_configuration(CellError::BaseParameters { file, source: error })
         })?;
         let accelerations = self.within.accelerations(robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
         let assignment = Assignment::of_robot(&source, &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
-        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.map_err(CliError::from_configuration)?;
         Ok(Subject { robot: source.robot, joints, assignment, identified: None })
     }
 
     fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
         Wanted {
-            moving: self.joints.as_deref().or(self.friction_sweep.as_deref()),
+            moving_joints: self.joints.as_deref().or(self.friction_sweep.as_deref()),
             load: self.load(),
             parameters: self.parameters.as_deref(),
             condition_number: self.objective == Objective::ConditionNumber,
-            ..wanted(&self.within, accelerations, self.duration)
+            ..requested_motion(&self.within, accelerations, self.duration)
         }
     }
 
@@ -388,9 +389,9 @@ impl Arguments {
 
 /// Returns the best design of the searches. The first of equal ones wins, so that the thread order
 /// has no effect.
-fn searched(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
+fn search_best(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
     let bar = ProgressBar::new(PARALLEL_SEARCHES as u64 * u64::from(steps));
-    let bar = styled(bar, "{bar:40} {percent:>3} %  {eta} left");
+    let bar = style_bar(bar, "{bar:40} {percent:>3} %  {eta} left");
     let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
     let mut designs: [Option<Result<Design, ExcitationError>>; PARALLEL_SEARCHES] =
         [const { None }; PARALLEL_SEARCHES];

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::CliError;
-use crate::input::{Samples, pairs, positive};
-use crate::names::{DEFAULT_CELL, formats};
+use crate::input::{Samples, measurement_pairs, parse_positive};
+use crate::names::{DEFAULT_CELL, format_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::stream::Input;
@@ -23,14 +23,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     result: PathBuf,
     /// Format of the export
-    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     to: Format,
     /// The file; standard output when left out
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Mass of all moving links \[kg\] from the data sheet: for a robot whose file has no nominal
     /// bodies, or wrong ones
-    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = parse_positive, allow_negative_numbers = true)]
     total_mass_kg: Option<f64>,
     /// A recording for the error before and after, preferably one that the result is not from
     #[arg(long, value_name = "FILE")]
@@ -40,25 +40,26 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell, result, to, out, total_mass_kg, input } = arguments;
     let cell_file = cell;
-    let cell = Cell::read(cell).map_err(CliError::configuration)?;
+    let cell = Cell::read(cell).map_err(CliError::from_configuration)?;
     let read = [cell_file, result, &cell.robot_file].into_iter().chain(input);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(out, &read)?;
-    let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
+    let (model, cell) =
+        StoredModel::read_stored_model(result, cell).map_err(CliError::from_failure)?;
     let consistent = Consistent::from_result(&cell, &model, *total_mass_kg)
         .map_err(|error| CliError::in_file(result, error))?;
     let name = out.as_deref().and_then(|path| path.file_stem()?.to_str()).unwrap_or("arm");
-    let exported =
-        consistent.written(*to, name).map_err(|error| CliError::in_file(result, error))?;
+    let exported = consistent.write(*to, name).map_err(|error| CliError::in_file(result, error))?;
     let costs = input.as_deref().map(|input| {
         let input = Input::open(input)?;
         let parts = Samples::default().read(&input, &cell)?;
-        let predictions = consistent.predictions(&pairs(&parts));
-        let predictions = predictions.map_err(|error| CliError::in_file(input.shown(), error))?;
+        let predictions = consistent.predict_both(&measurement_pairs(&parts));
+        let predictions =
+            predictions.map_err(|error| CliError::in_file(input.displayed_path(), error))?;
         let [identified, possible] = predictions.map(|of| 100.0 * of.error.relative_error);
         Ok(format!(
             "error on {}: {identified:.2} % as identified, {possible:.2} % consistent\n",
-            input.shown().display()
+            input.displayed_path().display()
         ))
     });
     let costs = costs.transpose()?;

@@ -6,8 +6,8 @@ use clap::Args;
 
 use crate::CliError;
 use crate::output::print;
-use didim::archive::fleet::{Fleet, members};
-use didim::text::{aligned, significant, to_uncertainty};
+use didim::archive::fleet::{Fleet, read_members};
+use didim::text::{align_table, significant_digits, to_uncertainty};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -20,10 +20,10 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let arms = members(&arguments.histories).map_err(CliError::failed)?;
-    let fleet = Fleet::new(arms).map_err(CliError::failed)?;
+    let arms = read_members(&arguments.histories).map_err(CliError::from_failure)?;
+    let fleet = Fleet::new(arms).map_err(CliError::from_failure)?;
     if arguments.json {
-        let json = serde_json::to_string(&fleet).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&fleet).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
     print(&text(&fleet))
@@ -33,8 +33,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 const MIN_TABLE_ROWS: usize = 5;
 
 fn text(fleet: &Fleet) -> String {
-    let (arms, parameters, outside) = (fleet.arms.len(), fleet.parameters.len(), fleet.outside());
-    let furthest = fleet.furthest();
+    let (arms, parameters, outside) =
+        (fleet.arms.len(), fleet.parameters.len(), fleet.outside_count());
+    let furthest = fleet.by_share_of_limit();
     let rows = furthest.iter().take(outside.max(MIN_TABLE_ROWS)).map(|(of, arm)| {
         let digits = |value, uncertainty| to_uncertainty(value, uncertainty, 5);
         let uncertainty = arm.combined_standard_deviation;
@@ -47,9 +48,9 @@ fn text(fleet: &Fleet) -> String {
             arm.arm.clone(),
             of.name.clone(),
             digits(arm.value, uncertainty),
-            significant(uncertainty, 2),
+            significant_digits(uncertainty, 2),
             digits(of.median, of.scatter),
-            significant(of.scatter, 2),
+            significant_digits(of.scatter, 2),
             of.unit.clone(),
             format!("{:+.1}", arm.deviation),
             format!("{:+.1}", arm.combined_deviation),
@@ -70,7 +71,7 @@ fn text(fleet: &Fleet) -> String {
         "limit",
         "outside",
     ];
-    let table = aligned(&header, &rows.collect::<Vec<_>>());
+    let table = align_table(&header, &rows.collect::<Vec<_>>());
     format!(
         "{arms} arms {}, by {}; {parameters} parameters; outside of the population: {outside}; the \
          furthest:\n\n\

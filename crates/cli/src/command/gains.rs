@@ -7,13 +7,13 @@ use didim_identification::identification::KnownLoad;
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, centre, pairs, positive};
+use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
-use crate::progress::Working;
+use crate::progress::WorkIndicator;
 use crate::stream::Input;
-use crate::terminal::show;
-use didim::analysis::{FoundGains, find_gains};
+use crate::terminal::print_for_terminal;
+use didim::analysis::{FoundGains, find_drive_gains};
 use didim::cell::Cell;
 use didim::report::gains_text;
 
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         value_name = "KG",
-        value_parser = positive,
+        value_parser = parse_positive,
         allow_negative_numbers = true,
         requires = "loaded"
     )]
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         value_name = "X,Y,Z",
-        value_parser = centre,
+        value_parser = parse_point,
         allow_hyphen_values = true,
         requires = "loaded"
     )]
@@ -67,7 +67,7 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let read = |file| -> Result<_, CliError> {
         let input = Input::open(file)?;
         arguments.samples.read(&input, &cell)
@@ -77,15 +77,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { declared_mass_kg, declared_centre_m, .. } = *arguments;
     let load = declared_mass_kg.zip(declared_centre_m);
     let load = load.map(|(mass_kg, centre_m)| KnownLoad { mass_kg, centre_m });
-    let loaded = loaded.as_deref().map(pairs).zip(load);
-    let working = Working::start("finding the gains");
+    let loaded = loaded.as_deref().map(measurement_pairs).zip(load);
+    let working = WorkIndicator::start("finding the gains");
     let load_of_recording = loaded.as_ref().map(|(of, load)| (&of[..], *load));
-    let outcome = working.during(|| find_gains(&cell, &pairs(&empty), load_of_recording));
-    let gains = outcome.map_err(CliError::failed)?;
+    let empty = measurement_pairs(&empty);
+    let outcome = working.show_during(|| find_drive_gains(&cell, &empty, load_of_recording));
+    let gains = outcome.map_err(CliError::from_failure)?;
     if arguments.json {
         let output = Output { schema: SCHEMA, robot: cell.robot.name(), found: &gains };
-        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    show(&gains_text(&gains))
+    print_for_terminal(&gains_text(&gains))
 }

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::CliError;
-use crate::input::{Samples, pairs};
+use crate::input::{Samples, measurement_pairs};
 use crate::output::{check_outputs, print, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::Input;
-use crate::terminal::{line, show, width};
+use crate::terminal::{line, print_for_terminal, width};
 use didim::analysis::{JointDifference, StoredModel, torque_difference};
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
@@ -57,14 +57,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         of => of.map_err(|error| CliError::in_file(path, error)),
     };
     let format = arguments.out.as_ref().map(format_of).transpose()?;
-    let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
+    let (lines, passed_over) = read_history(&folder).map_err(CliError::from_failure)?;
     if passed_over > 0 {
         tracing::warn!(
             "lines of the history skipped as incomplete, unknown or of a later version: \
              {passed_over}"
         );
     }
-    let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
+    let baseline = Baseline::read(&folder).map_err(CliError::from_failure)?;
     let mut history = JudgedHistory::new(lines, baseline, options);
     let names: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !names.contains(name)) {
@@ -75,7 +75,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let difference = match *arguments.compare.as_slice() {
         [then, now] => {
-            let difference = Difference::new(&history, [then, now]).map_err(CliError::failed)?;
+            let difference =
+                Difference::new(&history, [then, now]).map_err(CliError::from_failure)?;
             let torques = torques(arguments, &folder, [then, now])?;
             Some(Difference { torques, ..difference })
         }
@@ -95,15 +96,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let (Some(path), Some(format)) = (&arguments.out, format) {
         let identities = identities(&history);
         let table = long_table(&history, &identities, &chosen);
-        write_whole(path, |out| format.write(&table, out).map_err(CliError::failed))?;
+        write_whole(path, |out| format.write(&table, out).map_err(CliError::from_failure))?;
     }
     if arguments.json {
         let document = HistoryDocument::new(&history, passed_over, &chosen, difference);
-        let json = serde_json::to_string(&document).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&document).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
     if let Some(difference) = difference {
-        return show(&difference.table());
+        return print_for_terminal(&difference.table());
     }
     let mut text = table(&history, line()) + "\n" + &summary(&history);
     for name in &arguments.parameter {
@@ -113,7 +114,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
-    show(&text)
+    print_for_terminal(&text)
 }
 
 /// Computes the torque difference of two results along a recording, if one is given.
@@ -122,15 +123,16 @@ fn torques(
     folder: &Path,
     numbers: [u64; 2],
 ) -> Result<Vec<JointDifference>, CliError> {
-    let (Some(input), Some(cell)) = (&arguments.along, arguments.state.cell()?) else {
+    let (Some(input), Some(cell)) = (&arguments.along, arguments.state.read_cell()?) else {
         return Ok(Vec::new());
     };
     let input = Input::open(input)?;
     let parts = Samples::default().read(&input, &cell)?;
     let read = |number| {
-        StoredModel::read(&result_file(folder, number), cell.clone()).map_err(CliError::failed)
+        StoredModel::read_stored_model(&result_file(folder, number), cell.clone())
+            .map_err(CliError::from_failure)
     };
     let [(then, earlier), (now, later)] = [read(numbers[0])?, read(numbers[1])?];
-    torque_difference([(&then, &earlier), (&now, &later)], &pairs(&parts))
-        .map_err(|error| CliError::in_file(input.shown(), error))
+    torque_difference([(&then, &earlier), (&now, &later)], &measurement_pairs(&parts))
+        .map_err(|error| CliError::in_file(input.displayed_path(), error))
 }

@@ -14,13 +14,13 @@ use serde::Serialize;
 use super::advise::advice_for;
 use crate::CliError;
 use crate::choices::Choices;
-use crate::input::{Counted, Samples, pairs};
-use crate::names::{DEFAULT_CELL, methods};
+use crate::input::{Counted, Samples, measurement_pairs};
+use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report};
-use crate::progress::Working;
+use crate::progress::WorkIndicator;
 use crate::stream::Input;
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{
     IdentifyError, identify_measurement, identify_measurements, law_of_commands,
     reduce_measurements, rms_deviation,
@@ -29,7 +29,7 @@ use didim::analysis::{DesignedMotion, ExpectedParameter};
 use didim::cell::Cell;
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
-use didim::text::aligned;
+use didim::text::align_table;
 use didim::window::DriveReadings;
 use didim_formats::{Measurement, RecordingStart};
 
@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", required = true)]
     input: Vec<PathBuf>,
     /// The method; the cell's when left out
-    #[arg(long, value_name = "METHOD", value_parser = methods())]
+    #[arg(long, value_name = "METHOD", value_parser = method_parser())]
     method: Option<Method>,
     #[command(flatten)]
     samples: Samples,
@@ -112,7 +112,7 @@ const MAX_COMPARED_RECORDINGS: usize = 12;
 const MAX_SEPARATE_IDENTIFICATIONS: RangeInclusive<usize> = 2..=MAX_COMPARED_RECORDINGS;
 
 /// Identifies each recording, or complete piece of one, alone, if there are several.
-fn recordings(
+fn identify_recordings(
     cell: &Cell,
     method: Method,
     reported: &[RecordingEntry],
@@ -132,7 +132,7 @@ fn recordings(
     errors
         .map(|(index, (piece, relative_error)): (usize, (&RecordingEntry, &f64))| RecordingLine {
             input: piece.name.clone(),
-            recorded: piece.recorded,
+            recorded: piece.recording_start,
             readings: piece.range.readings().clone(),
             relative_error: *relative_error,
             rms_deviation_from: alone
@@ -149,7 +149,7 @@ fn recordings(
 }
 
 /// Formats a table of the recordings.
-fn compared(recordings: &[RecordingLine]) -> String {
+fn recordings_table(recordings: &[RecordingLine]) -> String {
     if recordings.is_empty() {
         return String::new();
     }
@@ -165,7 +165,7 @@ fn compared(recordings: &[RecordingLine]) -> String {
         (1..=recordings.len()).map(|number| format!("rms z to {number}")).collect();
     let mut header = vec!["recording", "error"];
     header.extend(numbers.iter().map(String::as_str));
-    format!("\n{}", aligned(&header, &rows))
+    format!("\n{}", align_table(&header, &rows))
 }
 
 /// Data on a piece of a file, kept after its samples were given away.
@@ -174,15 +174,15 @@ struct RecordingEntry {
     input: usize,
     name: String,
     what_counted: String,
-    recorded: Option<RecordingStart>,
+    recording_start: Option<RecordingStart>,
     range: SampleRange,
 }
 
 impl RecordingEntry {
     fn new(input: usize, path: &Path, piece: &Counted) -> Self {
-        let name = path.display().to_string() + &piece.begin();
-        let (what_counted, range) = (piece.what_counted(), piece.range());
-        Self { input, name, what_counted, recorded: piece.recorded, range }
+        let name = path.display().to_string() + &piece.recording_begin();
+        let (what_counted, range) = (piece.counted_text(), piece.sample_range());
+        Self { input, name, what_counted, recording_start: piece.recording_start, range }
     }
 }
 
@@ -191,62 +191,67 @@ impl RecordingEntry {
 fn take_measurements(parts: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
     if !MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len()) {
         let pieces_taken = parts.drain(..);
-        return pieces_taken.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
+        return pieces_taken
+            .map(|of| (Cow::Owned(of.piece.measurement), of.counted_range))
+            .collect();
     }
-    parts.iter().map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted.clone())).collect()
+    parts
+        .iter()
+        .map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted_range.clone()))
+        .collect()
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let mut cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let Arguments { cell: cell_file, input, figure, report, .. } = arguments;
     // Outputs are checked first, so that no work is lost.
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(figure.iter().chain(report), &read)?;
     let designed = arguments.designed.as_deref().map(DesignedMotion::read);
-    let designed = designed.transpose().map_err(CliError::failed)?;
+    let designed = designed.transpose().map_err(CliError::from_failure)?;
     let inputs =
         arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
     let (mut parts, reported) = read_recordings(arguments, &cell, &inputs)?;
-    let measurements = pairs(&parts);
-    let first = inputs[0].shown();
+    let measurements = measurement_pairs(&parts);
+    let first = inputs[0].displayed_path();
     let start = Instant::now();
-    let choices = Choices::make(&mut cell, &measurements, first)?;
+    let choices = Choices::make_choices(&mut cell, &measurements, first)?;
     // Printed before the method runs, because it may fail with these choices.
     if !arguments.json {
         print(&choices.text(&cell))?;
     }
     let mut reduction = None;
     if arguments.essential {
-        let essential = Working::start("finding the essential parameters")
-            .during(|| reduce_measurements(&cell, &measurements))
+        let essential = WorkIndicator::start("finding the essential parameters")
+            .show_during(|| reduce_measurements(&cell, &measurements))
             .map_err(|error| CliError::in_file(first, error))?;
         cell = cell.with_parameters(&essential.essential);
         reduction = Some(essential);
     }
     let method = arguments.method.unwrap_or(cell.method);
     let records = (parts.iter().zip(&reported))
-        .map(|(of, entry)| (&of.piece.measurement, &of.counted, entry.range.readings()));
+        .map(|(of, entry)| (&of.piece.measurement, &of.counted_range, entry.range.readings()));
     let law = law_of_commands(&cell, method, records);
     if let Some(law) = law.map_err(|error| CliError::in_file(first, error))? {
         cell.options.controller = Some(law);
     }
-    let working = Working::start(&format!("identifying by {method}"));
+    let working = WorkIndicator::start(&format!("identifying by {method}"));
     let identified =
-        working.during(|| identify_measurements(&cell, method, take_measurements(&mut parts)));
+        working.show_during(|| identify_measurements(&cell, method, take_measurements(&mut parts)));
     let mut identification =
         identified.map_err(|error| not_identified(error, &arguments.cell, first))?;
     let elapsed = start.elapsed();
-    choices.note_in(&mut identification.estimate);
-    let measurements = pairs(&parts);
+    choices.write_to_cell(&mut identification.estimate);
+    let measurements = measurement_pairs(&parts);
     let together = &identification.estimate;
     let predicted = designed.map_or_else(Vec::new, |of| of.compare(together));
     if let Some(file) = arguments.designed.as_ref().filter(|_| predicted.is_empty()) {
         let explanation = "it predicts no parameter that is identified here";
         print_note(&format!("note: {}: {explanation}\n", file.display()));
     }
-    let recordings = Working::start("identifying from each recording alone")
-        .during(|| recordings(&cell, method, &reported, &measurements, together));
+    let recordings = WorkIndicator::start("identifying from each recording alone")
+        .show_during(|| identify_recordings(&cell, method, &reported, &measurements, together));
     if arguments.json {
         print_json(
             &reported,
@@ -258,13 +263,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         )?;
     } else {
         if let Some(reduction) = &reduction {
-            show(&format!("{}\n", report::reduction::sequence(reduction)))?;
+            print_for_terminal(&format!("{}\n", report::reduction::reduction_text(reduction)))?;
         }
-        show(&text(&cell, &identification, arguments.regrouping))?;
+        print_for_terminal(&text(&cell, &identification, arguments.regrouping))?;
         show_recordings(&reported)?;
-        show(&compared(&recordings))?;
+        print_for_terminal(&recordings_table(&recordings))?;
         if !predicted.is_empty() {
-            show(&report::expectation_text(&predicted))?;
+            print_for_terminal(&report::expectation_text(&predicted))?;
         }
     }
     // Files are written after the result, so that a write error does not cost the result.
@@ -282,7 +287,7 @@ fn not_identified(error: IdentifyError, cell_file: &Path, recording: &Path) -> C
     match error {
         IdentifyError::Identification(IdentificationError::NoController { .. })
         | IdentifyError::NotRobust(_) => {
-            CliError::configuration(format!("{}: {error}", cell_file.display()))
+            CliError::from_configuration(format!("{}: {error}", cell_file.display()))
         }
         error => CliError::in_file(recording, error),
     }
@@ -297,8 +302,9 @@ fn read_recordings(
     let (mut parts, mut reported) = (Vec::new(), Vec::new());
     for (index, input) in inputs.iter().enumerate() {
         let of_file = arguments.samples.read(input, cell)?;
-        reported
-            .extend(of_file.iter().map(|piece| RecordingEntry::new(index, input.shown(), piece)));
+        reported.extend(
+            of_file.iter().map(|piece| RecordingEntry::new(index, input.displayed_path(), piece)),
+        );
         parts.extend(of_file);
     }
     Ok((parts, reported))
@@ -315,11 +321,11 @@ fn print_json(
 ) -> Result<(), CliError> {
     let estimate = &identification.estimate;
     let elapsed_ms = elapsed.as_secs_f64() * 1e3;
-    let recorded = reported.first().and_then(|first| first.recorded);
+    let recorded = reported.first().and_then(|first| first.recording_start);
     let readings = reported.first().filter(|_| reported.len() == 1).map(|one| one.range.readings());
     let output =
         Output { estimate, reduction, recorded, readings, recordings, predicted, elapsed_ms };
-    let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+    let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
     print(&format!("{json}\n"))
 }
 
@@ -328,11 +334,11 @@ fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
     let mut last = None;
     for piece in reported.iter().take(MAX_COMPARED_RECORDINGS) {
         if last.replace(piece.input) != Some(piece.input) {
-            print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
+            print(&format!("recorded: {}\n", RecordingStart::display_text(piece.recording_start)))?;
         }
-        show(&piece.what_counted)?;
+        print_for_terminal(&piece.what_counted)?;
         for (name, text) in piece.range.readings().lines() {
-            show(&format!("{name}: {text}\n"))?;
+            print_for_terminal(&format!("{name}: {text}\n"))?;
         }
     }
     if reported.len() > MAX_COMPARED_RECORDINGS {
@@ -352,14 +358,14 @@ fn store_report(
 ) -> Result<(), CliError> {
     let mut origins = Vec::with_capacity(reported.len());
     for (index, input) in inputs.iter().enumerate() {
-        let input = input.provenance()?;
+        let input = input.input_file()?;
         let pieces_of_input = reported.iter().filter(|piece| piece.input == index);
         origins.extend(pieces_of_input.map(|piece| (input.clone(), piece.range.clone())));
     }
     let (input, samples) = origins.remove(0);
-    let origin = Origin { input: Some(input), samples, further: origins, note: None };
-    let advice = &Working::start("trying motions")
-        .during(|| advice_for(cell, &identification.estimate))
+    let origin = Origin { input: Some(input), samples, further_files: origins, note: None };
+    let advice = &WorkIndicator::start("trying motions")
+        .show_during(|| advice_for(cell, &identification.estimate))
         .unwrap_or_else(|error| format!("no motion was tried: {error}"));
     let report =
         Report { expectation: predicted, advice, ..Report::new(cell, identification, &origin) };

@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments, command: clap::Command) -> Result<(), CliError> {
     let pages = man_pages(command.clone())
         .and_then(|pages| Ok([pages, completions(command)?, documents()?, schemas()].concat()));
-    for (path, text) in pages.map_err(CliError::failed)? {
+    for (path, text) in pages.map_err(CliError::from_failure)? {
         let path = arguments.out.join(path);
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| CliError::in_file(folder, error))?;
@@ -56,7 +56,9 @@ pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     add_pages(&command, "", &mut pages)?;
     let references = references()?;
     pages.extend(
-        references.iter().map(|page| (format!("man/{}.{}", page.name, page.section), page.man())),
+        references
+            .iter()
+            .map(|page| (format!("man/{}.{}", page.name, page.section), page.to_man())),
     );
     Ok(pages)
 }
@@ -85,12 +87,12 @@ fn files() -> [Reference; 2] {
 
 fn references() -> io::Result<Vec<page::Page>> {
     let mut pages =
-        files().iter().map(Reference::page).collect::<Result<Vec<_>, _>>().map_err(invalid)?;
+        files().iter().map(Reference::page).collect::<Result<Vec<_>, _>>().map_err(invalid_data)?;
     pages.push(glossary::page());
     Ok(pages)
 }
 
-fn invalid(error: impl Into<Box<dyn core::error::Error + Send + Sync>>) -> io::Error {
+fn invalid_data(error: impl Into<Box<dyn core::error::Error + Send + Sync>>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, error)
 }
 
@@ -182,5 +184,5 @@ fn page(command: clap::Command, auxiliary: Option<&CommandPage>) -> io::Result<S
 }
 
 fn utf8(text: Vec<u8>) -> io::Result<String> {
-    String::from_utf8(text).map_err(invalid)
+    String::from_utf8(text).map_err(invalid_data)
 }

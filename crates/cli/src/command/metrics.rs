@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::status::WhichService;
 use crate::CliError;
-use didim::service::metrics::{Limits, exposition, serve};
-use didim::service::status::fetch;
+use didim::service::metrics::{Limits, metrics_text, serve};
+use didim::service::status::fetch_snapshot;
 use didim::signals::Signals;
 
 /// Default address: this machine only.
@@ -31,20 +31,20 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         .enable_all()
         .max_blocking_threads(2)
         .build()
-        .map_err(CliError::failed)?;
+        .map_err(CliError::from_failure)?;
     runtime.block_on(async {
-        let mut signals = Signals::register(false).map_err(CliError::failed)?;
+        let mut signals = Signals::register(false).map_err(CliError::from_failure)?;
         tokio::select! {
-                served = serve(arguments.listen, Limits::default(), ready, move || {
-            let snapshot = fetch(&paths);
+                served = serve(arguments.listen, Limits::default(), print_ready, move || {
+            let snapshot = fetch_snapshot(&paths);
             match (&snapshot, answered.swap(snapshot.is_ok(), Ordering::Relaxed)) {
                 (Err(why), true) => tracing::warn!("the service does not answer: {why}"),
                 (Ok(_), false) => tracing::info!("the service answers again"),
                 (Ok(_), true) | (Err(_), false) => {}
             }
-            exposition(snapshot.as_ref().ok())
+            metrics_text(snapshot.as_ref().ok())
         }) => {
-                    served.map(|never| match never {}).map_err(CliError::failed)
+                    served.map(|never| match never {}).map_err(CliError::from_failure)
                 }
                 () = signals.end() => Ok(()),
             }
@@ -54,7 +54,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn ready(address: SocketAddr) {
+fn print_ready(address: SocketAddr) {
     tracing::info!("metrics at http://{address}/metrics");
     if let Err(cause) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
         tracing::warn!("cannot notify systemd: {cause}");

@@ -10,7 +10,7 @@ use crate::notes::print_note;
 use crate::output::{check_place, print, write_text};
 use didim::cell::{Cell, CellError};
 use didim::live::recording::is_mcap;
-use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, Standing, propose};
+use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, ValueOrigin, propose};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -69,7 +69,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let sources = Sources { robot, base, tip, table, bag, dbc, eds, log };
     // Check before the questions, so that no answers are lost.
     check_place(out)?;
-    let evidence = Evidence::read(sources).map_err(CliError::configuration)?;
+    let evidence = Evidence::read(sources).map_err(CliError::from_configuration)?;
     let taken = evidence.description.as_ref().map(|_| &description);
     if taken == Some(out) {
         let explanation = "the bag's URDF is written under this name; give the cell another \
@@ -82,13 +82,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(explanation));
     }
     let mut answers: Answers = answers.iter().cloned().collect();
-    let mut proposal = propose(&evidence, out, &answers).map_err(CliError::configuration)?;
+    let mut proposal = propose(&evidence, out, &answers).map_err(CliError::from_configuration)?;
     if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
         let mut passed_over = Vec::new();
         loop {
             let is_new = |entry: &&Entry| !passed_over.contains(&entry.key());
             let Some(entry) = proposal.missing().find(is_new).cloned() else { break };
-            let Some(value) = ask(&entry)? else {
+            let Some(value) = ask_question(&entry)? else {
                 passed_over.push(entry.key());
                 continue;
             };
@@ -112,7 +112,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match Cell::read(out) {
         Ok(_) => {}
         Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
-        Err(error) => return Err(CliError::configuration(error)),
+        Err(error) => return Err(CliError::from_configuration(error)),
     }
     let (cell, input) =
         (out.display(), input.map_or(String::new(), |input| input.display().to_string()));
@@ -127,10 +127,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// Asks one question on the terminal; returns `None` if it is skipped.
-fn ask(entry: &Entry) -> Result<Option<String>, CliError> {
-    print_note(&format!("\n{}\n{} (empty: later) = ", entry.why, entry.key()));
+fn ask_question(entry: &Entry) -> Result<Option<String>, CliError> {
+    print_note(&format!("\n{}\n{} (empty: later) = ", entry.explanation, entry.key()));
     let mut line = String::new();
-    std::io::stdin().read_line(&mut line).map_err(CliError::failed)?;
+    std::io::stdin().read_line(&mut line).map_err(CliError::from_failure)?;
     let value = line.trim();
     Ok((!value.is_empty()).then(|| value.to_owned()))
 }
@@ -138,17 +138,21 @@ fn ask(entry: &Entry) -> Result<Option<String>, CliError> {
 /// Returns one line per key, with the missing keys last.
 fn summary(proposal: &Proposal) -> String {
     let (missing, answered): (Vec<_>, Vec<_>) =
-        proposal.entries.iter().partition(|entry| entry.standing == Standing::Missing);
+        proposal.entries.iter().partition(|entry| entry.origin == ValueOrigin::Missing);
     answered
         .into_iter()
         .chain(missing)
         .map(|entry: &Entry| {
-            let said = match entry.standing {
-                Standing::Missing => String::new(),
+            let said = match entry.origin {
+                ValueOrigin::Missing => String::new(),
                 _ => format!(" = {}", entry.value),
             };
-            let why = if entry.why.is_empty() { String::new() } else { format!(": {}", entry.why) };
-            format!("{:8} {}{said}{why}\n", entry.standing.as_str(), entry.key())
+            let why = if entry.explanation.is_empty() {
+                String::new()
+            } else {
+                format!(": {}", entry.explanation)
+            };
+            format!("{:8} {}{said}{why}\n", entry.origin.as_str(), entry.key())
         })
         .collect()
 }

@@ -29,6 +29,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         temperature_c: arguments.temperature_c,
         text: arguments.text.clone(),
     };
-    let note = note.checked().map_err(|error| CliError::Usage(error.to_string()))?;
-    arguments.service.ask(&Request::Note(note))
+    let note = note.validated().map_err(|error| CliError::Usage(error.to_string()))?;
+    arguments.service.send_and_print(&Request::Note(note))
 }

@@ -8,12 +8,12 @@ use didim_identification::identification::{Declared, Payload, PayloadError};
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, centre, pairs, positive};
+use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
-use crate::progress::Working;
+use crate::progress::WorkIndicator;
 use crate::stream::Input;
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::analysis::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::payload_text;
@@ -38,10 +38,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     samples: Samples,
     /// Declared mass of the payload [kg]
-    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = parse_positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
     /// Declared centre of mass, in the frame of the last link [m]
-    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     declared_centre_m: Option<[f64; 3]>,
     /// Print one JSON object and nothing else
     #[arg(long)]
@@ -64,34 +64,36 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
+    let (model, cell) =
+        StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
     let input = Input::open(&arguments.input)?;
     let parts = arguments.samples.read(&input, &cell)?;
     let declared =
         Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
-    let working = Working::start("finding the load");
-    let outcome = working.during(|| model.payload(&cell, &pairs(&parts), declared));
+    let working = WorkIndicator::start("finding the load");
+    let outcome =
+        working.show_during(|| model.payload(&cell, &measurement_pairs(&parts), declared));
     let payload = outcome.map_err(|error| match error {
         LoadError::Payload(
             PayloadError::NoCovariance
             | PayloadError::Covariance
             | PayloadError::NotIdentified { .. },
         ) => CliError::in_file(&arguments.result, error),
-        error => CliError::in_file(input.shown(), error),
+        error => CliError::in_file(input.displayed_path(), error),
     })?;
     let same_configuration = model.is_of(&cell);
     if arguments.json {
         let robot = cell.robot.name();
-        let recorded = parts.first().and_then(|first| first.recorded);
+        let recorded = parts.first().and_then(|first| first.recording_start);
         let output =
             Output { schema: SCHEMA, robot, recorded, payload: &payload, same_configuration };
-        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
     let mut text = payload_text(&payload, declared, &cell.robot);
     if same_configuration == Some(false) {
         text += &format!("note: {OTHER_CONFIGURATION}\n");
     }
-    show(&text)
+    print_for_terminal(&text)
 }

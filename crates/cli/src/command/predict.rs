@@ -8,16 +8,16 @@ use didim_identification::identification::Prediction;
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, pairs};
+use crate::input::{Samples, measurement_pairs};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_text};
-use crate::progress::Working;
+use crate::progress::WorkIndicator;
 use crate::stream::Input;
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::analysis::{OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::html::{InputFile, PredictionReport};
-use didim::text::{aligned, significant};
+use didim::text::{align_table, significant_digits};
 use didim_formats::RecordingStart;
 
 #[derive(Debug, Args)]
@@ -58,17 +58,18 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     // Check before the work, which would otherwise be lost.
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
-    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
+    let (model, cell) =
+        StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
     let input = Input::open(&arguments.input)?;
     let parts = arguments.samples.read(&input, &cell)?;
-    let recorded = parts.first().and_then(|first| first.recorded);
-    let prediction = Working::start("predicting")
-        .during(|| model.predict(&cell, &pairs(&parts)))
-        .map_err(|error| CliError::in_file(input.shown(), error))?;
+    let recorded = parts.first().and_then(|first| first.recording_start);
+    let prediction = WorkIndicator::start("predicting")
+        .show_during(|| model.predict(&cell, &measurement_pairs(&parts)))
+        .map_err(|error| CliError::in_file(input.displayed_path(), error))?;
     if !prediction.error.relative_error.is_finite() {
         let explanation = "its parameters give no finite torque; give the result as it was stored";
         return Err(CliError::in_file(&arguments.result, explanation));
@@ -78,14 +79,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         let output =
             Output { prediction: &prediction, recorded, same_configuration, notes: &notes };
-        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
-        show(&text(&prediction, &cell, &notes))?;
+        print_for_terminal(&text(&prediction, &cell, &notes))?;
     }
     let Some(path) = &arguments.report else { return Ok(()) };
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
-    let (result, input) = (read(&arguments.result)?, input.provenance()?);
+    let (result, input) = (read(&arguments.result)?, input.input_file()?);
     let report = PredictionReport {
         cell: &cell,
         result: &result,
@@ -112,7 +113,7 @@ fn notes(
                 .to_owned(),
         );
     }
-    let missing = model.missing(cell);
+    let missing = model.missing_parameters(cell);
     if !missing.is_empty() {
         notes.push(format!("not in the result, and set to 0: {}", missing.join(", ")));
     }
@@ -134,8 +135,9 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
         .map(|(joint, described): (usize, &Joint)| {
             let expected_of_joint =
                 expected_error.as_ref().map(|of| of.relative_error_per_joint[joint]);
-            let torque =
-                |value: f64| format!("{} {}", significant(value, 3), described.kind.torque_unit());
+            let torque = |value: f64| {
+                format!("{} {}", significant_digits(value, 3), described.kind.torque_unit())
+            };
             vec![
                 format!("joint {}", JointIndex::new(joint)),
                 percent(error.relative_error_per_joint[joint]),
@@ -155,7 +157,7 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
         none(),
         none(),
     ]);
-    let table = aligned(&["", "error", "expected", "rms error", "99.9 % below"], &rows);
+    let table = align_table(&["", "error", "expected", "rms error", "99.9 % below"], &rows);
     let notes = notes.iter().map(|note| format!("note: {note}\n"));
     core::iter::once(table).chain(notes).collect()
 }

@@ -13,5 +13,5 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    arguments.service.ask(&Request::Reload)
+    arguments.service.send_and_print(&Request::Reload)
 }

@@ -7,11 +7,11 @@ use didim_identification::identification::Identification;
 
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
-use crate::outcome::identified;
-use crate::output::{check_outputs, number, print, write_figure, write_report};
-use crate::progress::Working;
+use crate::outcome::last_identification;
+use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
+use crate::progress::WorkIndicator;
 use crate::stream::Input;
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{LastIdentification, LastWindow};
 use didim::cell::Cell;
 use didim::live::recording::{RecordedWindow, open_log};
@@ -19,7 +19,7 @@ use didim::live::stream::Pace;
 use didim::live::worker::TimeOfDay;
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
-use didim::service::pipeline::{OneRun, acquisition, estimation};
+use didim::service::pipeline::{OneRun, build_acquisition, build_estimation};
 use didim::service::status::Snapshot;
 use didim::service::supervision::{Parts, ServiceOptions, run};
 
@@ -45,23 +45,27 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let input = Input::open(log)?;
-    let layout = &cell.bus().map_err(CliError::configuration)?.layout;
-    let source = input.named(open_log(input.path(), Some(layout)).map_err(CliError::failed))?;
+    let layout = &cell.bus().map_err(CliError::from_configuration)?.layout;
+    let source = input.with_displayed_path(
+        open_log(input.path(), Some(layout)).map_err(CliError::from_failure),
+    )?;
     let since_1970_ns = source.since_1970_ns();
-    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
+    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::from_failure)?;
     let paths = &one_run.paths;
     let last = LastIdentification::default();
-    let mut bus = acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::failed)?;
-    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    let mut bus =
+        build_acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::from_failure)?;
+    let mut work = build_estimation(&cell, paths, &last).map_err(CliError::from_failure)?;
     work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
     // The recording of a result names its first cycle and its window.
-    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::failed)? {
-        let assembler = cell.bus().map_err(CliError::configuration)?.assembler();
-        let first = window.sequence_at_start(input.path(), assembler).map_err(CliError::failed)?;
+    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::from_failure)? {
+        let assembler = cell.bus().map_err(CliError::from_configuration)?.assembler();
+        let first =
+            window.sequence_at_start(input.path(), assembler).map_err(CliError::from_failure)?;
         match first {
             Some(sequence) => {
                 if !window.is_of(&cell.configuration_sha256) {
@@ -81,15 +85,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let parts = Parts::Both(bus, work);
-    let replaying = Working::start(&format!("replaying {}", input.shown().display()));
-    let report = replaying.during(|| run(&ServiceOptions::default(), parts));
-    let report = report.map_err(CliError::failed)?;
-    let LastWindow { window, identification } = identified(&report, &last)?;
+    let replaying =
+        WorkIndicator::start(&format!("replaying {}", input.displayed_path().display()));
+    let report = replaying.show_during(|| run(&ServiceOptions::default(), parts));
+    let report = report.map_err(CliError::from_failure)?;
+    let LastWindow { window, identification } = last_identification(&report, &last)?;
     if arguments.json {
-        let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
+        let json =
+            serde_json::to_string(&identification.estimate).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
-        show(&text(&identification, &report.snapshot))?;
+        print_for_terminal(&text(&identification, &report.snapshot))?;
     }
     // After the result, so that a file that cannot be written does not lose it.
     if let Some(path) = &arguments.figure {
@@ -97,9 +103,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let Some(path) = &arguments.report {
         let origin = Origin {
-            input: Some(input.provenance()?),
+            input: Some(input.input_file()?),
             samples: SampleRange::Window(window),
-            further: Vec::new(),
+            further_files: Vec::new(),
             note: None,
         };
         let report = Report::new(&cell, &identification, &origin);
@@ -116,9 +122,9 @@ fn text(identification: &Identification, snapshot: &Snapshot) -> String {
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
         text += &format!(
             "{}, {}, {} identified, {} rejected\n",
-            number(bus.frames, "frame"),
-            number(bus.samples, "sample"),
-            number(work.windows_identified, "window"),
+            count_with_noun(bus.frames, "frame"),
+            count_with_noun(bus.samples, "sample"),
+            count_with_noun(work.windows_identified, "window"),
             work.windows_rejected.values().sum::<u64>()
         );
     }

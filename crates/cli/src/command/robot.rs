@@ -7,9 +7,9 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 
 use crate::CliError;
 use crate::output::{check_outputs, print, write_text};
-use crate::terminal::show;
+use crate::terminal::print_for_terminal;
 use didim::cell::{CellError, Library, RobotSource, UrdfSection};
-use didim::report::robot::{description, picture};
+use didim::report::robot::{picture, robot_description};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -33,9 +33,10 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { file, base, tip, toml, picture: to } = arguments;
     check_outputs(to, &[file])?;
-    let text = Library::Files.read(file).map_err(CliError::configuration)?;
+    let text = Library::Files.read(file).map_err(CliError::from_configuration)?;
     let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
-    let source = RobotSource::read(file, text, Some(&ends)).map_err(CliError::configuration)?;
+    let source =
+        RobotSource::read(file, text, Some(&ends)).map_err(CliError::from_configuration)?;
     if source.urdf.is_none() && (base.is_some() || tip.is_some()) {
         let explanation =
             "--base and --tip are links of a URDF, and this is a robot file; leave them out";
@@ -49,7 +50,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return print(&source.toml);
     }
     let base = BaseParameters::compute(&Model::new(&source.robot)).map_err(|error| {
-        CliError::configuration(CellError::BaseParameters { file: file.clone(), source: error })
+        CliError::from_configuration(CellError::BaseParameters {
+            file: file.clone(),
+            source: error,
+        })
     })?;
-    show(&description(&source, &base))
+    print_for_terminal(&robot_description(&source, &base))
 }

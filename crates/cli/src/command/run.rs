@@ -10,7 +10,8 @@ use didim::analysis::identify::LastIdentification;
 use didim::cell::{Cell, Processes};
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
-    PipelineError, acquisition, archiver, estimation, make_recordings, open_source,
+    PipelineError, archiver_options, build_acquisition, build_estimation, make_recordings,
+    open_source,
 };
 use didim::service::reload::reload_of;
 use didim::service::supervision::{
@@ -43,7 +44,7 @@ enum Part {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
     let mut paths = Paths::of_service(&cell);
     if let Some(state) = &arguments.state {
         paths.state = Some(state.clone());
@@ -52,25 +53,26 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         paths.runtime.clone_from(runtime);
     }
     let part = which_part(arguments.part, cell.service.processes)?;
-    paths.make().map_err(CliError::failed)?;
-    make_recordings(&cell, &paths).map_err(CliError::failed)?;
+    paths.create_folders().map_err(CliError::from_failure)?;
+    make_recordings(&cell, &paths).map_err(CliError::from_failure)?;
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {
-        let mut part = estimation(&cell, &paths, &LastIdentification::default())?;
-        part.options.archiver = archiver(&cell, &paths);
+        let mut part = build_estimation(&cell, &paths, &LastIdentification::default())?;
+        part.options.archiver = archiver_options(&cell, &paths);
         Ok(part)
     };
     let mut acquire = || -> Result<_, PipelineError> {
         let opened = open_source(&cell)?;
         options.receive_buffer = opened.receive_buffer;
-        acquisition(&cell, &paths, opened.source, opened.pace)
+        build_acquisition(&cell, &paths, opened.source, opened.pace)
     };
     let parts = match part {
-        None => {
-            Parts::Both(acquire().map_err(CliError::failed)?, estimate().map_err(CliError::failed)?)
-        }
-        Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::failed)?),
-        Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::failed)?),
+        None => Parts::Both(
+            acquire().map_err(CliError::from_failure)?,
+            estimate().map_err(CliError::from_failure)?,
+        ),
+        Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::from_failure)?),
+        Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::from_failure)?),
     };
     let service = &cell.service;
     let status = |path| {
@@ -87,7 +89,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             group: service.command_group.clone(),
         });
     }
-    let bus = cell.bus().map_err(CliError::configuration)?;
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
     let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
     tracing::info!(
         cell = cell.name,
@@ -98,7 +100,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     );
     let estimates = part != Some(Part::Acquisition);
     let reload = reload_of(arguments.cell.clone(), cell, paths, estimates);
-    let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::failed)?;
+    let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::from_failure)?;
     tracing::info!(
         "ended: {}",
         match report.end {

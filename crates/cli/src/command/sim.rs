@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     match &arguments.bus {
         BusAddress::Can(_) => {}
         BusAddress::Log(_) if arguments.repeat => {
@@ -67,26 +67,28 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let scenario = read_scenario(&arguments.scenario, &cell)?;
     let scenario = changed_scenario(arguments, scenario)?;
-    let bus = cell.bus().map_err(CliError::configuration)?;
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
     let mut device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
-        .map_err(CliError::configuration)?;
-    let stop = stop_flag().map_err(CliError::failed)?;
+        .map_err(CliError::from_configuration)?;
+    let stop = stop_flag().map_err(CliError::from_failure)?;
     let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };
     let played = match &arguments.bus {
         BusAddress::Can(interface) => {
-            let mut sink = SocketCanSink::open(interface.as_str()).map_err(CliError::failed)?;
-            play(&mut device, &mut sink, pace, &stop).map_err(CliError::failed)?
+            let mut sink =
+                SocketCanSink::open(interface.as_str()).map_err(CliError::from_failure)?;
+            play(&mut device, &mut sink, pace, &stop).map_err(CliError::from_failure)?
         }
         BusAddress::Log(path) => {
             let mut played = None;
             write_whole(path, |out| {
-                let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
+                let name = [InterfaceName::new("can0").map_err(CliError::from_failure)?];
                 let mut sink =
                     CandumpSink::new(CandumpWriter::new(out, &name, StampDigits::Nanoseconds));
                 played = Some(
-                    play(&mut device, &mut sink, Pace::Unpaced, &stop).map_err(CliError::failed)?,
+                    play(&mut device, &mut sink, Pace::Unpaced, &stop)
+                        .map_err(CliError::from_failure)?,
                 );
-                sink.finish().map_err(CliError::failed)?;
+                sink.finish().map_err(CliError::from_failure)?;
                 if stop.load(Ordering::Relaxed) {
                     return Err(CliError::Interrupted(format!(
                         "interrupted; {} was not written",
@@ -102,7 +104,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     };
     let lateness = match (pace, &arguments.bus) {
         (Pace::RealTime, BusAddress::Can(_)) => {
-            format!(", the latest {:.2} ms late", played.latest.as_secs_f64() * 1e3)
+            format!(", the latest {:.2} ms late", played.largest_delay.as_secs_f64() * 1e3)
         }
         _ => String::new(),
     };
@@ -118,10 +120,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 /// Applies the motion, the seed and the repetition of the arguments.
 fn changed_scenario(arguments: &Arguments, mut scenario: Scenario) -> Result<Scenario, CliError> {
     if let Some(file) = &arguments.motion {
-        let points = read_motion(file).map_err(CliError::configuration)?;
+        let points = read_motion(file).map_err(CliError::from_configuration)?;
         let motion = SampledReference::new(points.rate_hz, &points.positions);
-        let motion = motion.map_err(CliError::configuration)?;
-        scenario = scenario.with_recorded_motion(motion).map_err(CliError::configuration)?;
+        let motion = motion.map_err(CliError::from_configuration)?;
+        scenario = scenario.with_recorded_motion(motion).map_err(CliError::from_configuration)?;
     }
     if let Some(seed) = arguments.seed {
         scenario = scenario.with_seed(seed);
@@ -129,7 +131,7 @@ fn changed_scenario(arguments: &Arguments, mut scenario: Scenario) -> Result<Sce
     if arguments.repeat {
         let mut playback = scenario.playback();
         playback.cycles = None;
-        scenario = scenario.with_playback(playback).map_err(CliError::configuration)?;
+        scenario = scenario.with_playback(playback).map_err(CliError::from_configuration)?;
     }
     Ok(scenario)
 }
@@ -148,8 +150,8 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
             Scenario::from_toml(&text, cell.robot_as_described.clone())
         }
     }
-    .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
+    .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
     check_robot(&scenario, cell)
-        .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
+        .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
     Ok(scenario)
 }

@@ -11,7 +11,7 @@ use crate::output::{print, refuses_colour};
 use didim::cell::{Cell, ServiceSection};
 use didim::files::read_text;
 use didim::service::paths::Paths;
-use didim::service::status::{Colour, Request, fetch, render, send_request};
+use didim::service::status::{Colour, Request, fetch_snapshot, render, send_request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -35,9 +35,9 @@ pub(super) struct WhichService {
 
 impl WhichService {
     /// Sends a request to the service and prints its reply.
-    pub(super) fn ask(&self, request: &Request) -> Result<(), CliError> {
+    pub(super) fn send_and_print(&self, request: &Request) -> Result<(), CliError> {
         let socket = self.paths()?.command_socket();
-        let done = send_request(&socket, request).map_err(CliError::failed)?;
+        let done = send_request(&socket, request).map_err(CliError::from_failure)?;
         if done.is_empty() { Ok(()) } else { print(&format!("{done}\n")) }
     }
 
@@ -60,10 +60,10 @@ fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
         Err(error) => error,
     };
     let keys = read_text(cell).ok().and_then(|text| text.parse::<toml::Table>().ok());
-    let Some(keys) = keys else { return Err(CliError::configuration(error)) };
+    let Some(keys) = keys else { return Err(CliError::from_configuration(error)) };
     let named = match keys.get("service").and_then(|service| service.get("runtime_directory")) {
         Some(toml::Value::String(folder)) => PathBuf::from(folder),
-        Some(_) => return Err(CliError::configuration(error)),
+        Some(_) => return Err(CliError::from_configuration(error)),
         None => ServiceSection::default().runtime_directory,
     };
     tracing::warn!("{} has mistakes; `didim check` lists them", cell.display());
@@ -71,7 +71,7 @@ fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
 }
 
 /// Returns the use of colour: on a terminal, unless `NO_COLOR` forbids it.
-fn colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
+fn choose_colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
     match is_terminal && !refuses_colour(no_color) {
         true => Colour::Always,
         false => Colour::Never,
@@ -79,13 +79,13 @@ fn colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let snapshot = fetch(&arguments.service.paths()?).map_err(CliError::failed)?;
+    let snapshot = fetch_snapshot(&arguments.service.paths()?).map_err(CliError::from_failure)?;
     if arguments.json {
-        let json = serde_json::to_string(&snapshot).map_err(CliError::failed)?;
+        let json = serde_json::to_string(&snapshot).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
     let no_color = std::env::var_os("NO_COLOR");
-    let colour = colour(std::io::stdout().is_terminal(), no_color.as_deref());
+    let colour = choose_colour(std::io::stdout().is_terminal(), no_color.as_deref());
     print(&render(&snapshot, colour))
 }
 
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn colour_is_for_terminals_and_not_for_who_wants_none() {
         let shown = |is_terminal, no_color: Option<&str>| {
-            matches!(colour(is_terminal, no_color.map(OsStr::new)), Colour::Always)
+            matches!(choose_colour(is_terminal, no_color.map(OsStr::new)), Colour::Always)
         };
         assert!(shown(true, None) && shown(true, Some("")));
         assert!(!shown(true, Some("1")) && !shown(false, None));

@@ -11,8 +11,8 @@ use indicatif::{HumanDuration, ProgressBar};
 use crate::CliError;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
-use crate::progress::styled;
-use crate::terminal::show;
+use crate::progress::style_bar;
+use crate::terminal::print_for_terminal;
 use didim::signals::stop_flag;
 use didim_lab::study::{
     Grid, Header, Progress, Run, Shard, Store, Summary, execute as run_study, heat_maps, markdown,
@@ -49,33 +49,34 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let grid = Grid::read(&arguments.plan).map_err(CliError::configuration)?;
+    let grid = Grid::read(&arguments.plan).map_err(CliError::from_configuration)?;
     if !arguments.merge.is_empty() {
-        let runs = merge(&grid, &arguments.merge, &arguments.out).map_err(CliError::failed)?;
+        let runs =
+            merge(&grid, &arguments.merge, &arguments.out).map_err(CliError::from_failure)?;
         let summary = write_tables(&grid, &runs, &arguments.out)?;
         return print_summary(arguments, &summary, "");
     }
     let shard = arguments.shard.unwrap_or(Shard::COMPLETE);
     let header = Header { shard, ..Header::from_grid(&grid) };
-    let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
+    let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::from_failure)?;
     let tables = [JSON_FILE, MARKDOWN_FILE].map(|name| arguments.out.join(name));
     check_outputs(&tables, &[&arguments.plan])?;
-    let stop = stop_flag().map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::from_failure)?;
     let threads = match arguments.jobs {
         Some(jobs) => usize::from(jobs),
-        None => std::thread::available_parallelism().map_err(CliError::failed)?.get(),
+        None => std::thread::available_parallelism().map_err(CliError::from_failure)?.get(),
     };
     let begin = Instant::now();
-    let mut watcher = Watcher::new(grid.plan.runs());
+    let mut watcher = Watcher::new(grid.plan.run_count());
     let ended = run_study(&grid, shard, &done, &mut store, threads, &stop, &mut |progress| {
-        watcher.show(progress);
+        watcher.show_progress(progress);
     });
     watcher.bar.finish_and_clear();
-    let progress = ended.map_err(CliError::failed)?;
+    let progress = ended.map_err(CliError::from_failure)?;
     drop(store);
-    let times = times(&grid, &progress, threads, begin.elapsed());
+    let times = run_times(&grid, &progress, threads, begin.elapsed());
 
-    let (done, planned) = (progress.done(), progress.runs);
+    let (done, planned) = (progress.completed_runs(), progress.runs);
     let interrupted = stop.load(Ordering::Relaxed) && done < planned;
     let interrupted = interrupted.then(|| {
         CliError::Interrupted(format!(
@@ -94,7 +95,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         };
     }
     // Use the runs as read from disk, so that a continued study gives the same figures.
-    let (_store, runs) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
+    let (_store, runs) = Store::open(&arguments.out, &header).map_err(CliError::from_failure)?;
     let summary = write_tables(&grid, &runs, &arguments.out)?;
     match interrupted {
         Some(interrupted) => Err(interrupted),
@@ -105,7 +106,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 /// Writes all files that are computed from the runs.
 fn write_tables(grid: &Grid, runs: &[Run], out: &Path) -> Result<Summary, CliError> {
     let summary = Summary::new(grid, runs);
-    let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
+    let json = serde_json::to_string_pretty(&summary).map_err(CliError::from_failure)? + "\n";
     write_text(&out.join(JSON_FILE), &json)?;
     write_text(&out.join(MARKDOWN_FILE), &markdown(grid, &summary))?;
     for (file, svg) in heat_maps(grid, &summary) {
@@ -116,22 +117,22 @@ fn write_tables(grid: &Grid, runs: &[Run], out: &Path) -> Result<Summary, CliErr
 
 fn print_summary(arguments: &Arguments, summary: &Summary, times: &str) -> Result<(), CliError> {
     if arguments.json {
-        let line = serde_json::to_string(summary).map_err(CliError::failed)?;
+        let line = serde_json::to_string(summary).map_err(CliError::from_failure)?;
         return print(&format!("{line}\n"));
     }
-    show(&table(summary))?;
+    print_for_terminal(&table(summary))?;
     print(&format!("\n{times}"))?;
     print(&format!("study.md, study.json and heat maps: {}\n", arguments.out.display()))
 }
 
 /// Returns the run times as text for people; no file contains them.
-fn times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration) -> String {
+fn run_times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration) -> String {
     let seconds = |time: Option<Duration>| {
         time.map_or_else(|| "–".to_owned(), |time| format!("{:.2} s", time.as_secs_f64()))
     };
     let mut text = format!(
         "{} runs added in {:.1} s on {threads} threads; on average the simulation took {}",
-        progress.added(),
+        progress.added_runs(),
         elapsed.as_secs_f64(),
         seconds(progress.simulation_time())
     );
@@ -144,21 +145,21 @@ fn times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration) ->
 /// Progress bar on a terminal, otherwise one line per minute; both on stderr.
 struct Watcher {
     bar: ProgressBar,
-    begin: Instant,
+    started: Instant,
     last_line: Instant,
 }
 
 impl Watcher {
     fn new(runs: u64) -> Self {
         let template = "{bar:40} {percent:>3} %  {pos}/{len} runs  {msg}";
-        let bar = styled(ProgressBar::new(runs), template);
-        Self { bar, begin: Instant::now(), last_line: Instant::now() }
+        let bar = style_bar(ProgressBar::new(runs), template);
+        Self { bar, started: Instant::now(), last_line: Instant::now() }
     }
 
-    fn show(&mut self, progress: &Progress) {
-        let elapsed = self.begin.elapsed();
+    fn show_progress(&mut self, progress: &Progress) {
+        let elapsed = self.started.elapsed();
         #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
-        let rate = 60.0 * progress.added() as f64 / elapsed.as_secs_f64().max(1e-3);
+        let rate = 60.0 * progress.added_runs() as f64 / elapsed.as_secs_f64().max(1e-3);
         let remaining = progress.remaining().map_or_else(
             || "time left not known yet".to_owned(),
             |time_left| format!("{} left", HumanDuration(time_left)),
@@ -167,13 +168,13 @@ impl Watcher {
         if !std::io::stderr().is_terminal() {
             if self.last_line.elapsed() >= LINE_INTERVAL {
                 self.last_line = Instant::now();
-                let (done, runs) = (progress.done(), progress.runs);
+                let (done, runs) = (progress.completed_runs(), progress.runs);
                 print_note(&format!("didim: {done} of {runs} runs, {message}\n"));
             }
             return;
         }
         self.bar.set_length(progress.runs);
         self.bar.set_message(message);
-        self.bar.set_position(progress.done());
+        self.bar.set_position(progress.completed_runs());
     }
 }

@@ -15,7 +15,7 @@ use super::status::WhichService;
 use crate::CliError;
 use crate::output::refuses_colour;
 use didim::service::paths::Paths;
-use didim::service::status::{ClientError, Snapshot, fetch};
+use didim::service::status::{ClientError, Snapshot, fetch_snapshot};
 use didim::signals::stop_flag;
 use screen::{View, draw};
 
@@ -37,13 +37,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         ));
     }
     let paths = arguments.service.paths()?;
-    let stop = stop_flag().map_err(CliError::failed)?;
-    let answers = ask(paths).map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::from_failure)?;
+    let answers = start_requests(paths).map_err(CliError::from_failure)?;
     // From here on, every exit goes through the guard: an error, a signal or a panic.
     let restored = Restored;
     let watched = try_init().and_then(|mut terminal| watch(&mut terminal, &answers, &stop));
     drop(restored);
-    watched.map_err(CliError::failed)
+    watched.map_err(CliError::from_failure)
 }
 
 /// Guard that restores the terminal.
@@ -61,11 +61,11 @@ type Answer = Result<Snapshot, ClientError>;
 
 /// Asks on a separate thread, because an answer may take seconds and keys must not wait. The thread
 /// ends with the receiver.
-fn ask(paths: Paths) -> std::io::Result<Receiver<Answer>> {
+fn start_requests(paths: Paths) -> std::io::Result<Receiver<Answer>> {
     let (answers, receiver) = sync_channel(1);
     std::thread::Builder::new().name("ask".into()).spawn(move || {
         let mut next = Instant::now();
-        while answers.send(fetch(&paths)).is_ok() {
+        while answers.send(fetch_snapshot(&paths)).is_ok() {
             next = (next + REQUEST_INTERVAL).max(Instant::now());
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
         }
@@ -85,15 +85,15 @@ fn watch(
     answers: &Receiver<Answer>,
     stop: &AtomicBool,
 ) -> std::io::Result<()> {
-    let mut view = View { colour: wants_colour(), ..View::default() };
+    let mut view = View { has_colour: wants_colour(), ..View::default() };
     let mut answered = Instant::now();
     let (mut scrolls, mut page) = (0, 1);
     let mut changed = true;
     while !stop.load(Ordering::Relaxed) {
-        changed |= take(answers, &mut view, &mut answered)?;
+        changed |= take_answer(answers, &mut view, &mut answered)?;
         if changed {
             terminal.draw(|frame| (scrolls, page) = draw(frame, &view))?;
-            view.scroll = view.scroll.min(scrolls);
+            view.scrolled_lines = view.scrolled_lines.min(scrolls);
         }
         changed = false;
         if !event::poll(POLL_INTERVAL)? {
@@ -106,18 +106,22 @@ fn watch(
                     KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                     KeyCode::Char('c') if control => return Ok(()),
                     KeyCode::Char('?' | 'h') => {
-                        (view.help, view.scroll) = (!view.help, 0);
+                        (view.shows_help, view.scrolled_lines) = (!view.shows_help, 0);
                     }
                     KeyCode::Char('s') => view.by_band = !view.by_band,
-                    KeyCode::Char('p') => view.paused = !view.paused,
-                    KeyCode::Up => view.scroll = view.scroll.saturating_sub(1),
-                    KeyCode::Down => view.scroll = view.scroll.saturating_add(1).min(scrolls),
-                    KeyCode::PageUp => view.scroll = view.scroll.saturating_sub(page),
-                    KeyCode::PageDown => {
-                        view.scroll = view.scroll.saturating_add(page).min(scrolls)
+                    KeyCode::Char('p') => view.is_paused = !view.is_paused,
+                    KeyCode::Up => view.scrolled_lines = view.scrolled_lines.saturating_sub(1),
+                    KeyCode::Down => {
+                        view.scrolled_lines = view.scrolled_lines.saturating_add(1).min(scrolls)
                     }
-                    KeyCode::Home => view.scroll = 0,
-                    KeyCode::End => view.scroll = scrolls,
+                    KeyCode::PageUp => {
+                        view.scrolled_lines = view.scrolled_lines.saturating_sub(page)
+                    }
+                    KeyCode::PageDown => {
+                        view.scrolled_lines = view.scrolled_lines.saturating_add(page).min(scrolls)
+                    }
+                    KeyCode::Home => view.scrolled_lines = 0,
+                    KeyCode::End => view.scrolled_lines = scrolls,
                     _ => continue,
                 }
                 changed = true;
@@ -130,7 +134,7 @@ fn watch(
 }
 
 /// Takes an answer, if there is one. Returns true if the screen has to be drawn.
-fn take(
+fn take_answer(
     answers: &Receiver<Answer>,
     view: &mut View,
     answered: &mut Instant,
@@ -140,14 +144,14 @@ fn take(
         Err(TryRecvError::Disconnected) => {
             Err(std::io::Error::other("the thread that asks the service has ended"))
         }
-        Ok(_) if view.paused => Ok(false),
+        Ok(_) if view.is_paused => Ok(false),
         Ok(Ok(snapshot)) => {
             *answered = Instant::now();
-            (view.snapshot, view.away) = (Some(snapshot), None);
+            (view.snapshot, view.unreachable) = (Some(snapshot), None);
             Ok(true)
         }
         Ok(Err(error)) => {
-            view.away = Some((error.to_string(), answered.elapsed().as_secs()));
+            view.unreachable = Some((error.to_string(), answered.elapsed().as_secs()));
             Ok(true)
         }
     }

@@ -31,5 +31,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Action::End => Command::End,
         Action::Identify => Command::Identify,
     };
-    arguments.service.ask(&Request::Window(command))
+    arguments.service.send_and_print(&Request::Window(command))
 }

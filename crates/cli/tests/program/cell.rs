@@ -12,7 +12,7 @@ use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::live::worker;
 use didim::service::paths::Paths;
-use didim::service::pipeline::{acquisition, archiver, estimation};
+use didim::service::pipeline::{archiver_options, build_acquisition, build_estimation};
 use didim::service::reload::reload_of;
 use didim::service::status::{ClientError, Request, Snapshot, fetch_status, send_request};
 use didim::service::supervision::{
@@ -35,7 +35,7 @@ fn child_runs_a_cell() {
     let folder = file.parent().unwrap();
     let cell = Cell::read(&file).unwrap();
     let paths = Paths { runtime: folder.join("run"), state: Some(folder.join("state")), prefix };
-    paths.make().unwrap();
+    paths.create_folders().unwrap();
     fn bus(cell: &Cell, paths: &Paths) -> Box<didim::service::supervision::AcquisitionPart> {
         let mut scenario = didim_sim::tx40_paper().unwrap();
         let mut playback = scenario.playback();
@@ -51,11 +51,11 @@ fn child_runs_a_cell() {
             let pace = didim_sim::Pace::RealTime;
             let _ = play(&mut device, &mut sink, pace, &AtomicBool::new(false));
         });
-        acquisition(cell, paths, Box::new(source), Pace::Live).unwrap()
+        build_acquisition(cell, paths, Box::new(source), Pace::Live).unwrap()
     }
     fn work(cell: &Cell, paths: &Paths) -> didim::service::supervision::EstimationPart {
-        let mut work = estimation(cell, paths, &LastIdentification::default()).unwrap();
-        work.options.archiver = archiver(cell, paths);
+        let mut work = build_estimation(cell, paths, &LastIdentification::default()).unwrap();
+        work.options.archiver = archiver_options(cell, paths);
         work
     }
     let (parts, status) = match part.as_str() {

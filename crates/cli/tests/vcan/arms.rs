@@ -115,7 +115,7 @@ fn streams(of: &Streaming, cycles: u32, moves: usize, interface: &str) -> Result
         - scheduled
             .iter()
             .filter(|frame: &&Frame| {
-                let id = frame.id.raw();
+                let id = frame.id.number();
                 of.of_sample.contains(&id) || of.more_of_sample.contains(&id)
             })
             .count() as u64;

@@ -21,7 +21,7 @@ pub struct SampledController {
     period_s: f64,
     delay_s: f64,
     joints: Vec<Channel>,
-    started: bool,
+    is_started: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl SampledController {
             period_s: sample_period_s,
             delay_s: computation_delay_s,
             joints: config.joints.iter().map(channel).collect(),
-            started: false,
+            is_started: false,
         })
     }
 
@@ -76,7 +76,7 @@ impl SampledController {
         for channel in &mut self.joints {
             channel.integral = 0.0;
         }
-        self.started = false;
+        self.is_started = false;
     }
 
     /// Computes one period, from the measured joint positions \[rad\] to the commanded joint
@@ -87,7 +87,7 @@ impl SampledController {
         let joints = self.joints.iter_mut().zip(reference).zip(measured_rad).zip(torque_nm);
         for (((channel, ((q_r, dq_r), ddq_r)), q), torque) in joints {
             let error = q_r - q;
-            let (error_rate, velocity) = if self.started {
+            let (error_rate, velocity) = if self.is_started {
                 (
                     (error - channel.last_error) / self.period_s,
                     (q - channel.last_position) / self.period_s,
@@ -102,16 +102,16 @@ impl SampledController {
                 reference_velocity: *dq_r,
                 reference_acceleration: *ddq_r,
             };
-            *torque = channel.command(&signals, self.period_s);
+            *torque = channel.compute_command(&signals, self.period_s);
             channel.last_error = error;
             channel.last_position = *q;
         }
-        self.started = true;
+        self.is_started = true;
     }
 }
 
 impl Channel {
-    fn command(&mut self, signals: &Signals, period_s: f64) -> f64 {
+    fn compute_command(&mut self, signals: &Signals, period_s: f64) -> f64 {
         let integrand = self.controller.integrand(signals);
         let integral = self.integral + period_s * integrand;
         let torque = self.controller.torque(signals, integral);

@@ -104,7 +104,7 @@ impl SimulatedController {
     /// [`ControlError::Length`], [`ControlError::BadValue`] and the others of
     /// [`ControllerConfig::validate`].
     pub fn for_inertia(&self, inertia_kg_m2: &[f64]) -> Result<ControllerConfig, ControlError> {
-        let check = |key, values: &[f64]| check(key, values, inertia_kg_m2.len());
+        let check = |key, values: &[f64]| check_values(key, values, inertia_kg_m2.len());
         let joints = match self {
             Self::Cabinet { joints, rescale_to_inertia_kg_m2, .. } => {
                 let count = joints.len();
@@ -149,7 +149,7 @@ impl SimulatedController {
 }
 
 /// Checks for one finite, positive value per joint.
-fn check(key: &'static str, values: &[f64], expected: usize) -> Result<(), ControlError> {
+fn check_values(key: &'static str, values: &[f64], expected: usize) -> Result<(), ControlError> {
     let count = values.len();
     if count != expected {
         return Err(ControlError::Length { key, expected, found: count });

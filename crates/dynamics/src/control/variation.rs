@@ -14,9 +14,9 @@ pub(crate) struct CommandVariation {
     joints: Vec<Gains>,
     width: usize,
     /// δI, and δq of the sample before, n × b each.
-    integral: Vec<f64>,
+    integral_variation: Vec<f64>,
     last_position: Vec<f64>,
-    started: bool,
+    is_started: bool,
 }
 
 impl CommandVariation {
@@ -27,21 +27,22 @@ impl CommandVariation {
             period_s: config.timing.sample_period_s(),
             joints: config.joints.iter().map(Gains::from_controller).collect(),
             width,
-            integral: vec![0.0; size],
+            integral_variation: vec![0.0; size],
             last_position: vec![0.0; size],
-            started: false,
+            is_started: false,
         }
     }
 
     pub(crate) fn reset(&mut self) {
-        self.integral.fill(0.0);
-        self.started = false;
+        self.integral_variation.fill(0.0);
+        self.is_started = false;
     }
 
     /// Computes one period of a sampled controller: from the errors \[rad\] and δq to δτ (n × b).
     pub(crate) fn update(&mut self, error: &[f64], position: &[f64], torque: &mut [f64]) {
-        let (width, period_s, started) = (self.width, self.period_s, self.started);
-        let state = self.integral.chunks_mut(width).zip(self.last_position.chunks_mut(width));
+        let (width, period_s, started) = (self.width, self.period_s, self.is_started);
+        let state =
+            self.integral_variation.chunks_mut(width).zip(self.last_position.chunks_mut(width));
         let signals = position.chunks(width).zip(torque.chunks_mut(width)).zip(error);
         for ((gains, (integral, last)), ((position, torque), error)) in
             self.joints.iter().zip(state).zip(signals)
@@ -59,7 +60,7 @@ impl CommandVariation {
                     + (gains.velocity - gains.error_rate) * velocity;
             }
         }
-        self.started = true;
+        self.is_started = true;
     }
 
     /// Evaluates a continuous controller at one instant: from the errors \[rad\], δq, δq̇ and δI to

@@ -13,18 +13,18 @@ pub(super) struct OuterLinks<T> {
     body: Option<Inertia<T>>,
     unit_wrenches: [Wrench<T>; MAX_JOINTS],
     /// Number of links from the base.
-    end: usize,
+    link_count: usize,
 }
 
 impl<T: Scalar> OuterLinks<T> {
     #[inline(always)]
-    pub(super) fn none() -> Self {
-        Self { body: None, unit_wrenches: [Wrench::zero(); MAX_JOINTS], end: 0 }
+    pub(super) fn empty() -> Self {
+        Self { body: None, unit_wrenches: [Wrench::zero(); MAX_JOINTS], link_count: 0 }
     }
 
     /// Adds link j, the one before the present links.
     #[inline(always)]
-    pub(super) fn take(
+    pub(super) fn add_link(
         &mut self,
         link: Inertia<T>,
         joint: JointKind,
@@ -33,15 +33,15 @@ impl<T: Scalar> OuterLinks<T> {
     ) {
         let subtree = match self.body {
             None => {
-                self.end = j + 1;
+                self.link_count = j + 1;
                 link
             }
             Some(body) => {
                 let pose = &poses[j + 1];
-                for wrench in &mut self.unit_wrenches[j + 1..self.end] {
+                for wrench in &mut self.unit_wrenches[j + 1..self.link_count] {
                     *wrench = wrench.to_previous(pose);
                 }
-                link.join(body.to_previous(pose))
+                link.combined(body.to_previous(pose))
             }
         };
         self.unit_wrenches[j] = unit_wrench(&subtree, joint);
@@ -51,7 +51,7 @@ impl<T: Scalar> OuterLinks<T> {
     /// Returns the joints from j on, each with its wrench.
     #[inline(always)]
     pub(super) fn unit_wrenches(&self, j: usize) -> impl Iterator<Item = (usize, &Wrench<T>)> {
-        self.unit_wrenches[..self.end].iter().enumerate().skip(j)
+        self.unit_wrenches[..self.link_count].iter().enumerate().skip(j)
     }
 }
 

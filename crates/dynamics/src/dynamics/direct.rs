@@ -73,13 +73,13 @@ impl Model {
         let n = self.joints().min(MAX_JOINTS);
         let mut friction = self.friction_torques(ws, parameters, dq);
         self.take_off_known(q, &mut friction);
-        self.place(ws, q);
+        self.compute_poses(ws, q);
         self.add_load_friction(ws, parameters, [q, dq], &mut friction);
         let links = self.heavy_links(parameters);
-        self.propagate(ws, links, dq, None);
+        self.compute_motions(ws, links, dq, None);
 
         let Workspace { poses, motions, factor, .. } = ws;
-        let mut outer = OuterLinks::none();
+        let mut outer = OuterLinks::empty();
         let mut transferred = Wrench::zero();
         for i in (0..n).rev() {
             let mut row = [T::zero(); MAX_JOINTS];
@@ -91,11 +91,11 @@ impl Model {
             if i < links {
                 let kind = self.chain[i].kind;
                 let link = self.link(parameters, i);
-                outer.take(link, kind, poses, i);
+                outer.add_link(link, kind, poses, i);
                 for (j, wrench) in outer.unit_wrenches(i) {
                     row[j] += wrench.generalised_force(kind);
                 }
-                let total = link.wrench(&motions[i]).join(transferred);
+                let total = link.wrench(&motions[i]).combined(transferred);
                 rest -= total.generalised_force(kind);
                 transferred = total.to_previous(&poses[i]);
             }

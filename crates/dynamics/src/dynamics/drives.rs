@@ -31,12 +31,12 @@ struct CoulombTerm {
 #[derive(Clone, Debug)]
 struct Alike {
     sign: SignModel,
-    terms: Vec<CoulombTerm>,
+    coulomb_terms: Vec<CoulombTerm>,
 }
 
 impl Alike {
-    fn chunks(&self) -> impl Iterator<Item = (SignModel, &[CoulombTerm])> {
-        self.terms.chunks(MAX_SIGNS).map(|terms| (self.sign, terms))
+    fn sign_chunks(&self) -> impl Iterator<Item = (SignModel, &[CoulombTerm])> {
+        self.coulomb_terms.chunks(MAX_SIGNS).map(|terms| (self.sign, terms))
     }
 }
 
@@ -91,7 +91,7 @@ impl Drives {
                         || transmission.is_coupled(i)
                         || table.column(Ia, JointIndex::new(i)).is_none()
                 };
-                for term in outer(n, &direction, column, is_uncoupled) {
+                for term in outer_product(n, &direction, column, is_uncoupled) {
                     drives.inertia[term.row].push(term);
                 }
             }
@@ -99,7 +99,7 @@ impl Drives {
                 drives.viscous.push(Term { column, row: j, input: j, factor: 1.0 });
             }
             if let Some(column) = table.column(FvMotor, joint) {
-                drives.viscous.extend(outer(n, &direction, column, |_| false));
+                drives.viscous.extend(outer_product(n, &direction, column, |_| false));
             }
             if let Some(column) = table.column(Fc, joint) {
                 drives.add_coulomb(sign, CoulombTerm { column, direction: vec![(j, 1.0)] });
@@ -128,8 +128,8 @@ impl Drives {
 
     fn add_coulomb(&mut self, sign: SignModel, term: CoulombTerm) {
         match self.coulomb.iter_mut().find(|alike| alike.sign == sign) {
-            Some(alike) => alike.terms.push(term),
-            None => self.coulomb.push(Alike { sign, terms: vec![term] }),
+            Some(alike) => alike.coulomb_terms.push(term),
+            None => self.coulomb.push(Alike { sign, coulomb_terms: vec![term] }),
         }
     }
 
@@ -177,7 +177,7 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, column, T::constant(factor) * dq[input]);
         }
-        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::sign_chunks) {
             let mut signs = [T::zero(); MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
@@ -185,7 +185,7 @@ impl Drives {
                     *speed += T::constant(s) * dq[joint];
                 }
             }
-            sign_model.replace(signs);
+            sign_model.replace_speeds(signs);
             for (CoulombTerm { column, direction }, &mut sign) in terms.iter().zip(signs) {
                 for &(joint, s) in direction {
                     add(joint, *column, T::constant(s) * sign);
@@ -249,7 +249,8 @@ impl Drives {
         for term in self.inertia.iter().flatten().chain(&self.viscous) {
             at(term.row, term.column);
         }
-        for CoulombTerm { column, direction } in self.coulomb.iter().flat_map(|a| &a.terms) {
+        for CoulombTerm { column, direction } in self.coulomb.iter().flat_map(|a| &a.coulomb_terms)
+        {
             for &(joint, _) in direction {
                 at(joint, *column);
             }
@@ -273,13 +274,13 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, input, factor * parameters[column]);
         }
-        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::sign_chunks) {
             let mut signs = [0.0; MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
                 *speed = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
             }
-            sign_model.replace(signs);
+            sign_model.replace_speeds(signs);
             for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
                 // The derivative of fc s sign(s · q̇) is fc s sign'(s · q̇) sᵀ.
                 let slope = parameters[*column] * sign_model.slope(*sign);
@@ -314,7 +315,7 @@ impl Drives {
     }
 
     /// Returns the drives of the parameters that have a place, with places instead of columns.
-    pub(super) fn renumbered(&self, places: &[Option<usize>]) -> Self {
+    pub(super) fn with_columns(&self, places: &[Option<usize>]) -> Self {
         let terms = |terms: &[Term]| {
             let selected = terms
                 .iter()
@@ -335,11 +336,11 @@ impl Drives {
                 .coulomb
                 .iter()
                 .map(|alike: &Alike| {
-                    let selected = alike.terms.iter().filter_map(|term| {
+                    let selected = alike.coulomb_terms.iter().filter_map(|term| {
                         let direction = term.direction.clone();
                         Some(CoulombTerm { column: places[term.column]?, direction })
                     });
-                    Alike { sign: alike.sign, terms: selected.collect() }
+                    Alike { sign: alike.sign, coulomb_terms: selected.collect() }
                 })
                 .collect(),
             laws: laws(&self.laws),
@@ -376,7 +377,7 @@ impl Drives {
 }
 
 /// Returns the non-zero entries of s sᵀ: all off the diagonal, and those on it that are `kept`.
-fn outer(
+fn outer_product(
     joints: usize,
     s: &[f64; MAX_JOINTS],
     column: usize,

@@ -54,7 +54,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// J v.
     #[inline(always)]
-    pub(super) fn times(&self, v: Vector3<T>) -> Vector3<T> {
+    pub(super) fn inertia_times_vector(&self, v: Vector3<T>) -> Vector3<T> {
         Vector3::new(
             self.xx * v.x + self.xy * v.y + self.xz * v.z,
             self.xy * v.x + self.yy * v.y + self.yz * v.z,
@@ -70,7 +70,9 @@ impl<T: Scalar> Inertia<T> {
         let ms = self.first_moment;
         Wrench {
             force: a.scale(self.mass) + dw.cross(ms) + w.cross(w.cross(ms)),
-            moment: self.times(dw) + w.cross(self.times(w)) + ms.cross(a),
+            moment: self.inertia_times_vector(dw)
+                + w.cross(self.inertia_times_vector(w))
+                + ms.cross(a),
         }
     }
 
@@ -81,7 +83,7 @@ impl<T: Scalar> Inertia<T> {
             #[inline(always)]
             |v| pose.to_previous(v),
         );
-        if pose.shifted { rotated.translated(pose.origin) } else { rotated }
+        if pose.has_offset { rotated.translated(pose.origin) } else { rotated }
     }
 
     /// Returns the same body in a frame with the same origin and other axes: A J Aᵀ and A ms. The
@@ -129,7 +131,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// Returns both bodies as one.
     #[inline(always)]
-    pub(super) fn join(self, other: Self) -> Self {
+    pub(super) fn combined(self, other: Self) -> Self {
         Self {
             xx: self.xx + other.xx,
             xy: self.xy + other.xy,
@@ -163,7 +165,7 @@ impl<T: Scalar> Wrench<T> {
     pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
         let force = pose.to_previous(self.force);
         let moment = pose.to_previous(self.moment);
-        if pose.shifted {
+        if pose.has_offset {
             Self { force, moment: moment + pose.origin.cross(force) }
         } else {
             Self { force, moment }
@@ -171,7 +173,7 @@ impl<T: Scalar> Wrench<T> {
     }
 
     #[inline(always)]
-    pub(super) fn join(self, other: Self) -> Self {
+    pub(super) fn combined(self, other: Self) -> Self {
         Self { force: self.force + other.force, moment: self.moment + other.moment }
     }
 }

@@ -62,7 +62,7 @@ impl Model {
         self.check_joints(tau);
         let mut torques = self.friction_torques(ws, parameters, dq);
         if self.feels_loads() {
-            self.place(ws, q);
+            self.compute_poses(ws, q);
             self.add_load_friction(ws, parameters, [q, dq], &mut torques);
         }
         tau.copy_from_slice(&torques[..tau.len()]);
@@ -102,14 +102,15 @@ impl Model {
             || {
                 let mut torques = self.friction_torques(ws, parameters, dq);
                 self.take_off_known(q, &mut torques);
-                self.place(ws, q);
+                self.compute_poses(ws, q);
                 self.add_load_friction(ws, parameters, [q, dq], &mut torques);
                 let links = self.heavy_links(parameters);
-                self.propagate(ws, links, dq, ddq);
+                self.compute_motions(ws, links, dq, ddq);
                 // Inward: the wrench of link j and of all links that it supports.
                 let mut transferred = Wrench::zero();
                 for (j, joint) in self.chain[..links].iter().enumerate().rev() {
-                    let total = self.link(parameters, j).wrench(&ws.motions[j]).join(transferred);
+                    let total =
+                        self.link(parameters, j).wrench(&ws.motions[j]).combined(transferred);
                     torques[j] += total.generalised_force(joint.kind);
                     transferred = total.to_previous(&ws.poses[j]);
                 }

@@ -12,7 +12,7 @@ use crate::robot::JointKind;
 impl Model {
     /// Computes the poses of all links.
     #[inline(always)]
-    pub(super) fn place<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
+    pub(super) fn compute_poses<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
         let mut angles = [T::zero(); MAX_JOINTS];
         for ((angle, joint), q) in angles.iter_mut().zip(&self.chain).zip(q) {
             if joint.kind == JointKind::Revolute {
@@ -37,7 +37,7 @@ impl Model {
     /// revolute ω_j = A ω + q̇ z, ω̇_j = A ω̇ + q̈ z + A ω × q̇ z, a_j = A (a + ω̇ × p + ω × (ω ×
     /// p)) prismatic ω_j = A ω, ω̇_j = A ω̇, a_j = A (…) + q̈ z + 2 A ω × q̇ z
     #[inline(always)]
-    pub(super) fn propagate<T: Scalar>(
+    pub(super) fn compute_motions<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
         links: usize,
@@ -55,7 +55,7 @@ impl Model {
             if j == 0 {
                 motion.acceleration = pose.to_link(acceleration);
             } else {
-                let transferred = if pose.shifted {
+                let transferred = if pose.has_offset {
                     let tangential = angular_acceleration.cross(pose.origin);
                     let centripetal = angular_velocity.cross(angular_velocity.cross(pose.origin));
                     acceleration + tangential + centripetal

@@ -69,7 +69,7 @@ impl Model {
                 force: lifted[j].scale(mass),
                 moment: Vector3::new(mx, my, mz).cross(lifted[j]),
             };
-            let total = weight.join(transferred);
+            let total = weight.combined(transferred);
             loads[j] = total.generalised_force(joint.kind);
             transferred = total.to_previous(&poses[j]);
         }

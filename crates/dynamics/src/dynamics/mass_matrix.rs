@@ -25,14 +25,14 @@ impl Model {
         T::vectorised(
             #[inline(always)]
             || {
-                self.place(ws, q);
+                self.compute_poses(ws, q);
                 out.fill(T::zero());
                 self.drives.for_each_mass(parameters, |row, column, value| {
                     out[row * n + column] += value;
                 });
-                let mut outer = OuterLinks::none();
+                let mut outer = OuterLinks::empty();
                 for j in (0..self.heavy_links(parameters)).rev() {
-                    outer.take(self.link(parameters, j), self.chain[j].kind, &ws.poses, j);
+                    outer.add_link(self.link(parameters, j), self.chain[j].kind, &ws.poses, j);
                     for (k, wrench) in outer.unit_wrenches(j) {
                         let felt = wrench.generalised_force(self.chain[j].kind);
                         out[j * n + k] += felt;

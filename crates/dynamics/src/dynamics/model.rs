@@ -23,7 +23,7 @@ pub(super) enum Load {
 pub struct Model {
     pub(super) chain: Vec<Joint>,
     pub(super) gravity_m_s2: [f64; 3],
-    table: ParameterTable,
+    parameter_table: ParameterTable,
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
     pub(super) drives: Drives,
@@ -57,7 +57,7 @@ impl Model {
             chain: robot.chain().to_vec(),
             gravity_m_s2: robot.gravity_m_s2(),
             first_columns,
-            table,
+            parameter_table: table,
             load: drives.feel_loads().then_some(Load::OfParameters),
             drives,
             known_torques,
@@ -78,12 +78,12 @@ impl Model {
 
     /// Names of the p standard parameters, in the order of the regressor's columns.
     pub fn parameter_names(&self) -> &[String] {
-        self.table.names()
+        self.parameter_table.names()
     }
 
     /// The standard parameters themselves.
     pub fn parameters(&self) -> &ParameterTable {
-        &self.table
+        &self.parameter_table
     }
 
     /// Returns the same model with another law for the sign of Coulomb friction.
@@ -166,6 +166,10 @@ impl Model {
     }
 
     pub(super) fn assert_parameter_count<T>(&self, slice: &[T]) {
-        assert_eq!(slice.len(), self.table.names().len(), "one entry per standard parameter");
+        assert_eq!(
+            slice.len(),
+            self.parameter_table.names().len(),
+            "one entry per standard parameter"
+        );
     }
 }

@@ -41,7 +41,7 @@ impl Twist {
     }
 
     /// v ×* f: how a wrench f changes that is carried along with v.
-    fn carry(self, f: Wrench<f64>) -> Wrench<f64> {
+    fn cross_wrench(self, f: Wrench<f64>) -> Wrench<f64> {
         Wrench {
             moment: self.angular.cross(f.moment) + self.linear.cross(f.force),
             force: self.angular.cross(f.force),
@@ -84,9 +84,10 @@ struct Moving {
 
 impl Moving {
     fn new(inertia: Inertia<f64>, velocity: Twist, acceleration: Twist) -> Self {
-        let momentum = times(&inertia, velocity);
+        let momentum = inertia_times_twist(&inertia, velocity);
         // f = I a + v ×* I v
-        let wrench = times(&inertia, acceleration).join(velocity.carry(momentum));
+        let wrench =
+            inertia_times_twist(&inertia, acceleration).combined(velocity.cross_wrench(momentum));
         let (w, u, h) = (velocity.angular, velocity.linear, inertia.first_moment);
         // h × (u × c) = u (h·c) − (h·u) c
         let [px, py, pz] = inertia.pseudo_inertia();
@@ -100,12 +101,12 @@ impl Moving {
         Self { inertia, wrench, coriolis, momentum: momentum.force }
     }
 
-    fn join(self, other: Self) -> Self {
+    fn combined(self, other: Self) -> Self {
         let [a, b, c] = self.coriolis;
         let [d, e, f] = other.coriolis;
         Self {
-            inertia: self.inertia.join(other.inertia),
-            wrench: self.wrench.join(other.wrench),
+            inertia: self.inertia.combined(other.inertia),
+            wrench: self.wrench.combined(other.wrench),
             coriolis: [a + d, b + e, c + f],
             momentum: self.momentum + other.momentum,
         }
@@ -132,10 +133,10 @@ const UNIT_VECTORS: [Vector3<f64>; 3] = [
 ];
 
 /// I w = (J c + h × b, m b − h × c) for w = (c, b).
-fn times(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
+fn inertia_times_twist(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
     let h = inertia.first_moment;
     Wrench {
-        moment: inertia.times(w.angular) + h.cross(w.linear),
+        moment: inertia.inertia_times_vector(w.angular) + h.cross(w.linear),
         force: w.linear.scale(inertia.mass) - h.cross(w.angular),
     }
 }
@@ -158,7 +159,7 @@ impl Model {
         by_velocity: &mut [f64],
     ) {
         self.check_joints(q);
-        self.place(ws, q);
+        self.compute_poses(ws, q);
         self.partials_of_poses(ws, parameters, [q, dq, ddq], by_position, by_velocity);
     }
 
@@ -217,23 +218,24 @@ impl Model {
         let mut outer: Option<Moving> = None;
         for m in (0..n).rev() {
             outer = match (links[m], outer) {
-                (Some(own), Some(outer)) => Some(own.join(outer)),
+                (Some(own), Some(outer)) => Some(own.combined(outer)),
                 (own, outer) => own.or(outer),
             };
             // Links without inertia have no effect.
             let Some(body) = &outer else { continue };
             let Axis { axis, rate, acceleration } = axes[m];
-            let transferred = axis.carry(body.wrench);
-            let position = times(&body.inertia, acceleration)
-                .join(body.double_coriolis(rate))
-                .join(transferred);
-            let velocity = times(&body.inertia, rate.scale(2.0)).join(body.double_coriolis(axis));
+            let transferred = axis.cross_wrench(body.wrench);
+            let position = inertia_times_twist(&body.inertia, acceleration)
+                .combined(body.double_coriolis(rate))
+                .combined(transferred);
+            let velocity = inertia_times_twist(&body.inertia, rate.scale(2.0))
+                .combined(body.double_coriolis(axis));
             for (i, before) in axes[..=m].iter().enumerate() {
                 by_position[i * n + m] = before.axis.dot(position);
                 by_velocity[i * n + m] = before.axis.dot(velocity);
             }
             let (felt, coriolis) =
-                (times(&body.inertia, axis), body.double_coriolis_transposed(axis));
+                (inertia_times_twist(&body.inertia, axis), body.double_coriolis_transposed(axis));
             for (j, before) in axes[..m].iter().enumerate() {
                 by_position[m * n + j] =
                     before.acceleration.dot(felt) + before.rate.angular.dot(coriolis);

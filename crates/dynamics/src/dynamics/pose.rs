@@ -14,7 +14,7 @@ pub(super) struct Pose<T> {
     pub(super) origin: Vector3<T>,
     /// True if the origin can differ from that of the previous link. On most arms with a spherical
     /// wrist it does not for half of the links.
-    pub(super) shifted: bool,
+    pub(super) has_offset: bool,
 }
 
 impl<T: Scalar> Pose<T> {
@@ -24,7 +24,7 @@ impl<T: Scalar> Pose<T> {
             cos_theta: T::constant(1.0),
             sin_theta: T::zero(),
             origin: Vector3::zero(),
-            shifted: false,
+            has_offset: false,
         }
     }
 
@@ -46,7 +46,13 @@ impl<T: Scalar> Pose<T> {
             }
         };
         let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
-        Self { alpha: RotationAboutX::new(alpha), cos_theta, sin_theta, origin, shifted }
+        Self {
+            alpha: RotationAboutX::new(alpha),
+            cos_theta,
+            sin_theta,
+            origin,
+            has_offset: shifted,
+        }
     }
 
     /// A vector of the link, in the frame of the previous link.

@@ -59,7 +59,7 @@ impl Model {
         T::vectorised(
             #[inline(always)]
             || {
-                self.place(ws, q);
+                self.compute_poses(ws, q);
                 let loads = self.loads(&ws.poses, None, q);
                 self.regressor_of_poses(ws, columns, loads.as_ref(), dq, ddq, out);
             },
@@ -85,9 +85,9 @@ impl Model {
         self.check_joints(dq);
         self.check_joints(ddq);
         assert_eq!(out.len(), columns.entries.len(), "one number per entry");
-        self.propagate(ws, columns.links.len(), dq, Some(ddq));
+        self.compute_motions(ws, columns.links.len(), dq, Some(ddq));
         let column_index =
-            |row: usize, column: usize| columns.indices[row * columns.width + column];
+            |row: usize, column: usize| columns.entry_positions[row * columns.width + column];
         if columns.is_matrix {
             out.fill(T::zero());
         } else {
@@ -107,7 +107,7 @@ impl Model {
                     let moment = unit_inertia_moment(component, &ws.motions[l]);
                     for axis in &axes[..l] {
                         out[entry] = axis.angular.dot(moment);
-                        entry += columns.stride;
+                        entry += columns.joint_stride;
                     }
                     out[entry] = match kind {
                         JointKind::Revolute => moment.z,
@@ -117,10 +117,10 @@ impl Model {
                     let wrench = unit_mass_wrench(component, &ws.motions[l]);
                     for axis in &axes[..l] {
                         out[entry] = axis.angular.dot(wrench.moment);
-                        if axis.displaced {
+                        if axis.moves_origin {
                             out[entry] += axis.linear.dot(wrench.force);
                         }
-                        entry += columns.stride;
+                        entry += columns.joint_stride;
                     }
                     out[entry] = wrench.generalised_force(kind);
                 }
@@ -145,7 +145,7 @@ struct Axis<T> {
     /// The velocity of its frame's origin.
     linear: Vector3<T>,
     /// True if the origin can move. Axes through the origin do not move it.
-    displaced: bool,
+    moves_origin: bool,
 }
 
 impl<T: Scalar> Axis<T> {
@@ -154,23 +154,23 @@ impl<T: Scalar> Axis<T> {
     fn own_of(joint: JointKind) -> Self {
         let (zero, z) = (Vector3::zero(), Vector3::along_z(T::constant(1.0)));
         match joint {
-            JointKind::Revolute => Self { angular: z, linear: zero, displaced: false },
-            JointKind::Prismatic => Self { angular: zero, linear: z, displaced: true },
+            JointKind::Revolute => Self { angular: z, linear: zero, moves_origin: false },
+            JointKind::Prismatic => Self { angular: zero, linear: z, moves_origin: true },
         }
     }
 
     /// Returns the axis of the same joint for the next link.
     #[inline(always)]
     fn to_link(self, pose: &Pose<T>) -> Self {
-        let Self { angular, mut linear, mut displaced } = self;
-        if pose.shifted {
+        let Self { angular, mut linear, moves_origin: mut displaced } = self;
+        if pose.has_offset {
             linear = linear + angular.cross(pose.origin);
             displaced = true;
         }
         if displaced {
             linear = pose.to_link(linear);
         }
-        Self { angular: pose.to_link(angular), linear, displaced }
+        Self { angular: pose.to_link(angular), linear, moves_origin: displaced }
     }
 }
 

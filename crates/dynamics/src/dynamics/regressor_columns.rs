@@ -15,11 +15,11 @@ pub struct RegressorColumns {
     /// Wanted parameters of each link, of its ten, with the place of the first of their entries.
     pub(super) links: Vec<Vec<(usize, usize)>>,
     /// Distance from there to the entry of the next joint.
-    pub(super) stride: usize,
+    pub(super) joint_stride: usize,
     /// The drives' parameters by their columns among the wanted.
     pub(super) drives: Drives,
     /// Place of the entry of joint and column, row by row.
-    pub(super) indices: Vec<usize>,
+    pub(super) entry_positions: Vec<usize>,
 }
 
 impl RegressorColumns {
@@ -41,7 +41,7 @@ impl RegressorColumns {
             links.pop();
         }
         let places: Vec<_> = (0..parameters).map(place).collect();
-        let drives = drives.renumbered(&places);
+        let drives = drives.with_columns(&places);
 
         // A joint feels only what hangs on it, and the drives that act on it.
         let mut differs = vec![false; joints * width];
@@ -68,7 +68,15 @@ impl RegressorColumns {
             *column = indices[*column];
         }
         let stride = if is_matrix { width } else { 1 };
-        Self { width, entries, is_matrix, links, stride, drives, indices }
+        Self {
+            width,
+            entries,
+            is_matrix,
+            links,
+            joint_stride: stride,
+            drives,
+            entry_positions: indices,
+        }
     }
 
     /// Joint and column of the entries, in the order in which they are computed.

@@ -12,8 +12,13 @@ fn every_instruction_set_gives_the_same() {
     let robot = Robot::from_toml(file).unwrap();
     let model = Model::new(&robot);
     let n = model.joints();
-    let parameters: Vec<_> =
-        robot.nominal().unwrap().standard().iter().map(|&value| Four::constant(value)).collect();
+    let parameters: Vec<_> = robot
+        .nominal()
+        .unwrap()
+        .standard_parameters()
+        .iter()
+        .map(|&value| Four::constant(value))
+        .collect();
     let [mut chosen, mut plain] = [[Four::zero(); MAX_JOINTS]; 2];
     let size = n * parameters.len();
     let [mut chosen_matrix, mut plain_matrix] =
@@ -40,7 +45,7 @@ fn every_instruction_set_gives_the_same() {
         model.solve_inward(&mut ws, &parameters, &[], &q, &dq, &tau, plain).unwrap();
         same(chosen, plain);
         model.regressor(&mut ws, &q, &dq, &ddq, &mut chosen_matrix);
-        model.place(&mut ws, &q);
+        model.compute_poses(&mut ws, &q);
         let columns = &model.all_columns;
         model.regressor_of_poses(&mut ws, columns, None, &dq, &ddq, &mut plain_matrix);
         same(&chosen_matrix, &plain_matrix);

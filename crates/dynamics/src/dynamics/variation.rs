@@ -3,7 +3,7 @@
 use super::model::Model;
 use super::regressor_columns::RegressorColumns;
 use super::workspace::Workspace;
-use crate::numeric::vectorised;
+use crate::numeric::with_vector_instructions;
 
 /// Scratch memory for the variations of one model.
 #[derive(Clone, Debug)]
@@ -62,7 +62,7 @@ impl Model {
         self.regressor_of_poses(solved, columns, loads.as_ref(), dq, ddq, regressor);
         self.add_load_sensitivities(solved, columns, parameters, [q, dq], regressor);
         // Rows of many parameters.
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 let (n, width) = (self.joints(), columns.width());

@@ -10,7 +10,7 @@
 /// the baseline alone.
 #[inline(always)]
 #[allow(unsafe_code, reason = "a function with a target feature is called")]
-pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+pub fn with_vector_instructions<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]
@@ -33,7 +33,7 @@ pub const WIDTH: usize = 4;
 /// Returns `value` of each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
 /// that it has the vector instructions of its caller.
 #[inline(always)]
-pub fn each<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
+pub fn from_lanes<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
     let mut values = [0.0; L];
     for (l, lane) in values.iter_mut().enumerate() {
         *lane = value(l);

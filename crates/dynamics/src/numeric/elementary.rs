@@ -7,7 +7,7 @@
 
 use core::f64::consts::{FRAC_2_PI, LOG2_E};
 
-use super::dispatch::each;
+use super::dispatch::from_lanes;
 
 /// Beyond this angle \[rad\] the library computes: the reduction would lose digits.
 const LARGEST_ANGLE: f64 = 1e5;
@@ -70,26 +70,26 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
 pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L]) {
     // The steps run for all lanes one after the other, which lets a compiler find vector
     // instructions: x = k π/2 + r
-    let rounded: [f64; L] = each(
+    let rounded: [f64; L] = from_lanes(
         #[inline(always)]
         |l| angles[l] * FRAC_2_PI + ROUND_TO_INTEGER,
     );
-    let r: [f64; L] = each(
+    let r: [f64; L] = from_lanes(
         #[inline(always)]
         |l| {
             let k = rounded[l] - ROUND_TO_INTEGER;
             ((angles[l] - k * HALF_PI[0]) - k * HALF_PI[1]) - k * HALF_PI[2]
         },
     );
-    let square: [f64; L] = each(
+    let square: [f64; L] = from_lanes(
         #[inline(always)]
         |l| r[l] * r[l],
     );
-    let sin: [f64; L] = each(
+    let sin: [f64; L] = from_lanes(
         #[inline(always)]
         |l| r[l] + r[l] * square[l] * polynomial(&SIN_COEFFICIENTS, square[l]),
     );
-    let cos: [f64; L] = each(
+    let cos: [f64; L] = from_lanes(
         #[inline(always)]
         |l| {
             (1.0 - 0.5 * square[l])
@@ -97,11 +97,11 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
         },
     );
     let quarters = |l: usize| rounded[l].to_bits();
-    let mut sines = each(
+    let mut sines = from_lanes(
         #[inline(always)]
         |l| in_quadrant(sin[l], cos[l], quarters(l), quarters(l)),
     );
-    let mut cosines = each(
+    let mut cosines = from_lanes(
         #[inline(always)]
         |l| in_quadrant(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
     );
@@ -131,7 +131,7 @@ const TANH_SATURATION: f64 = 20.0;
 /// Hyperbolic tangents, each within 5e-16 of the true one relative to it.
 #[inline(always)]
 pub(crate) fn tanh<const L: usize>(values: &[f64; L]) -> [f64; L] {
-    let twice = each::<L>(
+    let twice = from_lanes::<L>(
         #[inline(always)]
         |l| {
             // Not `min`, which would lose a NaN.
@@ -140,22 +140,22 @@ pub(crate) fn tanh<const L: usize>(values: &[f64; L]) -> [f64; L] {
         },
     );
     // 2 |x| = k ln 2 + r, and e^(2|x|) − 1 = 2^k (e^r − 1) + 2^k − 1.
-    let rounded = each::<L>(
+    let rounded = from_lanes::<L>(
         #[inline(always)]
         |l| twice[l] * LOG2_E + ROUND_TO_INTEGER,
     );
-    let r = each::<L>(
+    let r = from_lanes::<L>(
         #[inline(always)]
         |l| {
             let k = rounded[l] - ROUND_TO_INTEGER;
             (twice[l] - k * LN_2[0]) - k * LN_2[1]
         },
     );
-    let small = each::<L>(
+    let small = from_lanes::<L>(
         #[inline(always)]
         |l| r[l] + r[l] * r[l] * polynomial(&EXP_COEFFICIENTS, r[l]),
     );
-    each(
+    from_lanes(
         #[inline(always)]
         |l| {
             let power = f64::from_bits(rounded[l].to_bits().wrapping_add(1023) << 52);

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use super::dispatch::{each, vectorised};
+use super::dispatch::{from_lanes, with_vector_instructions};
 use super::elementary;
 use super::scalar::Scalar;
 
@@ -17,12 +17,12 @@ impl<const L: usize> Lanes<L> {
     /// Creates lanes from `value` of each lane.
     #[inline(always)]
     pub fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
-        Self(each(value))
+        Self(from_lanes(value))
     }
 
     #[inline(always)]
     fn zip(self, other: Self, operation: impl Fn(f64, f64) -> f64) -> Self {
-        Self(each(
+        Self(from_lanes(
             #[inline(always)]
             |l| operation(self.0[l], other.0[l]),
         ))
@@ -30,7 +30,7 @@ impl<const L: usize> Lanes<L> {
 
     #[inline(always)]
     fn map(self, operation: impl Fn(f64) -> f64) -> Self {
-        Self(each(
+        Self(from_lanes(
             #[inline(always)]
             |l| operation(self.0[l]),
         ))
@@ -114,7 +114,7 @@ impl<const L: usize> Scalar for Lanes<L> {
     }
     #[inline(always)]
     fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-        vectorised(work)
+        with_vector_instructions(work)
     }
     #[inline(always)]
     fn is_zero(self) -> bool {

@@ -8,7 +8,7 @@ mod median;
 mod scalar;
 
 pub use dispatch::WIDTH;
-pub use dispatch::{each, vectorised};
+pub use dispatch::{from_lanes, with_vector_instructions};
 pub use lanes::Lanes;
 pub use median::median;
 pub use scalar::Scalar;

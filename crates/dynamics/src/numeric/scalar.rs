@@ -4,7 +4,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use super::dispatch::{WIDTH, vectorised};
+use super::dispatch::{WIDTH, with_vector_instructions};
 use super::elementary;
 
 /// A field with the few functions that rigid-body dynamics and friction use.
@@ -72,9 +72,9 @@ pub trait Scalar:
 /// Numbers that go through an elementary function at once.
 const GROUP_SIZE: usize = WIDTH;
 
-/// Returns [`TOGETHER`] of the numbers from `start` on, with zeros beyond the end.
+/// Returns [`GROUP_SIZE`] of the numbers from `start` on, with zeros beyond the end.
 #[inline(always)]
-fn window(values: &[f64], start: usize) -> [f64; GROUP_SIZE] {
+fn load_lanes(values: &[f64], start: usize) -> [f64; GROUP_SIZE] {
     let values = &values[start..];
     if let Some(window) = values.first_chunk() {
         return *window;
@@ -114,13 +114,13 @@ impl Scalar for f64 {
         self == 0.0
     }
     fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 // The last window overlaps the one before rather than being filled up.
                 let last = angles.len().saturating_sub(GROUP_SIZE);
                 for start in (0..last).step_by(GROUP_SIZE).chain([last]) {
-                    let (sin, cos) = elementary::sin_cos(&window(angles, start));
+                    let (sin, cos) = elementary::sin_cos(&load_lanes(angles, start));
                     set_window(sines, start, &sin);
                     set_window(cosines, start, &cos);
                 }
@@ -128,14 +128,14 @@ impl Scalar for f64 {
         );
     }
     fn tanh_each(values: &mut [Self]) {
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 // The last window overlaps: it is read before the others are replaced.
                 let last = values.len().saturating_sub(GROUP_SIZE);
-                let of_last = elementary::tanh(&window(values, last));
+                let of_last = elementary::tanh(&load_lanes(values, last));
                 for start in (0..last).step_by(GROUP_SIZE) {
-                    let tanh = elementary::tanh(&window(values, start));
+                    let tanh = elementary::tanh(&load_lanes(values, start));
                     set_window(values, start, &tanh);
                 }
                 set_window(values, last, &of_last);

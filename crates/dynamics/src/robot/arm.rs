@@ -49,12 +49,12 @@ impl Robot {
             &self.own_friction,
             &self.transmission,
         );
-        self.nominal = self.nominal.map(|nominal| nominal.over(&self.parameters));
+        self.nominal = self.nominal.map(|nominal| nominal.for_table(&self.parameters));
         self
     }
 
     /// Returns the same robot with each nominal parameter, if it has any, multiplied by the factor
-    /// of its name; asked for in the order of [`NominalParameters::listed`].
+    /// of its name; asked for in the order of [`NominalParameters::given_values`].
     #[must_use]
     pub fn with_scaled_nominal(mut self, factor: impl FnMut(&str) -> f64) -> Self {
         let table = &self.parameters;

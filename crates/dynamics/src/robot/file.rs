@@ -228,7 +228,7 @@ impl Text<'_> {
         self.line(value.span().start)
     }
 
-    fn finite(self, key: &str, value: &Spanned<f64>) -> Result<f64, RobotError> {
+    fn check_finite(self, key: &str, value: &Spanned<f64>) -> Result<f64, RobotError> {
         let number = *value.get_ref();
         if number.is_finite() {
             Ok(number)
@@ -316,7 +316,7 @@ impl Robot {
 }
 
 /// The key of a limit that fits the kind of joint, and what it holds.
-fn fitting<'a, V>(
+fn limit_for_kind<'a, V>(
     text: Text<'_>,
     joint: JointIndex,
     kind: JointKind,
@@ -343,11 +343,12 @@ fn read_joint(
 ) -> Result<Joint, RobotError> {
     let joint_line = text.line_of(raw);
     let raw = raw.get_ref();
+    let kind = raw.r#type;
     // The limit's key that fits the kind of joint, its value and its line; the other is an error.
     let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
-        let (key, value) = fitting(text, joint, raw.r#type, revolute, prismatic, joint_line)?;
-        Ok((key, text.finite(key, value)?, text.line_of(value)))
+        let (key, value) = limit_for_kind(text, joint, kind, revolute, prismatic, joint_line)?;
+        Ok((key, text.check_finite(key, value)?, text.line_of(value)))
     };
     let positive = |(key, value, line): (&'static str, f64, usize)| {
         if value > 0.0 { Ok(value) } else { Err(RobotError::NotPositive { joint, key, line }) }
@@ -357,14 +358,12 @@ fn read_joint(
         ("position_min_deg", &raw.position_min_deg),
         ("position_min_m", &raw.position_min_m),
     )?;
-    let (max, position_max, _) = limit(
-        ("position_max_deg", &raw.position_max_deg),
-        ("position_max_m", &raw.position_max_m),
-    )?;
+    let (max_deg, max_m) = (&raw.position_max_deg, &raw.position_max_m);
+    let (max, position_max, _) = limit(("position_max_deg", max_deg), ("position_max_m", max_m))?;
     if position_min >= position_max {
         return Err(RobotError::LimitOrder { joint, min, max, line });
     }
-    let to_si = |position: f64| match raw.r#type {
+    let to_si = |position: f64| match kind {
         JointKind::Revolute => position.to_radians(),
         JointKind::Prismatic => position,
     };
@@ -378,7 +377,7 @@ fn read_joint(
     let either_limit =
         |revolute: (&'static str, &Option<Spanned<RawLimit>>),
          prismatic: (&'static str, &Option<Spanned<RawLimit>>)| {
-            let (key, value) = fitting(text, joint, raw.r#type, revolute, prismatic, joint_line)?;
+            let (key, value) = limit_for_kind(text, joint, kind, revolute, prismatic, joint_line)?;
             let line = text.line_of(value);
             match *value.get_ref() {
                 RawLimit::Unknown => Ok(None),
@@ -407,11 +406,11 @@ fn read_joint(
         )?,
     };
     Ok(Joint {
-        kind: raw.r#type,
-        alpha: Angle::from_degrees(text.finite("alpha_deg", &raw.alpha_deg)?),
-        d_m: text.finite("d_m", &raw.d_m)?,
-        theta: Angle::from_degrees(text.finite("theta_deg", &raw.theta_deg)?),
-        r_m: text.finite("r_m", &raw.r_m)?,
+        kind,
+        alpha: Angle::from_degrees(text.check_finite("alpha_deg", &raw.alpha_deg)?),
+        d_m: text.check_finite("d_m", &raw.d_m)?,
+        theta: Angle::from_degrees(text.check_finite("theta_deg", &raw.theta_deg)?),
+        r_m: text.check_finite("r_m", &raw.r_m)?,
         limits,
         drive_inertia: raw.drive_inertia,
     })
@@ -451,7 +450,7 @@ fn read_friction(
                 ),
                 None => (line, "[friction]".to_owned(), RawJointFriction::default()),
             };
-            let merged = own.over(&shared);
+            let merged = own.with_defaults(&shared);
             let has_signs = merged.sign.is_some()
                 || merged.load == Some(true)
                 || merged.stribeck_rad_s.is_some()
@@ -518,7 +517,7 @@ fn read_nominal(
         if entry.is_some() {
             return Err(RobotError::DuplicateParameter { name: name.clone(), line });
         }
-        *entry = Some((name.clone(), text.finite(name, value)?));
+        *entry = Some((name.clone(), text.check_finite(name, value)?));
     }
     let standard = by_column.iter().map(|entry| entry.as_ref().map_or(0.0, |(_, v)| *v)).collect();
     Ok(NominalParameters::new(by_column.into_iter().flatten().collect(), standard))

@@ -54,7 +54,7 @@ impl SignModel {
 
     /// The model's values in place of several speeds.
     #[inline(always)]
-    pub(crate) fn replace<T: Scalar>(self, speeds: &mut [T]) {
+    pub(crate) fn replace_speeds<T: Scalar>(self, speeds: &mut [T]) {
         match self {
             Self::Tanh { width_rad_s } => {
                 let width = T::constant(width_rad_s);
@@ -196,11 +196,11 @@ impl FrictionLaw {
     #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T, sign: SignModel) -> T {
         match self {
-            Self::Quadratic => speed * magnitude(speed),
+            Self::Quadratic => speed * smooth_magnitude(speed),
             Self::Cubic => speed * speed * speed,
-            Self::Asymmetric => magnitude(speed),
+            Self::Asymmetric => smooth_magnitude(speed),
             Self::Load | Self::Hysteresis { .. } => sign.value(speed),
-            Self::Stribeck { speed_rad_s } => bell(speed, speed_rad_s) * sign.value(speed),
+            Self::Stribeck { speed_rad_s } => stribeck_bell(speed, speed_rad_s) * sign.value(speed),
         }
     }
 
@@ -212,7 +212,7 @@ impl FrictionLaw {
             Self::Asymmetric => Scalar::sign(speed),
             Self::Load | Self::Hysteresis { .. } => sign.slope(sign.value(speed)),
             Self::Stribeck { speed_rad_s } => {
-                let (bell, value) = (bell(speed, speed_rad_s), sign.value(speed));
+                let (bell, value) = (stribeck_bell(speed, speed_rad_s), sign.value(speed));
                 if bell <= 0.0 {
                     return 0.0;
                 }
@@ -223,13 +223,13 @@ impl FrictionLaw {
     }
 }
 
-fn magnitude<T: Scalar>(speed: T) -> T {
+fn smooth_magnitude<T: Scalar>(speed: T) -> T {
     speed * speed.sign()
 }
 
 /// exp(−(v/vs)²), by (1 − t)/(1 + t) with t = tanh(½ (v/vs)²).
 #[inline(always)]
-fn bell<T: Scalar>(speed: T, width: f64) -> T {
+fn stribeck_bell<T: Scalar>(speed: T, width: f64) -> T {
     let x = speed / T::constant(width);
     let t = (T::constant(0.5) * x * x).tanh();
     (T::constant(1.0) - t) / (T::constant(1.0) + t)
@@ -260,7 +260,7 @@ impl From<SignModel> for RawSignModel {
     }
 }
 
-fn positive(key: &str, value: f64, what: &str) -> Result<f64, String> {
+fn check_positive(key: &str, value: f64, what: &str) -> Result<f64, String> {
     if value > 0.0 && value.is_finite() {
         Ok(value)
     } else {
@@ -275,11 +275,11 @@ impl TryFrom<RawSignModel> for SignModel {
         match (raw.model.as_str(), raw.threshold_rad_s, raw.width_rad_s) {
             ("sign", None, None) => Ok(Self::Sign),
             ("dead-band", Some(threshold), None) => Ok(Self::DeadBand {
-                threshold_rad_s: positive("threshold_rad_s", threshold, "speed in rad/s")?,
+                threshold_rad_s: check_positive("threshold_rad_s", threshold, "speed in rad/s")?,
             }),
-            ("tanh", None, Some(width)) => {
-                Ok(Self::Tanh { width_rad_s: positive("width_rad_s", width, "speed in rad/s")? })
-            }
+            ("tanh", None, Some(width)) => Ok(Self::Tanh {
+                width_rad_s: check_positive("width_rad_s", width, "speed in rad/s")?,
+            }),
             ("sign", ..) => Err("the model \"sign\" has no threshold and no width".into()),
             ("dead-band", ..) => {
                 Err("the model \"dead-band\" needs `threshold_rad_s` and nothing else".into())
@@ -341,7 +341,7 @@ pub(super) struct RawJointFriction {
 
 impl RawJointFriction {
     /// Takes omitted keys from another.
-    pub(super) fn over(self, all: &Self) -> Self {
+    pub(super) fn with_defaults(self, all: &Self) -> Self {
         Self {
             sign: self.sign.or(all.sign),
             quadratic: self.quadratic.or(all.quadratic),
@@ -359,11 +359,11 @@ impl TryFrom<RawJointFriction> for JointFriction {
 
     fn try_from(raw: RawJointFriction) -> Result<Self, String> {
         let stribeck = raw.stribeck_rad_s.map(|speed_rad_s| {
-            let speed_rad_s = positive("stribeck_rad_s", speed_rad_s, "speed in rad/s")?;
+            let speed_rad_s = check_positive("stribeck_rad_s", speed_rad_s, "speed in rad/s")?;
             Ok::<_, String>(FrictionLaw::Stribeck { speed_rad_s })
         });
         let hysteresis = raw.hysteresis_rad.map(|way_rad| {
-            let way_rad = positive("hysteresis_rad", way_rad, "way in rad")?;
+            let way_rad = check_positive("hysteresis_rad", way_rad, "way in rad")?;
             Ok::<_, String>(FrictionLaw::Hysteresis { way_rad })
         });
         let law = |configured: Option<bool>, law| configured.unwrap_or(false).then_some(law);

@@ -41,7 +41,7 @@ impl Hysteresis {
     }
 
     /// Midway between both directions, at these positions \[rad or m\].
-    pub fn restart(&mut self, q: &[f64]) {
+    pub fn restart_at(&mut self, q: &[f64]) {
         self.states.clear();
         self.states.extend(q.iter().map(|q| (*q, 0.0)));
     }
@@ -52,7 +52,7 @@ impl Hysteresis {
         for ((presliding_distance, states), q) in
             self.presliding_distances.iter().zip(&mut self.states).zip(q)
         {
-            *states = (*q, after(*presliding_distance, *states, *q));
+            *states = (*q, share_after(*presliding_distance, *states, *q));
         }
     }
 
@@ -62,15 +62,15 @@ impl Hysteresis {
         let mut shares = [0.0; MAX_JOINTS];
         let joints = self.presliding_distances.iter().zip(&self.states).zip(q);
         for (share, ((presliding_distance, states), q)) in shares.iter_mut().zip(joints) {
-            *share = after(*presliding_distance, *states, *q);
+            *share = share_after(*presliding_distance, *states, *q);
         }
         shares
     }
 
     /// Advances to the positions \[rad or m\] of the next sample. The first sample finds it midway.
-    pub fn follow(&mut self, q: &[f64]) -> [f64; MAX_JOINTS] {
+    pub fn advance_to(&mut self, q: &[f64]) -> [f64; MAX_JOINTS] {
         if self.states.is_empty() {
-            self.restart(q);
+            self.restart_at(q);
         }
         self.settle(q);
         self.shares(q)
@@ -87,7 +87,7 @@ impl Hysteresis {
     }
 }
 
-fn after(presliding_distance: f64, (position, share): (f64, f64), q: f64) -> f64 {
+fn share_after(presliding_distance: f64, (position, share): (f64, f64), q: f64) -> f64 {
     if presliding_distance > 0.0 {
         (share + 2.0 * (q - position) / presliding_distance).clamp(-1.0, 1.0)
     } else {
@@ -106,7 +106,7 @@ mod tests {
         let expected = 4.0 * (amplitude - 0.5 * distance);
         for steps in [400_u32, 10_000] {
             let mut friction = Hysteresis::new(vec![distance]);
-            friction.restart(&[amplitude]);
+            friction.restart_at(&[amplitude]);
             let (mut before, mut lost) = (amplitude, 0.0);
             for k in 1..=2 * steps {
                 let turn = core::f64::consts::TAU * f64::from(k) / f64::from(steps);
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn a_standing_joint_keeps_its_friction_and_a_restart_forgets_it() {
         let mut friction = Hysteresis::new(vec![0.004, 0.0]);
-        friction.restart(&[0.5, 0.5]);
+        friction.restart_at(&[0.5, 0.5]);
         let now = |friction: &Hysteresis, q: f64| friction.shares(&[q, q])[0];
         assert!(now(&friction, 0.5).abs() < 1e-12);
         assert!((now(&friction, 0.501) - 0.5).abs() < 1e-9);
@@ -135,7 +135,7 @@ mod tests {
         assert!((now(&friction, 0.6) - 1.0).abs() < 1e-12);
         assert!((now(&friction, 0.599) - 0.5).abs() < 1e-9);
         assert!(friction.shares(&[0.599, 0.599])[1].abs() < f64::MIN_POSITIVE, "no such joint");
-        friction.restart(&[0.6, 0.6]);
+        friction.restart_at(&[0.6, 0.6]);
         assert!(now(&friction, 0.6).abs() < 1e-12);
     }
 }

@@ -53,7 +53,7 @@ impl Counterbalance {
         let (a, b) = (self.base_radius_m, self.link_radius_m);
         let (sin, cos) = (position_rad - self.closest_deg.to_radians()).sin_cos();
         let length = (a * a + b * b - 2.0 * a * b * cos).sqrt();
-        let [pull, stiffness] = self.pull(length - self.length_m);
+        let [pull, stiffness] = self.pull_and_slope(length - self.length_m);
         // dl/dβ, and d²l/dβ².
         let lever = a * b * sin / length;
         let lever_rate = (a * b * cos - lever * lever) / length;
@@ -61,7 +61,7 @@ impl Counterbalance {
     }
 
     /// F at a length over l₀ \[N at m\], and how it grows with the length.
-    fn pull(&self, longer_m: f64) -> [f64; 2] {
+    fn pull_and_slope(&self, longer_m: f64) -> [f64; 2] {
         match (self.stiffness_n_m, self.gas_length_m) {
             (Some(stiffness), _) => [self.pull_n + stiffness * longer_m, stiffness],
             (None, Some(gas)) => {
@@ -72,7 +72,7 @@ impl Counterbalance {
         }
     }
 
-    fn checked(self) -> Result<Self, String> {
+    fn validated(self) -> Result<Self, String> {
         if !(self.closest_deg.is_finite() && self.pull_n.is_finite()) {
             return Err("`closest_deg` and `pull_n` have to be finite numbers".into());
         }
@@ -174,7 +174,7 @@ impl RawKnownTorque {
         let (positions, torques, to_si, keys) =
             match (kind, position_deg, torque_nm, position_m, force_n, counterbalance) {
                 (JointKind::Revolute, None, None, None, None, Some(own)) => {
-                    return own.checked().map(KnownTorque::Counterbalance);
+                    return own.validated().map(KnownTorque::Counterbalance);
                 }
                 (JointKind::Revolute, Some(positions), Some(torques), None, None, None) => (
                     positions,
@@ -252,7 +252,7 @@ mod tests {
             }
         };
         for of in [SPRING, CYLINDER] {
-            assert_eq!(of.checked(), Ok(of));
+            assert_eq!(of.validated(), Ok(of));
             for q in [-2.5, -1.6, -0.4, 0.0, 1.3] {
                 let h = 1e-5;
                 let [torque, slope] = of.torque_and_slope(q);
@@ -266,9 +266,9 @@ mod tests {
             assert!(of.torque_and_slope(-90.0_f64.to_radians())[0].abs() < 1e-9);
         }
         let both = Counterbalance { stiffness_n_m: Some(1.0), ..CYLINDER };
-        assert!(both.checked().unwrap_err().contains("not both"));
+        assert!(both.validated().unwrap_err().contains("not both"));
         let short = Counterbalance { gas_length_m: Some(0.3), ..CYLINDER };
-        assert!(short.checked().unwrap_err().contains("no gas left"));
+        assert!(short.validated().unwrap_err().contains("no gas left"));
     }
 
     #[test]

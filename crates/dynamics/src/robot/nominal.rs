@@ -6,13 +6,13 @@ use super::ParameterTable;
 /// which every parameter that is not listed is 0; so does a set of essential parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NominalParameters {
-    listed: Vec<(String, f64)>,
-    standard: Vec<f64>,
+    given_values: Vec<(String, f64)>,
+    standard_parameters: Vec<f64>,
 }
 
 impl NominalParameters {
     pub(super) fn new(listed: Vec<(String, f64)>, standard: Vec<f64>) -> Self {
-        Self { listed, standard }
+        Self { given_values: listed, standard_parameters: standard }
     }
 
     /// The same parameters, each multiplied by the factor of its name; `column` finds a name's
@@ -22,10 +22,12 @@ impl NominalParameters {
         column: impl Fn(&str) -> Option<usize>,
         mut factor: impl FnMut(&str) -> f64,
     ) -> Self {
-        for (name, value) in &mut self.listed {
+        for (name, value) in &mut self.given_values {
             let factor = factor(name);
             *value *= factor;
-            if let Some(standard) = column(name).and_then(|column| self.standard.get_mut(column)) {
+            if let Some(standard) =
+                column(name).and_then(|column| self.standard_parameters.get_mut(column))
+            {
                 *standard *= factor;
             }
         }
@@ -33,28 +35,29 @@ impl NominalParameters {
     }
 
     /// The values of those parameters that another table has.
-    pub(super) fn over(mut self, table: &ParameterTable) -> Self {
-        self.standard = vec![0.0; table.names().len()];
-        self.listed.retain(|(name, value)| {
-            let place = table.find(name).and_then(|column| self.standard.get_mut(column));
+    pub(super) fn for_table(mut self, table: &ParameterTable) -> Self {
+        self.standard_parameters = vec![0.0; table.names().len()];
+        self.given_values.retain(|(name, value)| {
+            let place =
+                table.find(name).and_then(|column| self.standard_parameters.get_mut(column));
             place.map(|place| *place = *value).is_some()
         });
         self
     }
 
     /// The values as listed in the file (`zz1r` or `zz1`), in the order of the model's columns.
-    pub fn listed(&self) -> &[(String, f64)] {
-        &self.listed
+    pub fn given_values(&self) -> &[(String, f64)] {
+        &self.given_values
     }
 
     /// The value listed under this very name.
     pub fn value(&self, name: &str) -> Option<f64> {
-        self.listed.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+        self.given_values.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }
 
     /// A value for every standard parameter, in the order of the model's columns; 0 where none is
     /// listed.
-    pub fn standard(&self) -> &[f64] {
-        &self.standard
+    pub fn standard_parameters(&self) -> &[f64] {
+        &self.standard_parameters
     }
 }

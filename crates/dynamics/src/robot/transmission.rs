@@ -137,7 +137,7 @@ impl Transmission {
 
     /// Σ_j of row j of `transposed` times entry j: all entries of the product at once.
     fn multiply(&self, transposed: &Matrix, from: &[f64], to: &mut [f64]) {
-        self.check(from, to);
+        self.check_lengths(from, to);
         let mut product = [0.0; MAX_JOINTS];
         for (row, x) in transposed.iter().zip(from) {
             for (sum, m) in product.iter_mut().zip(row) {
@@ -149,7 +149,7 @@ impl Transmission {
         }
     }
 
-    fn check(&self, from: &[f64], to: &[f64]) {
+    fn check_lengths(&self, from: &[f64], to: &[f64]) {
         assert!(from.len() == self.joints && to.len() == self.joints, "one entry per joint");
     }
 }

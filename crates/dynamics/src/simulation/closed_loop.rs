@@ -24,9 +24,9 @@ use super::{InitialState, SimulationConfig, StepOutput, Unmodelled};
 /// An arm under control, simulated.
 pub struct ClosedLoop<R> {
     pub(super) plant: Plant<R>,
-    pub(super) sampled: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
+    pub(super) sampled_control: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
     /// The same for the derivatives of the commands, where they are asked for.
-    pub(super) varied: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
+    pub(super) command_variation: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
     pub(super) encoders: Encoders,
     pub(super) disturbance: DisturbanceTorque,
     pub(super) torque_measurement: WhiteNoise,
@@ -35,17 +35,17 @@ pub struct ClosedLoop<R> {
     pub(super) period_s: f64,
     pub(super) controller: ControllerConfig,
     pub(super) config: SimulationConfig,
-    initial: InitialState,
+    initial_state: InitialState,
     /// With the rate of the state just after the sample of `output`.
     pub(super) stages: Stages,
     /// The state at the sample of `output`.
     pub(super) state: Vec<f64>,
     pub(super) output: StepOutput,
-    pub(super) started: bool,
+    pub(super) is_started: bool,
     /// The error that ended the simulation.
-    pub(super) failed: Option<SimulationError>,
+    pub(super) failure: Option<SimulationError>,
     /// Derivatives of the command of the newest sample.
-    pub(super) computed: Vec<f64>,
+    pub(super) command_derivatives: Vec<f64>,
 }
 
 impl<R: Reference> ClosedLoop<R> {
@@ -65,7 +65,7 @@ impl<R: Reference> ClosedLoop<R> {
         let joints = robot.joints();
         check_lengths(controller, &reference, config, &initial, joints)?;
         let model = Model::new(robot);
-        let (sampled, continuous) = controllers(controller)?;
+        let (sampled, continuous) = create_controllers(controller)?;
         let period_s = controller.timing.sample_period_s();
         let noises = Noises::new(config.noise.as_ref(), period_s);
         let Unmodelled {
@@ -93,9 +93,9 @@ impl<R: Reference> ClosedLoop<R> {
             continuous,
             command: [0.0; MAX_JOINTS],
             disturbance: [0.0; MAX_JOINTS],
-            stribeck: stribeck.unwrap_or_default(),
+            unmodelled_stribeck: stribeck.unwrap_or_default(),
             load_friction,
-            slipping: Slipping::new(&hysteresis.unwrap_or_default()),
+            unmodelled_hysteresis: Slipping::new(&hysteresis.unwrap_or_default()),
             hysteresis: Hysteresis::from_robot(robot),
             cogging: cogging.unwrap_or_default(),
             transmission: robot.transmission().clone(),
@@ -106,11 +106,11 @@ impl<R: Reference> ClosedLoop<R> {
             joints,
             variation: None,
         };
-        let states = plant.states();
+        let states = plant.state_count();
         let mut closed_loop = Self {
             plant,
-            sampled,
-            varied: None,
+            sampled_control: sampled,
+            command_variation: None,
             encoders: Encoders::new(
                 robot.transmission().clone(),
                 config.encoder_counts_per_turn.as_deref(),
@@ -122,13 +122,13 @@ impl<R: Reference> ClosedLoop<R> {
             period_s,
             controller: controller.clone(),
             config: config.clone(),
-            initial,
+            initial_state: initial,
             stages: Stages::new(states),
             state: vec![0.0; states],
             output: StepOutput::default(),
-            started: false,
-            failed: None,
-            computed: Vec::new(),
+            is_started: false,
+            failure: None,
+            command_derivatives: Vec::new(),
         };
         closed_loop.restart(parameters)?;
         Ok(closed_loop)
@@ -150,13 +150,13 @@ impl<R: Reference> ClosedLoop<R> {
         if let Some(variation) = &mut self.plant.variation {
             variation.restart();
         }
-        if let Some((controller, hold)) = &mut self.varied {
+        if let Some((controller, hold)) = &mut self.command_variation {
             controller.reset();
             hold.clear();
         }
         self.plant.command = [0.0; MAX_JOINTS];
         self.plant.disturbance = [0.0; MAX_JOINTS];
-        if let Some((controller, hold)) = &mut self.sampled {
+        if let Some((controller, hold)) = &mut self.sampled_control {
             controller.reset();
             hold.clear();
         }
@@ -166,12 +166,12 @@ impl<R: Reference> ClosedLoop<R> {
         let n = self.plant.joints;
         let (q, rest) = self.state.split_at_mut(n);
         let (dq, rest) = rest.split_at_mut(n);
-        let (integrals, rest) = rest.split_at_mut(self.plant.integrals());
+        let (integrals, rest) = rest.split_at_mut(self.plant.integral_count());
         let modes = self.plant.flexible.len();
         let (flexible, derivatives) = rest.split_at_mut(2 * modes);
-        match &self.initial {
+        match &self.initial_state {
             InitialState::OnReference => {
-                let point = ReferencePoint::sample(&self.plant.reference, 0.0);
+                let point = ReferencePoint::from_reference(&self.plant.reference, 0.0);
                 q.copy_from_slice(&point.position[..n]);
                 dq.copy_from_slice(&point.velocity()[..n]);
             }
@@ -181,9 +181,9 @@ impl<R: Reference> ClosedLoop<R> {
             }
         }
         integrals.fill(0.0);
-        self.plant.slipping.state.restart(q);
+        self.plant.unmodelled_hysteresis.state.restart_at(q);
         if let Some(own) = &mut self.plant.hysteresis {
-            own.restart(q);
+            own.restart_at(q);
         }
         // No spring is loaded.
         let (q_f, dq_f) = flexible.split_at_mut(modes);
@@ -193,8 +193,8 @@ impl<R: Reference> ClosedLoop<R> {
         derivatives.fill(0.0);
         self.check_flexible()?;
         self.output = StepOutput::default();
-        self.started = false;
-        self.failed = None;
+        self.is_started = false;
+        self.failure = None;
         Ok(())
     }
 
@@ -252,7 +252,7 @@ fn check_lengths<R: Reference>(
 type SampledWithHold = (SampledController, CommandHold<[f64; MAX_JOINTS]>);
 
 /// Creates the sampled controller with its hold, or the continuous one.
-fn controllers(
+fn create_controllers(
     controller: &ControllerConfig,
 ) -> Result<(Option<SampledWithHold>, Option<ContinuousController>), SetupError> {
     Ok(match controller.timing {

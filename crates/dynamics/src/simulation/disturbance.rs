@@ -9,7 +9,7 @@ use super::white_noise::WhiteNoise;
 pub(super) struct DisturbanceTorque {
     white: WhiteNoise,
     /// a, the correlation of neighbouring samples; 0 of white noise.
-    neighbours: f64,
+    neighbour_correlation: f64,
     /// d_{k−1} \[N·m\]; none before the first sample.
     previous: Option<[f64; MAX_JOINTS]>,
 }
@@ -19,7 +19,7 @@ impl DisturbanceTorque {
     /// `correlation_s`; white without one.
     pub(super) fn new(white: WhiteNoise, correlation_s: Option<f64>, period_s: f64) -> Self {
         let neighbours = correlation_s.map_or(0.0, |correlation| (-period_s / correlation).exp());
-        Self { white, neighbours, previous: None }
+        Self { white, neighbour_correlation: neighbours, previous: None }
     }
 
     /// Returns d_k of the next sample \[N·m\]; one entry per joint, 0 beyond them.
@@ -32,7 +32,7 @@ impl DisturbanceTorque {
         // The first sample is drawn from the stationary distribution: d_0 = w_0.
         if let Some(previous) = self.previous {
             // d_k = a d_{k−1} + √(1 − a²) w_k has the variance of w.
-            let a = self.neighbours;
+            let a = self.neighbour_correlation;
             let fresh = (1.0 - a * a).sqrt();
             for (torque, previous) in torque.iter_mut().zip(previous) {
                 *torque = a * previous + fresh * *torque;

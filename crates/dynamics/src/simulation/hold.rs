@@ -13,21 +13,21 @@ pub(super) struct CommandHold<C> {
     /// fraction.
     commands: Vec<C>,
     rest_s: f64,
-    started: bool,
+    is_started: bool,
 }
 
 impl<C: Clone> CommandHold<C> {
     /// `none` is a command of the size of all.
     pub(super) fn new(delay_s: f64, period_s: f64, none: C) -> Self {
         let (periods, rest_s) = split_delay(delay_s, period_s);
-        Self { commands: vec![none; periods + 2], rest_s, started: false }
+        Self { commands: vec![none; periods + 2], rest_s, is_started: false }
     }
 
     /// Takes the command of a new sample.
     pub(super) fn push(&mut self, command: &C) {
-        if !self.started {
+        if !self.is_started {
             self.commands.iter_mut().for_each(|held_command| held_command.clone_from(command));
-            self.started = true;
+            self.is_started = true;
         }
         // The oldest comes first, where it is overwritten; a rotation would move memory by calls.
         for k in (1..self.commands.len()).rev() {
@@ -60,7 +60,7 @@ impl<C: Clone> CommandHold<C> {
     }
 
     pub(super) fn clear(&mut self) {
-        self.started = false;
+        self.is_started = false;
     }
 }
 
@@ -69,7 +69,7 @@ impl<C: Clone> CommandHold<C> {
 mod tests {
     use super::*;
 
-    fn acting(delay_s: f64) -> Vec<(f64, f64)> {
+    fn commands_over_time(delay_s: f64) -> Vec<(f64, f64)> {
         let mut hold = CommandHold::new(delay_s, 0.5, [0.0]);
         (1..=4)
             .map(|k| {
@@ -81,10 +81,10 @@ mod tests {
 
     #[test]
     fn commands_act_when_their_delay_is_over() {
-        assert_eq!(acting(0.0), [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 4.0)]);
-        assert_eq!(acting(0.5), [(1.0, 1.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
-        assert_eq!(acting(0.125), [(1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]);
-        assert_eq!(acting(0.625), [(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
+        assert_eq!(commands_over_time(0.0), [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 4.0)]);
+        assert_eq!(commands_over_time(0.5), [(1.0, 1.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
+        assert_eq!(commands_over_time(0.125), [(1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]);
+        assert_eq!(commands_over_time(0.625), [(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
         assert_eq!(CommandHold::new(0.625, 0.5, ()).rest_s(), 0.125);
     }
 

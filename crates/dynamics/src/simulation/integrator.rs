@@ -79,9 +79,9 @@ impl Stages {
         match method {
             // y + h (2/9 k1 + 1/3 k2 + 4/9 k3)
             Integrator::Ode3 => {
-                along(stage, y, 0.5 * h, k1);
+                add_scaled(stage, y, 0.5 * h, k1);
                 f(t + 0.5 * h, stage, k2)?;
-                along(stage, y, 0.75 * h, k2);
+                add_scaled(stage, y, 0.75 * h, k2);
                 f(t + 0.75 * h, stage, k3)?;
                 for (((y, k1), k2), k3) in y.iter_mut().zip(&*k1).zip(&*k2).zip(&*k3) {
                     *y += h / 9.0 * (2.0 * k1 + 3.0 * k2 + 4.0 * k3);
@@ -89,11 +89,11 @@ impl Stages {
             }
             // y + h/6 (k1 + 2 k2 + 2 k3 + k4)
             Integrator::Rk4 => {
-                along(stage, y, 0.5 * h, k1);
+                add_scaled(stage, y, 0.5 * h, k1);
                 f(t + 0.5 * h, stage, k2)?;
-                along(stage, y, 0.5 * h, k2);
+                add_scaled(stage, y, 0.5 * h, k2);
                 f(t + 0.5 * h, stage, k3)?;
-                along(stage, y, h, k3);
+                add_scaled(stage, y, h, k3);
                 f(t + h, stage, k4)?;
                 let rates = k1.iter().zip(&*k2).zip(&*k3).zip(&*k4);
                 for (y, (((k1, k2), k3), k4)) in y.iter_mut().zip(rates) {
@@ -106,7 +106,7 @@ impl Stages {
 }
 
 /// stage = y + h k
-fn along(stage: &mut [f64], y: &[f64], h: f64, k: &[f64]) {
+fn add_scaled(stage: &mut [f64], y: &[f64], h: f64, k: &[f64]) {
     for ((stage, y), k) in stage.iter_mut().zip(y).zip(k) {
         *stage = y + h * k;
     }

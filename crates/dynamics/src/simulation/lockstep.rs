@@ -22,14 +22,14 @@ pub struct Lockstep<R> {
     /// The states of all loops, one after the other.
     state: Vec<f64>,
     stages: Stages,
-    started: bool,
+    is_started: bool,
 }
 
 /// The direct dynamics of all loops at once; lanes without a loop do what the last one does.
 struct Dynamics {
     workspace: Workspace<Lanes<WIDTH>>,
     parameters: Vec<Lanes<WIDTH>>,
-    less: Vec<Lanes<WIDTH>>,
+    known_torque: Vec<Lanes<WIDTH>>,
     /// q, q̇, τ and q̈.
     motion: [[Lanes<WIDTH>; MAX_JOINTS]; 4],
 }
@@ -45,7 +45,7 @@ impl<R: Reference> Lockstep<R> {
                     };
                     schedule(one) == schedule(&loops[0])
                         && one.state.len() == loops[0].state.len()
-                        && one.varied.is_none()
+                        && one.command_variation.is_none()
                 }),
             "a few loops of one schedule and size, without sensitivities"
         );
@@ -56,12 +56,12 @@ impl<R: Reference> Lockstep<R> {
         let dynamics = Dynamics {
             workspace: Workspace::new(),
             parameters: lanes(|plant| &plant.parameters),
-            less: lanes(|plant| &plant.flexible_inertia),
+            known_torque: lanes(|plant| &plant.flexible_inertia),
             motion: [[Lanes::zero(); MAX_JOINTS]; 4],
         };
         let state = loops.iter().flat_map(|closed_loop| &closed_loop.state).copied();
         let state: Vec<f64> = state.collect();
-        Self { dynamics, stages: Stages::new(state.len()), state, loops, started: false }
+        Self { dynamics, stages: Stages::new(state.len()), state, loops, is_started: false }
     }
 
     /// The next sample of every loop, as [`ClosedLoop::step`].
@@ -70,28 +70,29 @@ impl<R: Reference> Lockstep<R> {
     /// The first one that a loop meets. The simulation has ended then.
     pub fn step(&mut self) -> Result<(), SimulationError> {
         let [first, ..] = &self.loops[..] else { return Ok(()) };
-        let index = if self.started { first.output().index + 1 } else { 0 };
+        let index = if self.is_started { first.output().index + 1 } else { 0 };
         let time_s = first.time_s(index);
-        if self.started {
+        if self.is_started {
             self.advance()?;
         }
-        let references =
-            references(&self.loops, |one| ReferencePoint::sample(&one.plant.reference, time_s));
+        let references = reference_points(&self.loops, |one| {
+            ReferencePoint::from_reference(&one.plant.reference, time_s)
+        });
         let size = self.state.len() / self.loops.len();
         for ((one, reference), y) in
             self.loops.iter_mut().zip(&references).zip(self.state.chunks_exact(size))
         {
             one.plant.check_bounds(time_s, reference, y)?;
             one.state.copy_from_slice(y);
-            one.command(index, time_s, reference);
+            one.measure_and_command(index, time_s, reference);
         }
         let rate = self.stages.first_rate_mut();
-        self.dynamics.rates(&mut self.loops, &references, time_s, &self.state, rate)?;
+        self.dynamics.compute_rates(&mut self.loops, &references, time_s, &self.state, rate)?;
         for (one, rate) in self.loops.iter_mut().zip(rate.chunks_exact(size)) {
             one.stages.first_rate_mut().copy_from_slice(rate);
-            one.report();
+            one.fill_output();
         }
-        self.started = true;
+        self.is_started = true;
         Ok(())
     }
 
@@ -107,12 +108,12 @@ impl<R: Reference> Lockstep<R> {
         let length_s = first.period_s() - rest_s;
         if rest_s > 0.0 {
             for one in &mut self.loops {
-                one.act(CommandHold::before_rest, CommandHold::before_rest);
+                one.apply_command(CommandHold::before_rest, CommandHold::before_rest);
             }
             self.integrate(start_s, rest_s, true)?;
         }
         for one in &mut self.loops {
-            one.act(CommandHold::after_rest, CommandHold::after_rest);
+            one.apply_command(CommandHold::after_rest, CommandHold::after_rest);
         }
         self.integrate(start_s + rest_s, length_s, rest_s <= 0.0)
     }
@@ -133,15 +134,15 @@ impl<R: Reference> Lockstep<R> {
             at_sample,
             state,
             |t: f64, y: &[f64], rate: &mut [f64]| {
-                let references = references(loops, |one| one.plant.continuous_reference(t));
-                dynamics.rates(loops, &references, t, y, rate)
+                let references = reference_points(loops, |one| one.plant.continuous_reference(t));
+                dynamics.compute_rates(loops, &references, t, y, rate)
             },
         )
     }
 }
 
 /// Returns the reference of every loop; `None` beyond them.
-fn references<R>(
+fn reference_points<R>(
     loops: &[ClosedLoop<R>],
     at: impl Fn(&ClosedLoop<R>) -> ReferencePoint,
 ) -> [ReferencePoint; WIDTH] {
@@ -154,7 +155,7 @@ fn references<R>(
 
 impl Dynamics {
     /// ẏ = f(t, y) of every loop along its reference.
-    fn rates<R: Reference>(
+    fn compute_rates<R: Reference>(
         &mut self,
         loops: &mut [ClosedLoop<R>],
         references: &[ReferencePoint; WIDTH],
@@ -170,7 +171,7 @@ impl Dynamics {
             loops.iter_mut().zip(references).zip(parts).enumerate()
         {
             let n = one.plant.joints;
-            one.plant.drive(reference, time_s, y, rate)?;
+            one.plant.drive_rates(reference, time_s, y, rate)?;
             if let Some(shares) = one.plant.workspace.hysteresis() {
                 let lanes = hysteresis.get_or_insert([Lanes::zero(); MAX_JOINTS]);
                 for (lanes, share) in lanes.iter_mut().zip(shares) {
@@ -198,7 +199,7 @@ impl Dynamics {
             .direct_dynamics_without(
                 workspace,
                 parameters,
-                &self.less,
+                &self.known_torque,
                 &q[..n],
                 &dq[..n],
                 &torque[..n],
@@ -239,7 +240,7 @@ mod tests {
         };
         let table = robot.parameters().parameters().iter();
         let parameters: Vec<f64> =
-            table.zip(robot.nominal().unwrap().standard()).map(of_column).collect();
+            table.zip(robot.nominal().unwrap().standard_parameters()).map(of_column).collect();
         let joint = |inertia: f64| JointController {
             law: ControlLaw::CascadedPPi {
                 kv_per_s: 30.0,

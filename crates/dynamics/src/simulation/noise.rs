@@ -47,7 +47,7 @@ impl NoiseConfig {
         }
     }
 
-    fn lists(&self) -> [(&'static str, Option<&Vec<f64>>); 3] {
+    fn deviation_lists(&self) -> [(&'static str, Option<&Vec<f64>>); 3] {
         [
             ("noise.motor_position_rad", self.motor_position_rad.as_ref()),
             ("noise.disturbance_torque_nm", self.disturbance_torque_nm.as_ref()),
@@ -56,7 +56,7 @@ impl NoiseConfig {
     }
 
     pub(super) fn validate(&self, joints: usize) -> Result<(), SetupError> {
-        for (what, list) in self.lists() {
+        for (what, list) in self.deviation_lists() {
             let Some(list) = list else { continue };
             check_length(what, joints, list.len())?;
             list.iter().try_for_each(|sd| check_not_negative(what, *sd))?;
@@ -79,7 +79,7 @@ impl Noises {
     /// The noises of a loop with this period \[s\].
     pub(super) fn new(config: Option<&NoiseConfig>, period_s: f64) -> Self {
         let [motor_position, white, torque_measurement] = [0, 1, 2].map(|stream| {
-            let list = config.and_then(|config| config.lists()[stream].1.cloned());
+            let list = config.and_then(|config| config.deviation_lists()[stream].1.cloned());
             WhiteNoise::new(config.map_or(0, |config| config.seed), stream as u64, list)
         });
         let correlation_s = config.and_then(|config| config.disturbance_correlation_s);

@@ -28,11 +28,11 @@ pub(super) struct Plant<R> {
     /// Torque that no command contains \[N·m\].
     pub(super) disturbance: [f64; MAX_JOINTS],
     /// Friction that the model does not know, one per joint; empty without any.
-    pub(super) stribeck: Vec<Stribeck>,
+    pub(super) unmodelled_stribeck: Vec<Stribeck>,
     /// Growth of Coulomb friction with a joint's load, and its sign; empty without any.
     pub(super) load_friction: Vec<(f64, SignModel)>,
     /// Friction that lags at reversals and the model does not know.
-    pub(super) slipping: Slipping,
+    pub(super) unmodelled_hysteresis: Slipping,
     /// Hysteresis that the model knows; `None` without any.
     pub(super) hysteresis: Option<Hysteresis>,
     /// Ripple, one per motor; empty without any.
@@ -53,12 +53,12 @@ pub(super) struct Plant<R> {
 
 impl<R: Reference> Plant<R> {
     /// Number of states, their derivatives not counted.
-    pub(super) fn states(&self) -> usize {
-        2 * self.joints + self.integrals() + 2 * self.flexible.len()
+    pub(super) fn state_count(&self) -> usize {
+        2 * self.joints + self.integral_count() + 2 * self.flexible.len()
     }
 
     /// Number of integrals among them.
-    pub(super) fn integrals(&self) -> usize {
+    pub(super) fn integral_count(&self) -> usize {
         if self.continuous.is_some() { self.joints } else { 0 }
     }
 
@@ -76,7 +76,7 @@ impl<R: Reference> Plant<R> {
     /// Returns the reference that the controller sees between two samples; zeros if it is sampled.
     pub(super) fn continuous_reference(&self, time_s: f64) -> ReferencePoint {
         match self.continuous {
-            Some(_) => ReferencePoint::sample(&self.reference, time_s),
+            Some(_) => ReferencePoint::from_reference(&self.reference, time_s),
             None => ReferencePoint::default(),
         }
     }
@@ -90,9 +90,9 @@ impl<R: Reference> Plant<R> {
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
         let n = self.joints;
-        let (y, derivatives) = y.split_at(self.states());
-        let (rate, derivative_rates) = rate.split_at_mut(self.states());
-        self.drive(reference, time_s, y, rate)?;
+        let (y, derivatives) = y.split_at(self.state_count());
+        let (rate, derivative_rates) = rate.split_at_mut(self.state_count());
+        self.drive_rates(reference, time_s, y, rate)?;
         let (q, dq, ddq) = (&y[..n], &y[n..2 * n], &mut rate[n..2 * n]);
         self.model
             .direct_dynamics_without(
@@ -121,7 +121,7 @@ impl<R: Reference> Plant<R> {
     }
 
     /// The torque that is left for the model, and all rates but q̈, which follows from it.
-    pub(super) fn drive(
+    pub(super) fn drive_rates(
         &mut self,
         reference: &ReferencePoint,
         time_s: f64,
@@ -131,11 +131,11 @@ impl<R: Reference> Plant<R> {
         let n = self.joints;
         let (q, rest) = y.split_at(n);
         let (dq, rest) = rest.split_at(n);
-        let (integral, flexible) = rest.split_at(self.integrals());
+        let (integral, flexible) = rest.split_at(self.integral_count());
         self.check_finite(time_s, q, dq)?;
         let (dq_rate, rest) = rate.split_at_mut(n);
         let (_, rest) = rest.split_at_mut(n);
-        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
+        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integral_count());
         if let Some(controller) = &self.continuous {
             let command = &mut self.command[..n];
             controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
@@ -145,10 +145,12 @@ impl<R: Reference> Plant<R> {
         {
             *torque = command + disturbance;
         }
-        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
+        for ((torque, stribeck), velocity) in
+            self.torque.iter_mut().zip(&self.unmodelled_stribeck).zip(dq)
+        {
             *torque -= stribeck.torque(*velocity);
         }
-        self.slipping.take_off(q, &mut self.torque);
+        self.unmodelled_hysteresis.take_off(q, &mut self.torque);
         self.workspace.set_hysteresis(self.hysteresis.as_ref().map(|own| own.shares(q)));
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
@@ -160,9 +162,9 @@ impl<R: Reference> Plant<R> {
 
     /// Remembers where friction stands that lags at reversals, at the state of a sample.
     pub(super) fn settle(&mut self, state: &[f64]) {
-        let (q, derivatives) = (&state[..self.joints], &state[self.states()..]);
-        self.slipping.state.settle(q);
-        let shares = self.hysteresis.as_mut().map(|own| own.follow(q));
+        let (q, derivatives) = (&state[..self.joints], &state[self.state_count()..]);
+        self.unmodelled_hysteresis.state.settle(q);
+        let shares = self.hysteresis.as_mut().map(|own| own.advance_to(q));
         if let (Some(shares), Some(variation)) = (shares, &mut self.variation) {
             variation.settle(shares, derivatives);
         }

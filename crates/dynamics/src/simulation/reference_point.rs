@@ -13,7 +13,7 @@ pub(super) struct ReferencePoint {
 }
 
 impl ReferencePoint {
-    pub(super) fn sample<R: Reference>(reference: &R, time_s: f64) -> Self {
+    pub(super) fn from_reference<R: Reference>(reference: &R, time_s: f64) -> Self {
         let mut point = Self::default();
         let n = reference.joints();
         reference.evaluate(

@@ -33,18 +33,18 @@ impl<R: Reference> ClosedLoop<R> {
             return Err(SetupError::BadValue { what, value: 0.0, expected });
         }
         let (joints, width) = (self.plant.joints, columns.len());
-        let states = self.plant.states();
+        let states = self.plant.state_count();
         let command = CommandVariation::new(&self.controller, width);
-        self.varied = self.sampled.as_ref().map(|(controller, _)| {
+        self.command_variation = self.sampled_control.as_ref().map(|(controller, _)| {
             let none = vec![0.0; joints * width];
             let hold = CommandHold::new(controller.delay_s(), controller.period_s(), none);
             (command.clone(), hold)
         });
-        let continuous = self.sampled.is_none().then_some(command);
+        let continuous = self.sampled_control.is_none().then_some(command);
         let (model, hysteresis) = (&self.plant.model, self.plant.hysteresis.as_ref());
         let variation = PlantVariation::new(model, columns, continuous, hysteresis);
         self.plant.variation = Some(variation);
-        self.computed = vec![0.0; joints * width];
+        self.command_derivatives = vec![0.0; joints * width];
         let size = states * (1 + width);
         self.stages = Stages::new(size);
         self.state.resize(size, 0.0);
@@ -55,7 +55,7 @@ impl<R: Reference> ClosedLoop<R> {
     /// Returns the derivatives at the sample of the last [`step`](Self::step); `None` unless the
     /// loop was made [`with_sensitivities`](Self::with_sensitivities).
     pub fn sensitivities(&self) -> Option<Sensitivities<'_>> {
-        let derivatives = &self.state[self.plant.states()..];
+        let derivatives = &self.state[self.plant.state_count()..];
         self.plant.variation.as_ref().map(|variation| variation.sensitivities(derivatives))
     }
 }

@@ -17,14 +17,14 @@ impl<R: Reference> ClosedLoop<R> {
     /// [`SimulationError`] names the joint and the time. The simulation has ended then: every
     /// further call meets the same error, until [`restart`](Self::restart).
     pub fn step(&mut self) -> Result<&StepOutput, SimulationError> {
-        if let Some(error) = self.failed {
+        if let Some(error) = self.failure {
             return Err(error);
         }
         match self.try_step() {
             Ok(()) => Ok(&self.output),
             Err(error) => {
                 // Some of the state may be of the sample that failed, some of the one before.
-                self.failed = Some(error);
+                self.failure = Some(error);
                 Err(error)
             }
         }
@@ -37,18 +37,18 @@ impl<R: Reference> ClosedLoop<R> {
     }
 
     fn try_step(&mut self) -> Result<(), SimulationError> {
-        let index = if self.started { self.output.index + 1 } else { 0 };
+        let index = if self.is_started { self.output.index + 1 } else { 0 };
         let time_s = self.time_s(index);
-        let reference = ReferencePoint::sample(&self.plant.reference, time_s);
-        if self.started {
+        let reference = ReferencePoint::from_reference(&self.plant.reference, time_s);
+        if self.is_started {
             self.advance()?;
         }
         self.plant.check_bounds(time_s, &reference, &self.state)?;
-        self.command(index, time_s, &reference);
+        self.measure_and_command(index, time_s, &reference);
         let rate = self.stages.first_rate_mut();
         self.plant.rate_along(&reference, time_s, &self.state, rate)?;
-        self.report();
-        self.started = true;
+        self.fill_output();
+        self.is_started = true;
         Ok(())
     }
 
@@ -68,28 +68,30 @@ impl<R: Reference> ClosedLoop<R> {
     fn advance(&mut self) -> Result<(), SimulationError> {
         let (start_s, rest_s) = (self.output.time_s, self.rest_s());
         if rest_s > 0.0 {
-            self.act(CommandHold::before_rest, CommandHold::before_rest);
+            self.apply_command(CommandHold::before_rest, CommandHold::before_rest);
             self.integrate(start_s, rest_s, true)?;
         }
-        self.act(CommandHold::after_rest, CommandHold::after_rest);
+        self.apply_command(CommandHold::after_rest, CommandHold::after_rest);
         self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)
     }
 
     /// Returns how long after a sample the previous command still acts \[s\].
     pub(super) fn rest_s(&self) -> f64 {
-        self.sampled.as_ref().map_or(0.0, |(_, hold)| hold.rest_s())
+        self.sampled_control.as_ref().map_or(0.0, |(_, hold)| hold.rest_s())
     }
 
     /// Lets a command act, with its derivatives.
-    pub(super) fn act(
+    pub(super) fn apply_command(
         &mut self,
         command_of: impl Fn(&CommandHold<[f64; MAX_JOINTS]>) -> &[f64; MAX_JOINTS],
         derivatives: impl Fn(&CommandHold<Vec<f64>>) -> &Vec<f64>,
     ) {
-        if let Some((_, hold)) = &self.sampled {
+        if let Some((_, hold)) = &self.sampled_control {
             self.plant.command = *command_of(hold);
         }
-        if let (Some((_, hold)), Some(variation)) = (&self.varied, &mut self.plant.variation) {
+        if let (Some((_, hold)), Some(variation)) =
+            (&self.command_variation, &mut self.plant.variation)
+        {
             variation.apply(derivatives(hold));
         }
     }
@@ -109,23 +111,28 @@ impl<R: Reference> ClosedLoop<R> {
     }
 
     /// Measures at the state that was reached, and commands.
-    pub(super) fn command(&mut self, index: u64, time_s: f64, reference: &ReferencePoint) {
+    pub(super) fn measure_and_command(
+        &mut self,
+        index: u64,
+        time_s: f64,
+        reference: &ReferencePoint,
+    ) {
         let n = self.plant.joints;
         self.plant.settle(&self.state);
         let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
         let mut command = [0.0; MAX_JOINTS];
-        if let Some((controller, hold)) = &mut self.sampled {
+        if let Some((controller, hold)) = &mut self.sampled_control {
             controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
             hold.push(&command);
         }
-        if let Some((controller, hold)) = &mut self.varied {
+        if let Some((controller, hold)) = &mut self.command_variation {
             let error = reference.error(&joint_position_rad[..n]);
             // A sampled loop has the states q and q̇, so that their derivatives begin with ∂q/∂θ.
             let position = &self.state[2 * n..];
-            controller.update(&error[..n], position, &mut self.computed);
-            hold.push(&self.computed);
+            controller.update(&error[..n], position, &mut self.command_derivatives);
+            hold.push(&self.command_derivatives);
         }
-        self.act(CommandHold::at_sample, CommandHold::at_sample);
+        self.apply_command(CommandHold::at_sample, CommandHold::at_sample);
         self.plant.disturbance = self.disturbance.next(n);
         let output = &mut self.output;
         output.index = index;
@@ -139,10 +146,10 @@ impl<R: Reference> ClosedLoop<R> {
     }
 
     /// Reports what follows from the rate of the state.
-    pub(super) fn report(&mut self) {
+    pub(super) fn fill_output(&mut self) {
         let n = self.plant.joints;
         let output = &mut self.output;
-        if self.sampled.is_none() {
+        if self.sampled_control.is_none() {
             output.joint_torque_nm = self.plant.command;
         }
         self.torque_measurement.add_to(&mut output.joint_torque_nm[..n]);

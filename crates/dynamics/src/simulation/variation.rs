@@ -28,16 +28,16 @@ pub(super) struct PlantVariation {
     width: usize,
     joints: usize,
     /// The law, where the controller acts at every instant.
-    continuous: Option<CommandVariation>,
+    continuous_law: Option<CommandVariation>,
     /// ∂τ/∂θ of the command that acts.
     torque: Vec<f64>,
     /// Part of the hysteresis z that does not follow from the position: ∂z/∂θ = this + slope ∂q/∂θ
     /// while it changes. Empty without hysteresis.
-    rotations: Vec<f64>,
+    hysteresis_offsets: Vec<f64>,
     /// Derivative of the hysteresis with respect to the position of every joint \[1/rad or 1/m\].
-    slopes: Vec<f64>,
+    hysteresis_slopes: Vec<f64>,
     /// ∂τ/∂θ less what that friction takes.
-    remaining: Vec<f64>,
+    torque_derivatives: Vec<f64>,
 }
 
 impl PlantVariation {
@@ -55,24 +55,29 @@ impl PlantVariation {
             workspace,
             width,
             joints,
-            continuous,
+            continuous_law: continuous,
             torque: vec![0.0; joints * width],
-            rotations: vec![0.0; rotations],
-            slopes: slopes.unwrap_or_default(),
-            remaining: vec![0.0; rotations],
+            hysteresis_offsets: vec![0.0; rotations],
+            hysteresis_slopes: slopes.unwrap_or_default(),
+            torque_derivatives: vec![0.0; rotations],
         }
     }
 
     pub(super) fn restart(&mut self) {
         self.torque.fill(0.0);
-        self.rotations.fill(0.0);
+        self.hysteresis_offsets.fill(0.0);
     }
 
     /// Sets the state after sliding: friction that slides does not depend on the parameters, and
     /// changes from here on.
     pub(super) fn settle(&mut self, shares: [f64; MAX_JOINTS], derivatives: &[f64]) {
-        let rows = self.rotations.chunks_exact_mut(self.width).zip(derivatives.chunks(self.width));
-        for ((rotations, position), (share, slope)) in rows.zip(shares.iter().zip(&self.slopes)) {
+        let rows = self
+            .hysteresis_offsets
+            .chunks_exact_mut(self.width)
+            .zip(derivatives.chunks(self.width));
+        for ((rotations, position), (share, slope)) in
+            rows.zip(shares.iter().zip(&self.hysteresis_slopes))
+        {
             if share.abs() >= 1.0 {
                 rotations.iter_mut().zip(position).for_each(|(to, by)| *to = -slope * by);
             }
@@ -87,12 +92,13 @@ impl PlantVariation {
         parameters: &[f64],
         position: &[f64],
     ) {
-        self.remaining.copy_from_slice(&self.torque);
+        self.torque_derivatives.copy_from_slice(&self.torque);
         for (joint, column) in model.hysteresis().filter(|(joint, _)| shares[*joint].abs() < 1.0) {
-            let (slope, row) = (self.slopes[joint], joint * self.width..(joint + 1) * self.width);
-            let rotations = self.rotations[row.clone()].iter().zip(&position[row.clone()]);
+            let (slope, row) =
+                (self.hysteresis_slopes[joint], joint * self.width..(joint + 1) * self.width);
+            let rotations = self.hysteresis_offsets[row.clone()].iter().zip(&position[row.clone()]);
             for (remaining, (rotated_recording, position)) in
-                self.remaining[row].iter_mut().zip(rotations)
+                self.torque_derivatives[row].iter_mut().zip(rotations)
             {
                 *remaining -= parameters[column] * (rotated_recording + slope * position);
             }
@@ -121,7 +127,7 @@ impl PlantVariation {
         let (velocity, integral) = rest.split_at(size);
         let (position_rate, rest) = rates.split_at_mut(size);
         let (velocity_rate, integral_rate) = rest.split_at_mut(size);
-        if let Some(law) = &self.continuous {
+        if let Some(law) = &self.continuous_law {
             let state = [position, velocity, integral];
             law.evaluate(error, state, &mut self.torque, integral_rate);
         }
@@ -130,7 +136,7 @@ impl PlantVariation {
         if let Some(shares) = &shares {
             self.take_off_hysteresis(model, shares, parameters, position);
         }
-        let torque = if shares.is_some() { &self.remaining } else { &self.torque };
+        let torque = if shares.is_some() { &self.torque_derivatives } else { &self.torque };
         let variation = Variation { position, velocity, torque };
         let workspace = &mut self.workspace;
         model.acceleration_variation(

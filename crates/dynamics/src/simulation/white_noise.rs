@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 #[derive(Clone, Debug)]
 pub(super) struct WhiteNoise {
     random: ChaCha8Rng,
-    first: ChaCha8Rng,
+    initial_random: ChaCha8Rng,
     standard_deviation: Vec<f64>,
 }
 
@@ -17,12 +17,12 @@ impl WhiteNoise {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(stream);
         let standard_deviation = standard_deviation.unwrap_or_default();
-        Self { first: random.clone(), random, standard_deviation }
+        Self { initial_random: random.clone(), random, standard_deviation }
     }
 
     /// Back to the first sample.
     pub(super) fn restart(&mut self) {
-        self.random.clone_from(&self.first);
+        self.random.clone_from(&self.initial_random);
     }
 
     /// True if it adds nothing.

@@ -18,9 +18,9 @@ pub struct Trajectory {
 struct Segment {
     start_s: f64,
     profile: Trapezoid,
-    from: [f64; MAX_JOINTS],
+    start_position: [f64; MAX_JOINTS],
     distance: [f64; MAX_JOINTS],
-    to: [f64; MAX_JOINTS],
+    end_position: [f64; MAX_JOINTS],
 }
 
 impl Trajectory {
@@ -37,21 +37,22 @@ impl Trajectory {
             return Err(TrajectoryError::ArmSize { count: joints, max: MAX_JOINTS });
         }
         limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(JointIndex::new(j)))?;
-        let mut start_rad = posture(0, &sequence.start_rad, limits)?;
-        let mut start_s = dwell(0, sequence.start_dwell_s)?;
+        let mut start_rad = check_posture(0, &sequence.start_rad, limits)?;
+        let mut start_s = check_dwell(0, sequence.start_dwell_s)?;
         let mut segments = vec![Segment {
             start_s: 0.0,
             profile: Trapezoid::new(1.0, 1.0),
-            from: start_rad,
+            start_position: start_rad,
             distance: [0.0; MAX_JOINTS],
-            to: start_rad,
+            end_position: start_rad,
         }];
         for (index, m) in sequence.moves.iter().enumerate() {
             let number = index + 1;
-            let end_rad = posture(number, &m.target_rad, limits)?;
-            let velocity_fraction = fraction(number, "velocity_fraction", m.velocity_fraction)?;
+            let end_rad = check_posture(number, &m.target_rad, limits)?;
+            let velocity_fraction =
+                check_fraction(number, "velocity_fraction", m.velocity_fraction)?;
             let acceleration_fraction =
-                fraction(number, "acceleration_fraction", m.acceleration_fraction)?;
+                check_fraction(number, "acceleration_fraction", m.acceleration_fraction)?;
             let mut distance = [0.0; MAX_JOINTS];
             let (mut velocity, mut acceleration) = (f64::INFINITY, f64::INFINITY);
             for (((distance_of_joint, to), from), limit) in
@@ -69,8 +70,14 @@ impl Trajectory {
                 return Err(TrajectoryError::NoMotion { number });
             }
             let profile = Trapezoid::new(velocity, acceleration);
-            segments.push(Segment { start_s, profile, from: start_rad, distance, to: end_rad });
-            start_s += profile.duration_s() + dwell(number, m.dwell_s)?;
+            segments.push(Segment {
+                start_s,
+                profile,
+                start_position: start_rad,
+                distance,
+                end_position: end_rad,
+            });
+            start_s += profile.duration_s() + check_dwell(number, m.dwell_s)?;
             start_rad = end_rad;
         }
         Ok(Self { joints, segments, duration_s: start_s })
@@ -104,8 +111,12 @@ impl Reference for Trajectory {
         let Some(segment) = self.segments.get(begun.saturating_sub(1)) else { return };
         let (s, ds, dds) = segment.profile.evaluate(time_s - segment.start_s);
         let out = position.iter_mut().zip(velocity).zip(acceleration);
-        let distance_of_joint =
-            segment.from.iter().zip(&segment.distance).zip(&segment.to).take(self.joints);
+        let distance_of_joint = segment
+            .start_position
+            .iter()
+            .zip(&segment.distance)
+            .zip(&segment.end_position)
+            .take(self.joints);
         for (((q, dq), ddq), ((from, distance), to)) in out.zip(distance_of_joint) {
             // At rest exactly on the target, so that a motion can end where it starts.
             *q = if s < 1.0 { from + s * distance } else { *to };
@@ -115,7 +126,7 @@ impl Reference for Trajectory {
     }
 }
 
-fn posture(
+fn check_posture(
     number: usize,
     position: &[f64],
     limits: &[JointLimits],
@@ -140,7 +151,7 @@ fn posture(
     Ok(posture)
 }
 
-fn fraction(number: usize, key: &'static str, value: f64) -> Result<f64, TrajectoryError> {
+fn check_fraction(number: usize, key: &'static str, value: f64) -> Result<f64, TrajectoryError> {
     if value > 0.0 && value <= 1.0 {
         Ok(value)
     } else {
@@ -148,7 +159,7 @@ fn fraction(number: usize, key: &'static str, value: f64) -> Result<f64, Traject
     }
 }
 
-fn dwell(number: usize, value: f64) -> Result<f64, TrajectoryError> {
+fn check_dwell(number: usize, value: f64) -> Result<f64, TrajectoryError> {
     if value.is_finite() && value >= 0.0 {
         Ok(value)
     } else {

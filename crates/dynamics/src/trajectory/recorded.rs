@@ -129,9 +129,9 @@ impl Reference for SampledReference {
         let k = at_samples as usize;
         let s = at_samples.fract();
         let rate = self.sample_rate_hz;
-        let (q0, q1) = (sample(&self.position, k), sample(&self.position, k + 1));
-        let (m0, m1) = (sample(&self.slope, k), sample(&self.slope, k + 1));
-        let before = sample(&self.position, k.saturating_sub(1));
+        let (q0, q1) = (sample_column(&self.position, k), sample_column(&self.position, k + 1));
+        let (m0, m1) = (sample_column(&self.slope, k), sample_column(&self.slope, k + 1));
+        let before = sample_column(&self.position, k.saturating_sub(1));
         let ends = q0.iter().zip(q1).zip(m0.iter().zip(m1)).zip(before);
         let out = position.iter_mut().zip(velocity).zip(acceleration);
         for (((q, dq), ddq), (((q0, q1), (m0, m1)), before)) in out.zip(ends) {
@@ -154,7 +154,7 @@ impl Reference for SampledReference {
 }
 
 /// Column `k`.
-fn sample(signals: &DMatrix<f64>, k: usize) -> &[f64] {
+fn sample_column(signals: &DMatrix<f64>, k: usize) -> &[f64] {
     let joints = signals.nrows();
     &signals.as_slice()[k * joints..(k + 1) * joints]
 }

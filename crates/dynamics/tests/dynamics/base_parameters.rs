@@ -91,7 +91,7 @@ fn base_parameters_have_the_dynamics_of_the_standard_ones() {
         let base = BaseParameters::compute(&model).unwrap();
         let (n, p, b) = (model.joints(), model.parameter_names().len(), base.names().len());
         let parameters = random.vector(p, 1.0);
-        let regrouped = base.regroup(&parameters);
+        let regrouped = base.to_base(&parameters);
         for _ in 0..5 {
             let (q, dq, ddq) =
                 (random.vector(n, 3.0), random.vector(n, 4.0), random.vector(n, 9.0));

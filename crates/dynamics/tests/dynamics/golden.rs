@@ -22,7 +22,7 @@ fn agrees_with_lagranges_equations() {
         let [q, dq, ddq, tau] = [0, 1, 2, 3].map(|part| &numbers[part * n..(part + 1) * n]);
         let mass = &numbers[4 * n..];
 
-        let parameters = robot.nominal().unwrap().standard();
+        let parameters = robot.nominal().unwrap().standard_parameters();
         assert!(difference(&inverse(&model, parameters, q, dq, ddq), tau) < 1e-12);
         assert!(difference(&mass_matrix(&model, parameters, q), mass) < 1e-12);
         let mut back = vec![f64::NAN; n];

@@ -186,7 +186,7 @@ fn a_joint_may_have_friction_of_its_own() {
     assert_eq!(again.own_friction()[2], robot.own_friction()[2]);
     // What the file states of the arm keeps its places.
     let (changed, plain) = (robot.nominal().unwrap(), tx40());
-    assert_eq!(changed.listed(), plain.nominal().unwrap().listed());
+    assert_eq!(changed.given_values(), plain.nominal().unwrap().given_values());
     assert_eq!(plain.clone().with_friction(robot.own_friction().to_vec()), robot);
     assert_eq!(robot.with_friction(plain.own_friction().to_vec()), plain);
 }

@@ -66,7 +66,7 @@ fn potential_energy(parameters: &[f64], q: &[f64]) -> f64 {
 fn static_torque_is_the_slope_of_the_potential_energy() {
     let robot = tx40_physical();
     let model = Model::new(&robot);
-    let parameters = robot.nominal().unwrap().standard();
+    let parameters = robot.nominal().unwrap().standard_parameters();
     let mut random = Random(2);
     for _ in 0..50 {
         let q = random.vector(6, 3.0);
@@ -111,7 +111,7 @@ fn coupling_of_joints_5_and_6_is_the_table_of_the_arm() {
 fn essential_parameters_make_a_positive_definite_arm() {
     let robot = tx40();
     let nominal = robot.nominal().unwrap();
-    assert_eq!(nominal.listed().len(), 28);
+    assert_eq!(nominal.given_values().len(), 28);
     assert_eq!(nominal.value("zz1r"), Some(1.24));
     let model = Model::new(&robot);
     let mut random = Random(3);
@@ -120,7 +120,7 @@ fn essential_parameters_make_a_positive_definite_arm() {
             let limits = robot.limits();
             let q: Vec<f64> =
                 limits.map(|l| random.uniform(l.position_min, l.position_max)).collect();
-            let mass = mass_matrix(&model, nominal.standard(), &q);
+            let mass = mass_matrix(&model, nominal.standard_parameters(), &q);
             DMatrix::from_row_slice(6, 6, &mass).symmetric_eigenvalues().min()
         })
         .fold(f64::INFINITY, f64::min);
@@ -157,10 +157,10 @@ fn both_files_describe_one_arm() {
     // The essential parameters are base parameters by name ...
     let base = BaseParameters::compute(&Model::new(&essential)).unwrap();
     let nominal = essential.nominal().unwrap();
-    let values = nominal.listed().iter().map(|(name, value)| (name, *value));
-    assert_eq!(base.to_standard(values).unwrap(), nominal.standard());
+    let values = nominal.given_values().iter().map(|(name, value)| (name, *value));
+    assert_eq!(base.to_standard(values).unwrap(), nominal.standard_parameters());
     // ... and the physical ones amount to an arm of the same size.
-    let regrouped = base.regroup(physical.nominal().unwrap().standard());
+    let regrouped = base.to_base(physical.nominal().unwrap().standard_parameters());
     for name in ["zz1r", "zz2r", "mx2r", "my3r", "fv1", "fc1", "ia3"] {
         let ratio = regrouped[base.find(name).unwrap()] / nominal.value(name).unwrap();
         assert!((0.7..1.4).contains(&ratio), "{name}: {ratio}");
@@ -171,7 +171,7 @@ fn both_files_describe_one_arm() {
 fn every_link_of_the_physical_set_is_a_body() {
     // The integral of (x y z 1)(x y z 1)' dm is positive definite for a body.
     let robot = tx40_physical();
-    for link in robot.nominal().unwrap().standard().chunks(14).take(6) {
+    for link in robot.nominal().unwrap().standard_parameters().chunks(14).take(6) {
         let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *link.first_chunk().unwrap();
         let half = 0.5 * (xx + yy + zz);
         #[rustfmt::skip]

@@ -16,73 +16,73 @@ pub(super) struct JointState {
 
 struct Reader<'a> {
     bytes: &'a [u8],
-    at: usize,
-    little: bool,
+    offset: usize,
+    is_little_endian: bool,
 }
 
 impl<'a> Reader<'a> {
     fn new(message: &'a [u8]) -> Result<Self, Malformed> {
         let (header, bytes) = message.split_at_checked(4).ok_or(Malformed)?;
         match header[..2] {
-            [0, 0] => Ok(Self { bytes, at: 0, little: false }),
-            [0, 1] => Ok(Self { bytes, at: 0, little: true }),
+            [0, 0] => Ok(Self { bytes, offset: 0, is_little_endian: false }),
+            [0, 1] => Ok(Self { bytes, offset: 0, is_little_endian: true }),
             _ => Err(Malformed),
         }
     }
 
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
-        let begin = self.at.next_multiple_of(N);
+    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+        let begin = self.offset.next_multiple_of(N);
         let taken = self.bytes.get(begin..).and_then(|rest| rest.first_chunk::<N>()).copied();
         let mut taken = taken.ok_or(Malformed)?;
-        self.at = begin + N;
-        if !self.little {
+        self.offset = begin + N;
+        if !self.is_little_endian {
             taken.reverse();
         }
         Ok(taken)
     }
 
-    fn u32(&mut self) -> Result<u32, Malformed> {
-        Ok(u32::from_le_bytes(self.take()?))
+    fn take_u32(&mut self) -> Result<u32, Malformed> {
+        Ok(u32::from_le_bytes(self.take_bytes()?))
     }
 
     /// Reads a count of entries, each of which takes at least this number of bytes.
-    fn count(&mut self, least: usize) -> Result<usize, Malformed> {
-        let count = self.u32()? as usize;
+    fn take_count(&mut self, least: usize) -> Result<usize, Malformed> {
+        let count = self.take_u32()? as usize;
         let fits =
-            count.checked_mul(least).is_some_and(|bytes| bytes <= self.bytes.len() - self.at);
+            count.checked_mul(least).is_some_and(|bytes| bytes <= self.bytes.len() - self.offset);
         if fits { Ok(count) } else { Err(Malformed) }
     }
 
-    fn text(&mut self) -> Result<String, Malformed> {
-        let length = self.count(1)?;
-        let text = &self.bytes[self.at..self.at + length];
-        self.at += length;
+    fn take_text(&mut self) -> Result<String, Malformed> {
+        let length = self.take_count(1)?;
+        let text = &self.bytes[self.offset..self.offset + length];
+        self.offset += length;
         // Its length counts the zero at the end.
         let text = text.strip_suffix(&[0]).unwrap_or(text);
         Ok(String::from_utf8_lossy(text).into_owned())
     }
 
-    fn numbers(&mut self) -> Result<Vec<f64>, Malformed> {
-        let count = self.count(8)?;
-        (0..count).map(|_| Ok(f64::from_le_bytes(self.take()?))).collect()
+    fn take_numbers(&mut self) -> Result<Vec<f64>, Malformed> {
+        let count = self.take_count(8)?;
+        (0..count).map(|_| Ok(f64::from_le_bytes(self.take_bytes()?))).collect()
     }
 }
 
 /// `std_msgs/msg/String`.
 pub(super) fn text(message: &[u8]) -> Result<String, Malformed> {
-    Reader::new(message)?.text()
+    Reader::new(message)?.take_text()
 }
 
 impl JointState {
     pub(super) fn read(message: &[u8]) -> Result<Self, Malformed> {
         let mut reader = Reader::new(message)?;
-        let (seconds, nanoseconds) = (reader.u32()?, reader.u32()?);
-        reader.text()?;
-        let names = reader.count(4)?;
-        let name = (0..names).map(|_| reader.text()).collect::<Result<_, _>>()?;
-        let position = reader.numbers()?;
-        reader.numbers()?;
-        let effort = reader.numbers()?;
+        let (seconds, nanoseconds) = (reader.take_u32()?, reader.take_u32()?);
+        reader.take_text()?;
+        let names = reader.take_count(4)?;
+        let name = (0..names).map(|_| reader.take_text()).collect::<Result<_, _>>()?;
+        let position = reader.take_numbers()?;
+        reader.take_numbers()?;
+        let effort = reader.take_numbers()?;
         let stamp_ns = u64::from(seconds) * 1_000_000_000 + u64::from(nanoseconds);
         Ok(Self { stamp_ns, name, position, effort })
     }

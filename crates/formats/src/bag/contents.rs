@@ -5,7 +5,9 @@ use std::path::Path;
 
 use super::cdr::{JointState, text};
 use super::error::BagError;
-use super::messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
+use super::messages::{
+    JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message,
+};
 use crate::uniform::mean_rate_hz;
 
 /// Stamps of a topic from which its rate is estimated.
@@ -55,16 +57,16 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
     let mut topics: BTreeMap<(String, Vec<String>), Seen> = BTreeMap::new();
     let mut messages = 0;
     for file in files(path)? {
-        walk(&file, &mut |Message { kind, topic: name, log_ns, data }| {
+        for_each_message(&file, &mut |Message { kind, topic: name, log_ns, data }| {
             match kind {
                 STRING_TYPE if name.ends_with(ROBOT_DESCRIPTION) => {
-                    let description = text(data).map_err(|_| malformed(&file, name, 1))?;
+                    let description = text(data).map_err(|_| malformed_message(&file, name, 1))?;
                     contents.robot_description.get_or_insert(description);
                 }
                 JOINT_STATE => {
                     messages += 1;
                     let state = JointState::read(data);
-                    let state = state.map_err(|_| malformed(&file, name, messages))?;
+                    let state = state.map_err(|_| malformed_message(&file, name, messages))?;
                     let mut joints = state.name.clone();
                     joints.sort_unstable();
                     let (topic, with_effort, [header, log]) =

@@ -45,13 +45,13 @@ pub(super) fn read<E: From<Fault>>(
     take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut magic = [0; 8];
-    if fill(&mut file, &mut magic)? < magic.len() || magic != MAGIC {
+    if read_available(&mut file, &mut magic)? < magic.len() || magic != MAGIC {
         return Err(Fault::Magic.into());
     }
     let mut record = Vec::new();
     loop {
         let mut head = [0; 9];
-        let [opcode, length @ ..] = match fill(&mut file, &mut head)? {
+        let [opcode, length @ ..] = match read_available(&mut file, &mut head)? {
             9 => head,
             // A recorder that was killed writes no footer.
             0 => return Ok(()),
@@ -69,15 +69,15 @@ pub(super) fn read<E: From<Fault>>(
         match opcode {
             op::FOOTER => return Ok(()),
             op::CHUNK => {
-                let records = chunk(&record)?;
+                let records = decompress_chunk(&record)?;
                 let mut rest = Fields(&records);
                 while !rest.0.is_empty() {
-                    let [opcode] = rest.take()?;
-                    let length = u64::from_le_bytes(rest.take()?);
-                    part(opcode, rest.bytes(length)?, take)?;
+                    let [opcode] = rest.take_bytes()?;
+                    let length = u64::from_le_bytes(rest.take_bytes()?);
+                    handle_record(opcode, rest.take_block(length)?, take)?;
                 }
             }
-            _ => part(opcode, &record, take)?,
+            _ => handle_record(opcode, &record, take)?,
         }
     }
 }
@@ -92,7 +92,7 @@ mod op {
 }
 
 /// Reads as many bytes as there are, up to the length of the buffer.
-fn fill(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Fault> {
+fn read_available(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Fault> {
     let mut filled = 0;
     while filled < buffer.len() {
         match file.read(&mut buffer[filled..]) {
@@ -105,7 +105,7 @@ fn fill(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Fault> {
     Ok(filled)
 }
 
-fn part<E: From<Fault>>(
+fn handle_record<E: From<Fault>>(
     opcode: u8,
     record: &[u8],
     take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
@@ -113,18 +113,18 @@ fn part<E: From<Fault>>(
     let mut fields = Fields(record);
     match opcode {
         op::SCHEMA => {
-            let (id, name) = (fields.u16()?, fields.text()?);
+            let (id, name) = (fields.take_u16()?, fields.take_text()?);
             take(Part::Schema { id, name })
         }
         op::CHANNEL => {
-            let (id, schema, topic) = (fields.u16()?, fields.u16()?, fields.text()?);
+            let (id, schema, topic) = (fields.take_u16()?, fields.take_u16()?, fields.take_text()?);
             take(Part::Channel { id, schema, topic })
         }
         op::MESSAGE => {
-            let channel = fields.u16()?;
-            fields.take::<4>()?;
-            let log_ns = u64::from_le_bytes(fields.take()?);
-            fields.take::<8>()?;
+            let channel = fields.take_u16()?;
+            fields.take_bytes::<4>()?;
+            let log_ns = u64::from_le_bytes(fields.take_bytes()?);
+            fields.take_bytes::<8>()?;
             take(Part::Message { channel, log_ns, data: fields.0 })
         }
         _ => Ok(()),
@@ -132,14 +132,14 @@ fn part<E: From<Fault>>(
 }
 
 /// Returns the records of a chunk, decompressed.
-fn chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
+fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
     let mut fields = Fields(record);
-    fields.take::<16>()?;
-    let size = u64::from_le_bytes(fields.take()?);
-    let crc = u32::from_le_bytes(fields.take()?);
-    let compression = fields.text()?;
-    let length = u64::from_le_bytes(fields.take()?);
-    let stored = fields.bytes(length)?;
+    fields.take_bytes::<16>()?;
+    let size = u64::from_le_bytes(fields.take_bytes()?);
+    let crc = u32::from_le_bytes(fields.take_bytes()?);
+    let compression = fields.take_text()?;
+    let length = u64::from_le_bytes(fields.take_bytes()?);
+    let stored = fields.take_block(length)?;
     if size > MAX_RECORD {
         return Err(Fault::TooLong(size));
     }
@@ -172,25 +172,25 @@ fn chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(Fault::Malformed)?;
         self.0 = rest;
         Ok(*taken)
     }
 
-    fn u16(&mut self) -> Result<u16, Fault> {
-        self.take().map(u16::from_le_bytes)
+    fn take_u16(&mut self) -> Result<u16, Fault> {
+        self.take_bytes().map(u16::from_le_bytes)
     }
 
-    fn bytes(&mut self, length: u64) -> Result<&'a [u8], Fault> {
+    fn take_block(&mut self, length: u64) -> Result<&'a [u8], Fault> {
         let length = usize::try_from(length).map_err(|_| Fault::Malformed)?;
         let (taken, rest) = self.0.split_at_checked(length).ok_or(Fault::Malformed)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    fn text(&mut self) -> Result<&'a str, Fault> {
-        let length = u32::from_le_bytes(self.take()?);
-        core::str::from_utf8(self.bytes(length.into())?).map_err(|_| Fault::Malformed)
+    fn take_text(&mut self) -> Result<&'a str, Fault> {
+        let length = u32::from_le_bytes(self.take_bytes()?);
+        core::str::from_utf8(self.take_block(length.into())?).map_err(|_| Fault::Malformed)
     }
 }

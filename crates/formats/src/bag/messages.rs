@@ -48,7 +48,7 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
     Ok(files)
 }
 
-pub(super) fn malformed(path: &Path, topic: &str, number: usize) -> BagError {
+pub(super) fn malformed_message(path: &Path, topic: &str, number: usize) -> BagError {
     BagError::Malformed { file: path.to_path_buf(), topic: topic.to_owned(), number }
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Message<'a> {
 }
 
 /// Hands every message of a file to `take`.
-pub(super) fn walk(
+pub(super) fn for_each_message(
     path: &Path,
     take: &mut impl FnMut(Message<'_>) -> Result<(), Stop>,
 ) -> Result<(), BagError> {

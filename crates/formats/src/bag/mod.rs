@@ -23,7 +23,7 @@ use crate::record::Record;
 use crate::start::RecordingStart;
 use crate::uniform::{Rows, TimesError, resample};
 use cdr::JointState;
-use messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
+use messages::{JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message};
 
 /// Joints and topics that an error lists.
 const MAX_LISTED_NAMES: usize = 12;
@@ -34,10 +34,10 @@ struct Topic {
     joints: Vec<String>,
     messages: usize,
     /// Messages with all of the joints that are asked for.
-    complete: usize,
+    complete_messages: usize,
     /// Messages that miss a value and are left out.
-    missing: usize,
-    first: Option<IncompleteRows>,
+    incomplete_messages: usize,
+    first_incomplete: Option<IncompleteRows>,
     times_ns: Vec<u64>,
     /// Positions, then efforts.
     columns: Vec<Vec<f64>>,
@@ -48,7 +48,7 @@ struct IncompleteRows {
     /// Its number among those with all joints, from 1.
     number: usize,
     /// `position` or `effort`.
-    what: &'static str,
+    missing_field: &'static str,
     joint: String,
 }
 
@@ -62,16 +62,23 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     for file in files(path)? {
         read_file(&file, spec, capacity, &mut topics)?;
     }
-    let (name, topic) = choose(path, topics, spec)?;
-    let Topic { times_ns, columns, complete, missing: missing_names, first, .. } = topic;
+    let (name, topic) = choose_topic(path, topics, spec)?;
+    let Topic {
+        times_ns,
+        columns,
+        complete_messages: complete,
+        incomplete_messages: missing,
+        first_incomplete: first,
+        ..
+    } = topic;
     let positions = &columns[..spec.joints.len()];
-    if let Some((joint, jumps)) = turns::two_publishers(positions) {
+    if let Some((joint, jumps)) = turns::has_two_publishers(positions) {
         let (file, joint, messages) = (path.into(), spec.joints[joint].clone(), times_ns.len());
         return Err(BagError::TwoPublishers { file, topic: name, joint, jumps, messages });
     }
-    let missing_values = first.map(|IncompleteRows { number, what, joint }| {
+    let missing_values = first.map(|IncompleteRows { number, missing_field: what, joint }| {
         let first = format!("message {number}, {what} of joint {joint}");
-        MissingValues { missing: missing_names, of: complete, what: "messages", first }
+        MissingValues { missing, total: complete, row_kind: "messages", first_missing: first }
     });
     let measurement = |columns: Vec<Vec<f64>>| {
         let mut position = columns;
@@ -98,11 +105,11 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         times_s.iter_mut().for_each(|time| *time *= 1e9 / spec.rate_hz);
     }
     let rows = Rows { times_s, columns };
-    let record = Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
+    let record = Record::from_uniform(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
     // Rows in order of arrival carry no time.
     let first_ns = times_ns.first().filter(|_| spec.time != BagTime::Rows);
     let start = first_ns.and_then(|first_ns| RecordingStart::of_unix_ns((*first_ns).into()));
-    Ok(Record { missing_values, start, ..record })
+    Ok(Record { missing_values, recording_start: start, ..record })
 }
 
 /// Takes every topic with joint states of a file.
@@ -112,22 +119,22 @@ fn read_file(
     capacity: Capacity,
     topics: &mut BTreeMap<String, Topic>,
 ) -> Result<(), BagError> {
-    walk(path, &mut |Message { kind, topic: name, log_ns, data }| {
+    for_each_message(path, &mut |Message { kind, topic: name, log_ns, data }| {
         if kind != JOINT_STATE {
             return Ok(());
         }
         let topic = topics.entry(name.to_owned()).or_default();
         topic.messages += 1;
         let state = JointState::read(data);
-        let state = state.map_err(|_| malformed(path, name, topic.messages))?;
-        topic.take(path, state, log_ns, spec, capacity)?;
+        let state = state.map_err(|_| malformed_message(path, name, topic.messages))?;
+        topic.add_state(path, state, log_ns, spec, capacity)?;
         Ok(())
     })
 }
 
 impl Topic {
     /// Takes a state of all joints; states of other joints are skipped.
-    fn take(
+    fn add_state(
         &mut self,
         path: &Path,
         state: JointState,
@@ -145,11 +152,11 @@ impl Topic {
         let Some(places) = spec.joints.iter().map(place).collect::<Option<Vec<usize>>>() else {
             return Ok(());
         };
-        self.complete += 1;
+        self.complete_messages += 1;
         let time_ns = match spec.time {
             BagTime::Header => state.stamp_ns,
             BagTime::Log => log_ns,
-            BagTime::Rows => self.complete as u64,
+            BagTime::Rows => self.complete_messages as u64,
         };
         if self.times_ns.len() == capacity.samples {
             return Err(BagError::TooLong { file: path.to_path_buf(), samples: capacity.samples });
@@ -158,11 +165,11 @@ impl Topic {
         for (what, of) in [("position", &state.position), ("effort", &state.effort)] {
             for (place, joint) in places.iter().zip(&spec.joints) {
                 let Some(value) = of.get(*place).copied().filter(|value| value.is_finite()) else {
-                    self.missing += 1;
-                    let number = self.complete;
-                    self.first.get_or_insert_with(|| IncompleteRows {
+                    self.incomplete_messages += 1;
+                    let number = self.complete_messages;
+                    self.first_incomplete.get_or_insert_with(|| IncompleteRows {
                         number,
-                        what,
+                        missing_field: what,
                         joint: joint.clone(),
                     });
                     return Ok(());
@@ -178,7 +185,7 @@ impl Topic {
 }
 
 /// The topic that has the joints.
-fn choose(
+fn choose_topic(
     path: &Path,
     topics: BTreeMap<String, Topic>,
     spec: &BagSpec,
@@ -191,11 +198,15 @@ fn choose(
         .filter(|(name, _)| wanted(name))
         .partition(|(_, topic)| !topic.times_ns.is_empty());
     let file = path.to_path_buf();
-    let missing = others.into_iter().find_map(|(name, Topic { complete, first, .. })| {
-        first.map(|first| (name, complete, first))
-    });
+    let missing = others.into_iter().find_map(
+        |(name, Topic { complete_messages: complete, first_incomplete: first, .. })| {
+            first.map(|first| (name, complete, first))
+        },
+    );
     match fitting.len() {
-        0 if let Some((topic, messages, IncompleteRows { what, joint, .. })) = missing => {
+        0 if let Some((topic, messages, IncompleteRows { missing_field: what, joint, .. })) =
+            missing =>
+        {
             Err(BagError::Missing { file, topic, messages, joint, what })
         }
         0 => {
@@ -230,7 +241,7 @@ mod tests {
         let mut take = |log_ns| {
             let (name, one) = (vec!["a".to_owned()], vec![1.0]);
             let state = JointState { stamp_ns: 0, name, position: one.clone(), effort: one };
-            topic.take(Path::new("x.mcap"), state, log_ns, &spec, Capacity { samples: 2 })
+            topic.add_state(Path::new("x.mcap"), state, log_ns, &spec, Capacity { samples: 2 })
         };
         take(0).unwrap();
         take(10).unwrap();

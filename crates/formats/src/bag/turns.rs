@@ -12,7 +12,7 @@ const ALTERNATING_SHARE: f64 = 0.1;
 const MIN_MOTION: f64 = 1e-2;
 
 /// Returns the first joint whose positions jump back and forth, and how often.
-pub(super) fn two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
+pub(super) fn has_two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
     positions.iter().enumerate().find_map(|(joint, position)| {
         let (low, high) = position
             .iter()
@@ -38,10 +38,10 @@ mod tests {
         let steps = |k: u32, step: f64| step * f64::from(k * k % 7 % 2);
         for step in [1.534e-3, 6.14e-3] {
             let rests: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, step)).collect();
-            assert_eq!(two_publishers(&[rests]), None, "{step}");
+            assert_eq!(has_two_publishers(&[rests]), None, "{step}");
         }
         // By turns.
         let other: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, 0.2)).collect();
-        assert!(two_publishers(&[other]).is_some());
+        assert!(has_two_publishers(&[other]).is_some());
     }
 }

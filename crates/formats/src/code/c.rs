@@ -71,7 +71,7 @@ fn perhaps_unread(head: &str) -> Vec<String> {
 
 /// Y C Yᵀ with C = LLᵀ.
 fn covariance(program: &Program<'_>, head: &str) -> Result<String, CodeError> {
-    let (n, b) = (program.joints(), program.model.identified.len());
+    let (n, b) = (program.joints(), program.model.identified_names.len());
     let name = &program.prefix;
     let mut text = String::new();
     let numbers: Vec<String> = program.factor.iter().map(|value| format!("{value:?}")).collect();

@@ -7,7 +7,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::error::CodeError;
 use super::statements::{Language, statements};
-use super::tape::{Tape, Traced, traced};
+use super::tape::{Tape, Traced, trace};
 
 /// A model to write as code.
 #[derive(Clone, Copy, Debug)]
@@ -17,9 +17,9 @@ pub struct CodeModel<'a> {
     /// Its base parameters.
     pub base: &'a BaseParameters,
     /// A value for each standard parameter.
-    pub standard: &'a [f64],
+    pub standard_parameters: &'a [f64],
     /// The base parameters that were identified, by name.
-    pub identified: &'a [&'a str],
+    pub identified_names: &'a [&'a str],
     /// Their covariance (b × b).
     pub covariance: &'a DMatrix<f64>,
     /// Provenance, a line each.
@@ -79,7 +79,7 @@ const SELF_TEST_STATES: usize = 4;
 
 impl<'a> Program<'a> {
     pub(super) fn new(model: CodeModel<'a>) -> Result<Self, CodeError> {
-        let CodeModel { robot, base, covariance, identified, .. } = model;
+        let CodeModel { robot, base, covariance, identified_names: identified, .. } = model;
         if let Some(joint) = robot.known_torques().iter().position(Option::is_some) {
             return Err(CodeError::KnownTorque { joint: JointIndex::new(joint) });
         }
@@ -92,7 +92,7 @@ impl<'a> Program<'a> {
         }
         let dynamics = Model::new(robot);
         // The same dynamics with as many zeros as there can be.
-        let minimal = base.names().iter().zip(base.regroup(model.standard));
+        let minimal = base.names().iter().zip(base.to_base(model.standard_parameters));
         let minimal = base.to_standard(minimal).map_err(CodeError::Parameter)?;
         let is_of_a_body = |column: usize| {
             let kind = robot.parameters().parameters()[column].kind;
@@ -107,16 +107,16 @@ impl<'a> Program<'a> {
             .ok_or(CodeError::Identified)?;
         let wanted = dynamics.regressor_entries(&columns);
         let n = robot.joints();
-        let friction = function(|| {
+        let friction = trace_function(|| {
             let parameters: Vec<Traced> = minimal.iter().map(|v| Traced::constant(*v)).collect();
             let mut tau = vec![Traced::zero(); n];
-            let [q, dq] = [0, 1].map(|which| inputs(n, which));
+            let [q, dq] = [0, 1].map(|which| input_vector(n, which));
             dynamics.friction(&mut Workspace::new(), &parameters, &q, &dq, &mut tau);
             tau
         });
-        let regressor = function(|| {
+        let regressor = trace_function(|| {
             let mut out = vec![Traced::zero(); wanted.entries().len()];
-            let [q, dq, ddq] = [0, 1, 2].map(|which| inputs(n, which));
+            let [q, dq, ddq] = [0, 1, 2].map(|which| input_vector(n, which));
             dynamics.selected_regressor(&mut Workspace::new(), &wanted, &q, &dq, &ddq, &mut out);
             out
         });
@@ -125,8 +125,8 @@ impl<'a> Program<'a> {
             .flat_map(|row| (0..=row).map(move |column| (row, column)))
             .map(|at| factor[at])
             .collect();
-        let checks =
-            (0..SELF_TEST_STATES).map(|k| check(&dynamics, &minimal, &columns, covariance, k));
+        let checks = (0..SELF_TEST_STATES)
+            .map(|k| compute_check(&dynamics, &minimal, &columns, covariance, k));
         Ok(Self {
             prefix: identifier(robot.name()),
             rigid_body: torque_of(&dynamics, &functions, true),
@@ -164,24 +164,24 @@ impl<'a> Program<'a> {
     }
 }
 
-fn function(work: impl FnOnce() -> Vec<Traced>) -> Function {
-    let (tape, results) = traced(work);
+fn trace_function(work: impl FnOnce() -> Vec<Traced>) -> Function {
+    let (tape, results) = trace(work);
     Function { tape, results }
 }
 
 /// q, q̇ or q̈ of all joints.
-fn inputs(joints: usize, which: usize) -> Vec<Traced> {
+fn input_vector(joints: usize, which: usize) -> Vec<Traced> {
     (0..joints).map(|joint| Traced::input(which * joints + joint)).collect()
 }
 
 /// Records the torques of a motion, or of rest.
 fn torque_of(dynamics: &Model, parameters: &[f64], moving: bool) -> Function {
     let n = dynamics.joints();
-    function(|| {
+    trace_function(|| {
         let parameters: Vec<Traced> = parameters.iter().map(|v| Traced::constant(*v)).collect();
         let rest = vec![Traced::zero(); n];
         let [q, dq, ddq] = [0, 1, 2]
-            .map(|which| if moving || which == 0 { inputs(n, which) } else { rest.clone() });
+            .map(|which| if moving || which == 0 { input_vector(n, which) } else { rest.clone() });
         let mut tau = rest;
         dynamics.inverse_dynamics(&mut Workspace::new(), &parameters, &q, &dq, &ddq, &mut tau);
         tau
@@ -189,7 +189,7 @@ fn torque_of(dynamics: &Model, parameters: &[f64], moving: bool) -> Function {
 }
 
 /// Computes the library's results at one state of the self-test.
-fn check(
+fn compute_check(
     dynamics: &Model,
     parameters: &[f64],
     columns: &[usize],

@@ -13,7 +13,7 @@ use super::statements::Language;
 /// [`CodeError`].
 pub fn to_rust(model: CodeModel<'_>) -> Result<String, CodeError> {
     let program = Program::new(model)?;
-    let (n, b) = (program.joints(), model.identified.len());
+    let (n, b) = (program.joints(), model.identified_names.len());
     let three = "q: &[f64; JOINTS], dq: &[f64; JOINTS], ddq: &[f64; JOINTS]";
     let heads = [
         format!("rigid_body({three})"),

@@ -15,7 +15,7 @@ pub(super) enum Language {
 }
 
 impl Language {
-    fn named(self, name: &str, value: &str) -> String {
+    fn named_statement(self, name: &str, value: &str) -> String {
         match self {
             Self::C => format!("const double {name} = {value};"),
             Self::Rust => format!("let {name} = {value};"),
@@ -32,7 +32,7 @@ impl Language {
         }
     }
 
-    fn call(self, prefix: &str, function: &str, of: &str) -> String {
+    fn library_call(self, prefix: &str, function: &str, of: &str) -> String {
         match self {
             Self::C => format!("{prefix}{function}({of})"),
             Self::Rust => format!("{function}({of})"),
@@ -61,7 +61,7 @@ impl Expression {
     }
 
     /// Adds brackets if the precedence is lower.
-    fn within(&self, least: Binding) -> String {
+    fn bracketed(&self, least: Binding) -> String {
         if self.binding < least { format!("({})", self.text) } else { self.text.clone() }
     }
 }
@@ -76,13 +76,13 @@ pub(super) fn statements(
     prefix: &str,
     input: impl Fn(usize) -> String,
 ) -> Option<(Vec<String>, Vec<String>)> {
-    let uses = uses(tape, wanted);
+    let uses = use_counts(tape, wanted);
     let mut written: BTreeMap<usize, Expression> = BTreeMap::new();
     let (mut lines, mut names) = (Vec::new(), 0);
     for (node, operation) in tape.nodes.iter().enumerate().filter(|(node, _)| uses[*node] > 0) {
-        let text = |of: usize, least: Binding| written[&of].within(least);
+        let text = |of: usize, least: Binding| written[&of].bracketed(least);
         let function = |name: &str, of: usize| {
-            Expression::new(language.call(prefix, name, &text(of, Binding::Sum)))
+            Expression::new(language.library_call(prefix, name, &text(of, Binding::Sum)))
         };
         let expression = match *operation {
             Operation::Constant(value) => {
@@ -124,7 +124,7 @@ pub(super) fn statements(
             Operation::Sign(a) => function("sign", a),
             Operation::DeadBandSign(a, threshold) => {
                 let arguments = format!("{}, {threshold:?}", text(a, Binding::Sum));
-                Expression::new(language.call(prefix, "dead_band_sign", &arguments))
+                Expression::new(language.library_call(prefix, "dead_band_sign", &arguments))
             }
             Operation::Opaque(_) => return None,
         };
@@ -137,7 +137,7 @@ pub(super) fn statements(
         if !is_constant && (is_shared || is_call || expression.text.len() > MAX_EXPRESSION_LENGTH) {
             let name = format!("t{names}");
             names += 1;
-            lines.push(language.named(&name, &expression.text));
+            lines.push(language.named_statement(&name, &expression.text));
             written.insert(node, Expression::new(name));
         } else {
             written.insert(node, expression);
@@ -148,7 +148,7 @@ pub(super) fn statements(
 }
 
 /// Counts how often the wanted nodes need each node.
-fn uses(tape: &Tape, wanted: &[usize]) -> Vec<usize> {
+fn use_counts(tape: &Tape, wanted: &[usize]) -> Vec<usize> {
     let mut uses = vec![0; tape.nodes.len()];
     for &node in wanted {
         uses[node] += 1;

@@ -31,7 +31,7 @@ pub(super) enum Operation {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tape {
     pub(super) nodes: Vec<Operation>,
-    found: HashMap<(u8, usize, usize, u64), usize>,
+    node_of_operation: HashMap<(u8, usize, usize, u64), usize>,
 }
 
 thread_local! {
@@ -44,7 +44,7 @@ thread_local! {
 pub(super) struct Traced(pub(super) usize);
 
 /// Records a computation: returns its tape and the nodes of its results.
-pub(super) fn traced(work: impl FnOnce() -> Vec<Traced>) -> (Tape, Vec<usize>) {
+pub(super) fn trace(work: impl FnOnce() -> Vec<Traced>) -> (Tape, Vec<usize>) {
     TAPE.replace(Tape::default());
     let results = work().into_iter().map(|Traced(node)| node).collect();
     (TAPE.take(), results)
@@ -60,7 +60,7 @@ impl Traced {
 fn write(operation: Operation) -> Traced {
     TAPE.with_borrow_mut(|tape| {
         let next = tape.nodes.len();
-        let node = *tape.found.entry(operation.key()).or_insert(next);
+        let node = *tape.node_of_operation.entry(operation.deduplication_key()).or_insert(next);
         if node == next {
             tape.nodes.push(operation);
         }
@@ -68,13 +68,13 @@ fn write(operation: Operation) -> Traced {
     })
 }
 
-fn operation(Traced(node): Traced) -> Operation {
+fn operation_of_node(Traced(node): Traced) -> Operation {
     TAPE.with_borrow(|tape| tape.nodes[node])
 }
 
 impl Operation {
     /// The same for the same operation on the same nodes.
-    fn key(self) -> (u8, usize, usize, u64) {
+    fn deduplication_key(self) -> (u8, usize, usize, u64) {
         match self {
             Self::Constant(value) => (0, 0, 0, value.to_bits()),
             Self::Input(number) => (1, number, 0, 0),
@@ -116,7 +116,7 @@ impl Add for Traced {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        match (operation(self), operation(other)) {
+        match (operation_of_node(self), operation_of_node(other)) {
             (Operation::Constant(a), Operation::Constant(b)) => Self::constant(a + b),
             (Operation::Constant(0.0), _) => other,
             (_, Operation::Constant(0.0)) => self,
@@ -131,7 +131,7 @@ impl Sub for Traced {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        match (operation(self), operation(other)) {
+        match (operation_of_node(self), operation_of_node(other)) {
             (Operation::Constant(a), Operation::Constant(b)) => Self::constant(a - b),
             (Operation::Constant(0.0), _) => -other,
             (_, Operation::Constant(0.0)) => self,
@@ -146,7 +146,7 @@ impl Mul for Traced {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        match (operation(self), operation(other)) {
+        match (operation_of_node(self), operation_of_node(other)) {
             (Operation::Constant(a), Operation::Constant(b)) => Self::constant(a * b),
             (Operation::Constant(0.0), _) | (_, Operation::Constant(0.0)) => Self::zero(),
             (Operation::Constant(1.0), _) => other,
@@ -161,7 +161,7 @@ impl Mul for Traced {
             // Constants come together.
             (Operation::Multiply(a, b), Operation::Constant(c))
             | (Operation::Constant(c), Operation::Multiply(a, b))
-                if matches!(operation(Self(a)), Operation::Constant(_)) =>
+                if matches!(operation_of_node(Self(a)), Operation::Constant(_)) =>
             {
                 Self(a) * Self::constant(c) * Self(b)
             }
@@ -176,7 +176,7 @@ impl Div for Traced {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
-        match (operation(self), operation(other)) {
+        match (operation_of_node(self), operation_of_node(other)) {
             (Operation::Constant(a), Operation::Constant(b)) => Self::constant(a / b),
             (_, Operation::Constant(1.0)) => self,
             _ => write(Operation::Divide(self.0, other.0)),
@@ -188,7 +188,7 @@ impl Neg for Traced {
     type Output = Self;
 
     fn neg(self) -> Self {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => Self::constant(-value),
             Operation::Negate(a) => Self(a),
             Operation::Subtract(a, b) => Self(b) - Self(a),
@@ -222,7 +222,7 @@ impl Scalar for Traced {
     }
 
     fn sin_cos(self) -> (Self, Self) {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => {
                 let (sin, cos) = Scalar::sin_cos(value);
                 (Self::constant(sin), Self::constant(cos))
@@ -232,38 +232,38 @@ impl Scalar for Traced {
     }
 
     fn tanh(self) -> Self {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => Self::constant(Scalar::tanh(value)),
             _ => write(Operation::Tanh(self.0)),
         }
     }
 
     fn is_zero(self) -> bool {
-        operation(self) == Operation::Constant(0.0)
+        operation_of_node(self) == Operation::Constant(0.0)
     }
 
     fn sign(self) -> Self {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => Self::constant(Scalar::sign(value)),
             _ => write(Operation::Sign(self.0)),
         }
     }
 
     fn dead_band_sign(self, threshold: f64) -> Self {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => Self::constant(Scalar::dead_band_sign(value, threshold)),
             _ => write(Operation::DeadBandSign(self.0, threshold)),
         }
     }
 
     fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self {
-        match operation(self) {
+        match operation_of_node(self) {
             Operation::Constant(value) => Self::constant(function(value)[0]),
             _ => write(Operation::Opaque(self.0)),
         }
     }
 
     fn all_positive(self) -> bool {
-        matches!(operation(self), Operation::Constant(value) if value > 0.0)
+        matches!(operation_of_node(self), Operation::Constant(value) if value > 0.0)
     }
 }

@@ -27,7 +27,7 @@ pub struct LeftOut {
     /// Its SI unit.
     pub unit: &'static str,
     /// Its name.
-    pub what: &'static str,
+    pub quantity: &'static str,
     /// The joint or motor.
     pub joint: JointIndex,
 }
@@ -35,15 +35,15 @@ pub struct LeftOut {
 impl LeftOut {
     /// Lists everything that a format omits of an arm, in the order of its parameters.
     pub fn list(model: &ExportModel<'_>, holder: Holder) -> Vec<Self> {
-        let ExportModel { robot, standard, .. } = model;
+        let ExportModel { robot, standard_parameters: standard, .. } = model;
         let table = robot.parameters();
         let parameters = table.parameters().iter().zip(table.names()).zip(*standard);
         let mut omitted: Vec<Self> = parameters
             .filter_map(|((parameter, name), value)| {
-                let quantity = place(robot, parameter.kind, holder)?;
+                let quantity = unsupported_quantity(robot, parameter.kind, holder)?;
                 let unit = parameter.kind.unit(robot.chain()[parameter.joint].kind);
                 let (name, value) = (Some(name.clone()), Some(*value));
-                Some(Self { name, value, unit, what: quantity, joint: parameter.joint })
+                Some(Self { name, value, unit, quantity, joint: parameter.joint })
             })
             .collect();
         let known_torques =
@@ -52,7 +52,7 @@ impl LeftOut {
             name: None,
             value: None,
             unit: robot.chain()[joint].kind.torque_unit(),
-            what: "additional torque from the robot file",
+            quantity: "additional torque from the robot file",
             joint: JointIndex::new(joint),
         }));
         omitted
@@ -60,7 +60,11 @@ impl LeftOut {
 }
 
 /// Describes a parameter that a format cannot hold; `None` for one that it holds.
-fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static str> {
+fn unsupported_quantity(
+    robot: &Robot,
+    kind: ParameterKind,
+    holder: Holder,
+) -> Option<&'static str> {
     use ParameterKind::{
         FcLoad, FcMotor, Fh, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
     };
@@ -86,7 +90,7 @@ fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static 
 
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, unit, what, joint } = self;
+        let Self { name, value, unit, quantity: what, joint } = self;
         write!(f, "{what}, joint {joint}")?;
         if let (Some(name), Some(value)) = (name, value) {
             write!(f, ": {name} = {value:?} {unit}")?;

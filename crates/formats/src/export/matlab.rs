@@ -116,7 +116,7 @@ pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, Expo
         let _ = writeln!(text, "arm.joint({number}).inertia = [{}];", rows.join("; "));
     }
     let table = robot.parameters();
-    let parameters = table.parameters().iter().zip(table.names()).zip(model.standard);
+    let parameters = table.parameters().iter().zip(table.names()).zip(model.standard_parameters);
     for ((parameter, name), value) in parameters {
         if !ParameterKind::LINK.contains(&parameter.kind) {
             let unit = parameter.kind.unit(robot.chain()[parameter.joint].kind);

@@ -8,7 +8,7 @@ use nalgebra::UnitQuaternion;
 use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::urdf::Body;
-use crate::xml::{escaped, within_comment};
+use crate::xml::{escape_attribute, within_comment};
 
 /// The arm as MJCF: joints with `armature`, `damping` and `frictionloss`; a motor that is coupled
 /// to several joints is a fixed tendon over them with its own.
@@ -30,7 +30,7 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         "-->\n<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\" \
          balanceinertia=\"false\"/>\n\
          \x20 <option gravity=\"{x:?} {y:?} {z:?}\"/>\n  <worldbody>",
-        escaped(robot.name())
+        escape_attribute(robot.name())
     );
     for (index, joint) in robot.chain().iter().enumerate() {
         let (number, tab) = (index + 1, "  ".repeat(index + 2));
@@ -76,7 +76,7 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         let _ = writeln!(text, "{}</body>", "  ".repeat(index + 2));
     }
     text.push_str("  </worldbody>\n");
-    text.push_str(&tendons(model));
+    text.push_str(&tendon_section(model));
     text.push_str("</mujoco>\n");
     Ok(text)
 }
@@ -121,7 +121,7 @@ fn own_drive(
 }
 
 /// A coupled motor moves with a combination of joints.
-fn tendons(model: &ExportModel<'_>) -> String {
+fn tendon_section(model: &ExportModel<'_>) -> String {
     let robot = model.robot;
     let mut text = String::new();
     for motor in (0..robot.joints()).filter(|motor| robot.transmission().is_coupled(*motor)) {

@@ -59,7 +59,7 @@ pub struct ExportModel<'a> {
     /// Its geometry, drives and friction laws.
     pub robot: &'a Robot,
     /// A value for each standard parameter.
-    pub standard: &'a [f64],
+    pub standard_parameters: &'a [f64],
     /// Provenance, a line each.
     pub origin: &'a [String],
 }
@@ -68,7 +68,7 @@ impl ExportModel<'_> {
     /// A parameter that the robot has.
     pub fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
         let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
-        self.standard.get(column).copied()
+        self.standard_parameters.get(column).copied()
     }
 
     /// Returns the Coulomb friction of a sliding joint, with hysteresis \[N·m or N\].

@@ -47,15 +47,15 @@ pub fn to_robot_file(model: &ExportModel<'_>, text: &str) -> Result<String, Expo
     }
     out.truncate(out.trim_end().len());
     out.push_str("\n\n[nominal]\n");
-    for (name, value) in robot.parameters().names().iter().zip(model.standard) {
+    for (name, value) in robot.parameters().names().iter().zip(model.standard_parameters) {
         let _ = writeln!(out, "{name} = {value:?}");
     }
     if text.contains("\r\n") {
         out = out.replace('\n', "\r\n");
     }
     let read = Robot::from_toml(&out).map_err(|error| wrong(error.to_string()))?;
-    let values = read.nominal().map_or(&[][..], |nominal| nominal.standard());
-    if values != model.standard || read.own_friction() != robot.own_friction() {
+    let values = read.nominal().map_or(&[][..], |nominal| nominal.standard_parameters());
+    if values != model.standard_parameters || read.own_friction() != robot.own_friction() {
         return Err(wrong("they are not read back".to_owned()));
     }
     Ok(out)

@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 
 use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
-use crate::xml::{escaped, within_comment};
+use crate::xml::{escape_attribute, within_comment};
 
 /// Value of an unknown limit in a URDF, which requires one.
 const UNKNOWN_LIMIT: f64 = 0.0;
@@ -30,7 +30,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {}", within_comment(&line));
     }
-    let _ = writeln!(text, "-->\n<robot name=\"{}\">", escaped(robot.name()));
+    let _ = writeln!(text, "-->\n<robot name=\"{}\">", escape_attribute(robot.name()));
     let [x, y, z] = robot.gravity_m_s2();
     let up = -Vector3::new(x, y, z);
     let standing = Rotation3::rotation_between(&up, &Vector3::z()).unwrap_or_else(|| {
@@ -38,7 +38,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         let turn = if z > 0.0 { core::f64::consts::PI } else { 0.0 };
         Rotation3::from_axis_angle(&Vector3::x_axis(), turn)
     });
-    let base = origin(&IsometryMatrix3::from_parts(Vector3::zeros().into(), standing));
+    let base = origin_element(&IsometryMatrix3::from_parts(Vector3::zeros().into(), standing));
     let _ = writeln!(
         text,
         "  <link name=\"world\"/>\n  <joint name=\"world_joint\" type=\"fixed\">\n    {base}\n    \
@@ -73,8 +73,8 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
             limits.position_max,
             limits.velocity_max.unwrap_or(UNKNOWN_LIMIT),
             limits.torque_max.unwrap_or(UNKNOWN_LIMIT),
-            body.element("    "),
-            place = origin(&pose(joint)),
+            body.inertial_element("    "),
+            place = origin_element(&pose(joint)),
         );
     }
     text.push_str("</robot>\n");
@@ -82,7 +82,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
 }
 
 /// Fixed axes: R = Rz Ry Rx.
-fn origin(pose: &IsometryMatrix3<f64>) -> String {
+fn origin_element(pose: &IsometryMatrix3<f64>) -> String {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
     let [x, y, z]: [f64; 3] = pose.translation.vector.into();
     format!("<origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"{roll:?} {pitch:?} {yaw:?}\"/>")

@@ -17,9 +17,9 @@ use parquet::schema::types::Type;
 
 use super::column::{LongColumn, LongValues};
 use super::error::LongTableError;
-use super::text::instant;
+use super::text::instant_text;
 use super::wanted::Wanted;
-use crate::guarded::guarded;
+use crate::guarded::catch_panic;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
     output.write_all(&bytes(columns).map_err(io::Error::other)?)
@@ -27,7 +27,7 @@ pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::R
 
 /// Returns the file. Its library needs to own the output, which is compressed and small.
 fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
-    let fields = columns.iter().map(|column| field(column).map(Arc::new));
+    let fields = columns.iter().map(|column| schema_field(column).map(Arc::new));
     let fields = fields.collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("didim").with_fields(fields).build()?;
     let compression = Compression::ZSTD(ZstdLevel::default());
@@ -40,21 +40,21 @@ fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
         let mut column_writer = group.next_column()?.ok_or_else(missing)?;
         match &column.values {
             LongValues::Text(values) => {
-                put::<ByteArrayType, _>(&mut column_writer, values, ByteArray::from)
+                write_values::<ByteArrayType, _>(&mut column_writer, values, ByteArray::from)
             }
             LongValues::Number(values) => {
                 let finite: Vec<_> =
                     values.iter().map(|value| value.filter(|value| value.is_finite())).collect();
-                put::<DoubleType, _>(&mut column_writer, &finite, |value| value)
+                write_values::<DoubleType, _>(&mut column_writer, &finite, |value| value)
             }
             LongValues::Count(values) => {
-                put::<Int64Type, _>(&mut column_writer, values, u64::cast_signed)
+                write_values::<Int64Type, _>(&mut column_writer, values, u64::cast_signed)
             }
             LongValues::Flag(values) => {
-                put::<BoolType, _>(&mut column_writer, values, |value| value)
+                write_values::<BoolType, _>(&mut column_writer, values, |value| value)
             }
             LongValues::Time(values) => {
-                put::<Int64Type, _>(&mut column_writer, values, |seconds| {
+                write_values::<Int64Type, _>(&mut column_writer, values, |seconds| {
                     seconds.saturating_mul(1000).cast_signed()
                 })
             }
@@ -66,7 +66,7 @@ fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
     Ok(bytes)
 }
 
-fn field(column: &LongColumn<'_>) -> Result<Type, ParquetError> {
+fn schema_field(column: &LongColumn<'_>) -> Result<Type, ParquetError> {
     let (physical, logical) = match column.values {
         LongValues::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         LongValues::Number(_) => (Physical::DOUBLE, None),
@@ -80,7 +80,7 @@ fn field(column: &LongColumn<'_>) -> Result<Type, ParquetError> {
     field.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build()
 }
 
-fn put<T: DataType, V: Copy>(
+fn write_values<T: DataType, V: Copy>(
     column: &mut SerializedColumnWriter<'_>,
     values: &[Option<V>],
     of: impl Fn(V) -> T::T,
@@ -95,7 +95,7 @@ pub(super) fn read<const N: usize>(
     path: &Path,
     wanted: &mut Wanted<'_, N>,
 ) -> Result<(), LongTableError> {
-    guarded(
+    catch_panic(
         || {
             let damaged = |error: ParquetError| LongTableError::Damaged(error.to_string());
             let reader = SerializedFileReader::new(File::open(path)?).map_err(damaged)?;
@@ -104,7 +104,7 @@ pub(super) fn read<const N: usize>(
             wanted.find(&header)?;
             for row in reader.get_row_iter(None).map_err(damaged)? {
                 let row = row.map_err(damaged)?;
-                wanted.take(row.get_column_iter().map(|(_, field)| text(field)).collect())?;
+                wanted.take_row(row.get_column_iter().map(|(_, field)| text(field)).collect())?;
             }
             Ok(())
         },
@@ -117,7 +117,7 @@ fn text(field: &Field) -> String {
         Field::Null => String::new(),
         Field::Str(text) => text.clone(),
         Field::TimestampMillis(ms) => {
-            instant(Duration::from_millis(u64::try_from(*ms).unwrap_or_default()))
+            instant_text(Duration::from_millis(u64::try_from(*ms).unwrap_or_default()))
         }
         Field::Double(value) => value.to_string(),
         other => other.to_string(),

@@ -14,13 +14,13 @@ pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::R
     writer.write_record(columns.iter().map(|column| column.name))?;
     let rows = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
     for row in 0..rows {
-        writer.write_record(columns.iter().map(|column| field(&column.values, row)))?;
+        writer.write_record(columns.iter().map(|column| field_text(&column.values, row)))?;
     }
     writer.flush()
 }
 
 /// Numbers have as many digits as it takes to read the same value back.
-fn field(values: &LongValues<'_>, row: usize) -> String {
+fn field_text(values: &LongValues<'_>, row: usize) -> String {
     fn cell_text<T: Copy>(values: &[Option<T>], row: usize, show: impl Fn(T) -> String) -> String {
         values.get(row).copied().flatten().map_or(String::new(), show)
     }
@@ -33,14 +33,14 @@ fn field(values: &LongValues<'_>, row: usize) -> String {
         LongValues::Count(values) => cell_text(values, row, |count| count.to_string()),
         LongValues::Flag(values) => cell_text(values, row, |is| is.to_string()),
         LongValues::Time(values) => {
-            cell_text(values, row, |seconds| instant(Duration::from_secs(seconds)))
+            cell_text(values, row, |seconds| instant_text(Duration::from_secs(seconds)))
         }
     }
 }
 
 /// An instant so long after 1970-01-01T00:00:00Z, to the second, in the form of RFC 3339; nothing
 /// after the year 9999, for which that has no form.
-pub(super) fn instant(since: Duration) -> String {
+pub(super) fn instant_text(since: Duration) -> String {
     let mut text = String::new();
     let time = UNIX_EPOCH.checked_add(since).map(humantime::format_rfc3339_seconds);
     let is_written = time.is_some_and(|time| write!(text, "{time}").is_ok());
@@ -59,7 +59,7 @@ pub(super) fn read<const N: usize>(
     let header = reader.headers().map_err(damaged)?;
     wanted.find(&header.iter().collect::<Vec<_>>())?;
     for row in reader.records() {
-        wanted.take(row.map_err(damaged)?.iter().map(str::to_owned).collect())?;
+        wanted.take_row(row.map_err(damaged)?.iter().map(str::to_owned).collect())?;
     }
     Ok(())
 }
@@ -67,7 +67,7 @@ pub(super) fn read<const N: usize>(
 #[cfg(test)]
 #[test]
 fn instants_have_four_digits_for_the_year() {
-    let text_of = |seconds| instant(Duration::from_secs(seconds));
+    let text_of = |seconds| instant_text(Duration::from_secs(seconds));
     assert_eq!(text_of(1_795_331_849), "2026-11-22T07:17:29Z");
     assert_eq!(text_of(253_402_300_799), "9999-12-31T23:59:59Z");
     assert_eq!([text_of(253_402_300_800), text_of(u64::MAX)], [""; 2]);

@@ -9,18 +9,18 @@ const MOST_ROWS: usize = 1_000_000;
 pub(super) struct Wanted<'a, const N: usize> {
     names: [&'a str; N],
     /// Index of each requested column in the table.
-    places: [usize; N],
+    column_indices: [usize; N],
     pub(super) rows: Vec<[String; N]>,
 }
 
 impl<'a, const N: usize> Wanted<'a, N> {
     pub(super) fn new(names: [&'a str; N]) -> Self {
-        Self { names, places: [0; N], rows: Vec::new() }
+        Self { names, column_indices: [0; N], rows: Vec::new() }
     }
 
     /// Finds the columns in the header.
     pub(super) fn find(&mut self, header: &[&str]) -> Result<(), LongTableError> {
-        for (place, name) in self.places.iter_mut().zip(self.names) {
+        for (place, name) in self.column_indices.iter_mut().zip(self.names) {
             let position = header.iter().position(|own| *own == name);
             *place =
                 position.ok_or_else(|| LongTableError::NoColumn { column: name.to_owned() })?;
@@ -29,12 +29,12 @@ impl<'a, const N: usize> Wanted<'a, N> {
     }
 
     /// Takes all fields of a row.
-    pub(super) fn take(&mut self, mut fields: Vec<String>) -> Result<(), LongTableError> {
+    pub(super) fn take_row(&mut self, mut fields: Vec<String>) -> Result<(), LongTableError> {
         if self.rows.len() == MOST_ROWS {
             return Err(LongTableError::TooLong { most: MOST_ROWS });
         }
         let field = |place: usize| fields.get_mut(place).map(core::mem::take).unwrap_or_default();
-        self.rows.push(self.places.map(field));
+        self.rows.push(self.column_indices.map(field));
         Ok(())
     }
 }

@@ -19,7 +19,7 @@ const MOST_BYTES: u64 = 256 << 20;
 /// `time_s`, then positions, velocities and accelerations of all joints.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
     let n = file.motion.joints();
-    let mut text = file.comments("#") + "time_s";
+    let mut text = file.header_comments("#") + "time_s";
     for what in [POSITION_PREFIX, "joint_velocity_rad_s_", "joint_acceleration_rad_s2_"] {
         for joint in 1..=n {
             let _ = write!(text, ",{what}{joint}");
@@ -55,11 +55,11 @@ pub struct MotionPoints {
 /// # Errors
 /// [`MotionError::Unreadable`].
 pub fn read_motion(path: &Path) -> Result<MotionPoints, MotionError> {
-    let points = bounded(path).and_then(|text| points(&text));
+    let points = read_bounded(path).and_then(|text| parse_points(&text));
     points.map_err(|problem| MotionError::Unreadable { file: path.to_path_buf(), problem })
 }
 
-fn bounded(path: &Path) -> Result<String, String> {
+fn read_bounded(path: &Path) -> Result<String, String> {
     let said = |error: std::io::Error| error.to_string();
     let mut text = String::new();
     let file = File::open(path).map_err(said)?;
@@ -70,7 +70,7 @@ fn bounded(path: &Path) -> Result<String, String> {
     Ok(text)
 }
 
-fn points(text: &str) -> Result<MotionPoints, String> {
+fn parse_points(text: &str) -> Result<MotionPoints, String> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.starts_with('#'));
     let (_, names) = lines.next().ok_or("it is empty")?;
     let names: Vec<&str> = names.split(',').map(str::trim).collect();

@@ -22,7 +22,7 @@ pub struct MotionFile<'a> {
 
 impl MotionFile<'_> {
     /// The header as comments.
-    pub(super) fn comments(&self, mark: &str) -> String {
+    pub(super) fn header_comments(&self, mark: &str) -> String {
         self.header.iter().map(|line| format!("{mark} {line}\n")).collect()
     }
 
@@ -55,6 +55,6 @@ pub(super) fn list(numbers: impl IntoIterator<Item = f64>, digits: usize) -> Str
 }
 
 /// As a controller in degrees takes them.
-pub(super) fn degrees(positions: &[f64]) -> impl Iterator<Item = f64> {
+pub(super) fn to_degrees(positions: &[f64]) -> impl Iterator<Item = f64> {
     positions.iter().map(|position| position.to_degrees())
 }

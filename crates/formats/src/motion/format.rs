@@ -53,7 +53,7 @@ impl MotionFormat {
     ///
     /// # Errors
     /// [`MotionError::SixAxes`].
-    pub fn fits(self, joints: usize) -> Result<(), MotionError> {
+    pub fn check_joint_count(self, joints: usize) -> Result<(), MotionError> {
         let maker = match self {
             Self::Csv | Self::JointTrajectory => return Ok(()),
             Self::UrScript => "Universal Robots",
@@ -76,7 +76,7 @@ impl MotionFormat {
     /// # Errors
     /// [`MotionError::SixAxes`], [`MotionError::Sweep`].
     pub fn write(self, file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
-        self.fits(file.motion.joints())?;
+        self.check_joint_count(file.motion.joints())?;
         let series = file.motion.series();
         Ok(match self {
             Self::Csv => csv::write(file),

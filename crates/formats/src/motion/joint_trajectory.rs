@@ -10,7 +10,7 @@ use super::file::{MotionFile, POINTS_HZ, list};
 pub(super) fn write(file: &MotionFile<'_>) -> String {
     let n = file.motion.joints();
     let names: Vec<String> = file.joints.iter().map(|name| format!("'{name}'")).collect();
-    let mut text = file.comments("#");
+    let mut text = file.header_comments("#");
     let _ = writeln!(text, "joint_names: [{}]\npoints:", names.join(", "));
     for time_s in file.times_s(POINTS_HZ) {
         let state = file.motion.state(time_s);

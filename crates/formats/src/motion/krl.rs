@@ -2,12 +2,12 @@
 
 use core::fmt::Write as _;
 
-use super::file::{MotionFile, PROGRAM_HZ, degrees, identifier};
+use super::file::{MotionFile, PROGRAM_HZ, identifier, to_degrees};
 
 /// Axis positions of a spline block for axes: the controller chooses its speed along them.
 pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let name = identifier(name);
-    let mut text = format!("DEF {name}()\n") + &file.comments(";");
+    let mut text = format!("DEF {name}()\n") + &file.header_comments(";");
     text += "; The controller makes the time law. First with a program override of 10 %.\n";
     text += "BAS(#INITMOV, 0)\n";
     for axis in 1..=6 {
@@ -15,7 +15,7 @@ pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     }
     let mut points = file.times_s(PROGRAM_HZ).map(|time_s| {
         let position = file.motion.state(time_s).position;
-        let axes = degrees(&position[..6]).enumerate();
+        let axes = to_degrees(&position[..6]).enumerate();
         let axes: Vec<String> = axes.map(|(k, q)| format!("A{} {q:.6}", k + 1)).collect();
         format!("{{{}}}", axes.join(", "))
     });

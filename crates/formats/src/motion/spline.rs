@@ -12,7 +12,7 @@ const KNOTS_PER_PERIOD: usize = 14;
 /// one that is centred at its begin: a harmonic of the coefficients is that of the motion over the
 /// response (66 + 52 cos θ + 2 cos 2θ)/120 of the spline to it, θ being its phase from knot to
 /// knot.
-pub(super) fn coefficients(series: &FourierSeries) -> Vec<Vec<f64>> {
+pub(super) fn spline_coefficients(series: &FourierSeries) -> Vec<Vec<f64>> {
     let harmonics = series.joints.iter().map(|joint| joint.sine.len()).max().unwrap_or(0);
     let knots = KNOTS_PER_PERIOD * harmonics.max(1);
     let step = TAU / knots as f64;

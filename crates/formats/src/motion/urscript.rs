@@ -6,7 +6,7 @@ use didim_dynamics::robot::JointIndex;
 use didim_identification::excitation::FourierSeries;
 
 use super::file::{MotionFile, identifier, list};
-use super::spline::coefficients;
+use super::spline::spline_coefficients;
 
 /// The program evaluates a spline in each cycle of the controller: a list of all points would be
 /// too large for it, and the series too slow. `servoj` does not heed the speed slider, so the
@@ -58,8 +58,8 @@ end
 
 pub(super) fn write(file: &MotionFile<'_>, series: &FourierSeries, name: &str) -> String {
     let name = identifier(name);
-    let lists = coefficients(series);
-    let mut text = file.comments("#");
+    let lists = spline_coefficients(series);
+    let mut text = file.header_comments("#");
     let _ = writeln!(text, "def {name}():");
     text +=
         "  # Part of the speed of the motion: first 0.1, and 1.0 when it was seen to be free.\n";

@@ -17,7 +17,7 @@ pub(super) struct Grid {
 }
 
 /// The grid of a table whose times, if any, are on a uniform one.
-pub(super) fn grid(
+pub(super) fn find_grid(
     time_s: Option<&[f64]>,
     first_row: Place,
     declared: Option<f64>,
@@ -66,7 +66,7 @@ fn uniform(time_s: &[f64], first_row: Place, path: &Path) -> Result<Grid, TableE
     let row = leaves_grid(median).unwrap_or(time_s.len() - 1);
     Err(TableError::NotUniform {
         file: path.to_path_buf(),
-        place: first_row.after(row),
+        place: first_row.rows_later(row),
         time_s: time_s[row],
         expected_s: first + row as f64 * median,
         sample_rate_hz: 1.0 / median,

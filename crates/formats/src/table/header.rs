@@ -154,7 +154,7 @@ fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
         name.strip_prefix(side.prefix())?.strip_prefix('_').map(|rest| (side, rest))
     })?;
     let (stem, number) = rest.rsplit_once('_')?;
-    let quantity = Quantity::ALL.into_iter().find(|q| q.stem() == stem)?;
+    let quantity = Quantity::ALL.into_iter().find(|q| q.column_stem() == stem)?;
     let axis: usize = number.parse().ok()?;
     let is_axis = (1..=didim_dynamics::MAX_JOINTS).contains(&axis);
     is_axis.then_some((Some(side), Column::Signal(quantity, axis - 1)))
@@ -162,5 +162,5 @@ fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
 
 /// The name of didim's own column.
 pub(super) fn column_name(side: Side, quantity: Quantity, axis: usize) -> String {
-    format!("{}_{}_{}", side.prefix(), quantity.stem(), axis + 1)
+    format!("{}_{}_{}", side.prefix(), quantity.column_stem(), axis + 1)
 }

@@ -30,7 +30,7 @@ use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
 use crate::start::RecordingStart;
 use crate::uniform::{Rows, TimesError, resample};
-use grid::{Grid, grid};
+use grid::{Grid, find_grid};
 use header::{Column, Header};
 use source::{Source, Values};
 use text::Text;
@@ -47,11 +47,11 @@ pub use write::write_csv;
 /// See [`TableError`].
 pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, TableError> {
     let table = read(open(path, None)?, path, sample_rate_hz.is_none(), None)?;
-    if let Some(IncompleteRows { missing_values, .. }) = table.missing {
+    if let Some(IncompleteRows { missing_values, .. }) = table.incomplete_rows {
         return Err(TableError::MissingValues { file: path.to_path_buf(), missing_values });
     }
     let rate_hz = table.grid(sample_rate_hz, path)?.rate_hz;
-    Ok(table.measurement(rate_hz))
+    Ok(table.into_measurement(rate_hz))
 }
 
 /// Reads a table of didim's own columns, or of others. Times that jitter are resampled to
@@ -68,21 +68,22 @@ pub fn read_table(
     columns: Option<&Columns>,
 ) -> Result<Record, TableError> {
     let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
-    let missing = table.missing.take();
+    let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
         // Without times a row is where it stands.
         #[expect(clippy::cast_precision_loss, reason = "rows in memory are far fewer than 2^52")]
         let time_s = |row: &usize| *row as f64 / rate_hz;
-        table.time = Some(missing_rows.complete.rows.iter().map(time_s).collect());
+        table.time = Some(missing_rows.complete_rows.rows.iter().map(time_s).collect());
     }
     let start = table.start();
-    let mut record = record(table, path, sample_rate_hz, nominal_hz).map(|of| of.starting(start));
+    let mut record =
+        to_record(table, path, sample_rate_hz, nominal_hz).map(|of| of.with_start(start));
     match (&mut record, missing) {
         (_, None) => {}
         (Ok(record), Some(IncompleteRows { missing_values, .. })) => {
             record.missing_values = Some(missing_values)
         }
-        (Err(error), Some(IncompleteRows { missing_values, spread: distant, .. })) => {
+        (Err(error), Some(IncompleteRows { missing_values, disjoint_columns: distant, .. })) => {
             let source = match *error {
                 TableError::Times { source, .. } => source,
                 TableError::RateMismatch { found_hz, given_hz: stated_hz, .. } => {
@@ -102,7 +103,7 @@ pub fn read_table(
 }
 
 /// The record of whole rows.
-fn record(
+fn to_record(
     mut table: Table,
     path: &Path,
     sample_rate_hz: Option<f64>,
@@ -114,7 +115,7 @@ fn record(
         Ok(Grid { rate_hz, off_s })
             if off_s <= (2.0 * resolution_s).max(GRID_JITTER_SHARE / rate_hz) =>
         {
-            Ok(table.measurement(rate_hz).into())
+            Ok(table.into_measurement(rate_hz).into())
         }
         Ok(_) | Err(TableError::NotUniform { .. }) => {
             let times_s = table.time.take().unwrap_or_default();
@@ -122,12 +123,21 @@ fn record(
             let rate = sample_rate_hz.unwrap_or(nominal_hz);
             let uniform = resample(Rows { times_s, columns }, rate)
                 .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
-            Ok(Record::resampled(uniform, |columns| {
+            Ok(Record::from_uniform(uniform, |columns| {
                 let mut columns = columns.into_iter();
                 let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
                 let (time, missing) = (None, None);
-                Table { side, axes, first_row, time, resolution_s, first_ns, signals, missing }
-                    .measurement(rate)
+                Table {
+                    side,
+                    axes,
+                    first_row,
+                    time,
+                    resolution_s,
+                    first_ns,
+                    signals,
+                    incomplete_rows: missing,
+                }
+                .into_measurement(rate)
             }))
         }
         Err(error) => Err(error),
@@ -137,12 +147,13 @@ fn record(
 /// The first bytes of what gzip compressed (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// The first bytes of a Parquet file.
-const PARQUET: [u8; 4] = *b"PAR1";
+const PARQUET_MAGIC: [u8; 4] = *b"PAR1";
 
 /// Returns true for a Parquet file, by its first bytes.
 pub fn is_parquet(path: &Path) -> bool {
-    let mut begin = [0; PARQUET.len()];
-    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok() && begin == PARQUET
+    let mut begin = [0; PARQUET_MAGIC.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+        && begin == PARQUET_MAGIC
 }
 
 /// Opens a table of either kind. Its first bytes identify the kind.
@@ -150,7 +161,7 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
     let wrong = |source| TableError::Io { file: path.to_path_buf(), source };
     let mut file = BufReader::new(File::open(path).map_err(wrong)?);
     let begin = file.fill_buf().map_err(wrong)?;
-    if begin.starts_with(&PARQUET) {
+    if begin.starts_with(&PARQUET_MAGIC) {
         #[cfg(feature = "parquet")]
         return Ok(Box::new(parquet::Parquet::open(file.into_inner(), path)?));
         #[cfg(not(feature = "parquet"))]
@@ -171,9 +182,9 @@ pub struct TableNames {
     /// Its columns.
     pub columns: Vec<String>,
     /// Seconds to a 1 of each whose type is one of times.
-    pub seconds: Vec<Option<f64>>,
+    pub seconds_per_unit: Vec<Option<f64>>,
     /// The side of the transmission and whether there is a time, where all columns are didim's own.
-    pub own: Option<(Side, bool)>,
+    pub own_format: Option<(Side, bool)>,
 }
 
 /// Reads the header of a table.
@@ -183,10 +194,10 @@ pub struct TableNames {
 pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
     let source = open(path, None)?;
     let columns = source.names().to_vec();
-    let seconds = (0..columns.len()).map(|column| source.second(column)).collect();
+    let seconds = (0..columns.len()).map(|column| source.seconds_per_unit(column)).collect();
     let standard_side =
         Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
-    Ok(TableNames { columns, seconds, own: standard_side })
+    Ok(TableNames { columns, seconds_per_unit: seconds, own_format: standard_side })
 }
 
 /// Reads a table without asking for a rate: its rows as they come.
@@ -212,16 +223,16 @@ pub struct Table {
     /// Positions, torques and references by axis; no references where there are none.
     pub signals: [Vec<Vec<f64>>; 3],
     /// The rows that lack a value and were left out, if any.
-    missing: Option<IncompleteRows>,
+    incomplete_rows: Option<IncompleteRows>,
 }
 
 /// Rows that lack a value.
 #[derive(Clone, Debug, PartialEq)]
 struct IncompleteRows {
     /// The others.
-    complete: CompleteRows,
+    complete_rows: CompleteRows,
     missing_values: MissingValues,
-    spread: Box<DisjointColumns>,
+    disjoint_columns: Box<DisjointColumns>,
 }
 
 /// Times that are off the grid by less than this share of a period are taken as on it when
@@ -230,7 +241,7 @@ const GRID_JITTER_SHARE: f64 = 0.01;
 
 impl Table {
     fn grid(&self, declared: Option<f64>, path: &Path) -> Result<Grid, TableError> {
-        grid(self.time.as_deref(), self.first_row, declared, path)
+        find_grid(self.time.as_deref(), self.first_row, declared, path)
     }
 
     /// When its first row was recorded.
@@ -241,7 +252,7 @@ impl Table {
         RecordingStart::of_unix_ns(self.first_ns?.saturating_add(after_ns))
     }
 
-    fn measurement(self, sample_rate_hz: f64) -> Measurement {
+    fn into_measurement(self, sample_rate_hz: f64) -> Measurement {
         let [position_rad, torque_nm, reference] = self.signals;
         let reference_rad = (!reference.is_empty()).then_some(reference);
         let signals = Signals { sample_rate_hz, position_rad, torque_nm, reference_rad };
@@ -272,9 +283,9 @@ fn read(
     let (first_row, names) = (source.first_row(), source.names().to_vec());
     let is_read = |column: &&Column| !matches!(column, Column::Other);
     let capacity = Capacity::of_values(header.columns.iter().filter(is_read).count());
-    let Values { columns: mut numbers, mut resolution, mut first } =
+    let Values { columns: mut numbers, mut resolution, first_time: mut first } =
         source.read(&header.columns, capacity)?;
-    let incomplete = leave_out(&mut numbers, &names, first_row, path)?;
+    let incomplete_rows = leave_out(&mut numbers, &names, first_row, path)?;
     let (mut time, mut rows) = (None, 0);
     let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
@@ -304,8 +315,9 @@ fn read(
                 let column = names[if is_sec { sec } else { nanosec }].clone();
                 TableError::NotFractional {
                     file: file(),
-                    place: first_row
-                        .after(incomplete.as_ref().map_or(row, |rows| rows.complete.rows[row])),
+                    place: first_row.rows_later(
+                        incomplete_rows.as_ref().map_or(row, |rows| rows.complete_rows.rows[row]),
+                    ),
                     column,
                     value,
                     wanted,
@@ -320,8 +332,8 @@ fn read(
     }
     let resolution_s = second * resolution;
     let Header { side, axes, .. } = header;
-    let first_ns = first.map(|first| first.nanoseconds(second));
-    Ok(Table { side, axes, first_row, time, resolution_s, first_ns, signals, missing: incomplete })
+    let first_ns = first.map(|first| first.to_nanoseconds(second));
+    Ok(Table { side, axes, first_row, time, resolution_s, first_ns, signals, incomplete_rows })
 }
 
 /// Refuses a time column whose type has another unit than the configured one.
@@ -332,7 +344,7 @@ fn check_time_unit(
     second: f64,
 ) -> Result<(), TableError> {
     if let Some(index) = header.columns.iter().position(Column::is_time)
-        && let Some(own) = source.second(index)
+        && let Some(own) = source.seconds_per_unit(index)
         && let is_date = header.columns[index] == Column::Date
         && (is_date || (own / second - 1.0).abs() > f64::EPSILON)
     {
@@ -367,12 +379,12 @@ fn leave_out(
     else {
         return Ok(None);
     };
-    let (row, column) = complete.first;
+    let (row, column) = complete.first_incomplete;
     let missing_values = MissingValues {
-        missing: complete.of - complete.rows.len(),
-        of: complete.of,
-        what: "rows",
-        first: format!("in {}, column `{}`", first_row.after(row), names[column]),
+        missing: complete.total - complete.rows.len(),
+        total: complete.total,
+        row_kind: "rows",
+        first_missing: format!("in {}, column `{}`", first_row.rows_later(row), names[column]),
     };
     let without_row = Box::new(spread);
     if complete.rows.len() < 2 {
@@ -384,8 +396,12 @@ fn leave_out(
             distant: without_row,
         });
     }
-    columns.iter_mut().for_each(|column| complete.keep(column));
-    Ok(Some(IncompleteRows { complete, missing_values, spread: without_row }))
+    columns.iter_mut().for_each(|column| complete.retain_complete(column));
+    Ok(Some(IncompleteRows {
+        complete_rows: complete,
+        missing_values,
+        disjoint_columns: without_row,
+    }))
 }
 
 /// A unit of time in words, by the seconds to a 1 of it.
@@ -414,7 +430,7 @@ mod tests {
         let source = Box::new(Text::open(input, path, &wanted)?);
         let table = read(source, path, declared.is_none(), columns)?;
         let rate_hz = table.grid(declared, path)?.rate_hz;
-        Ok(table.measurement(rate_hz))
+        Ok(table.into_measurement(rate_hz))
     }
 
     fn of_text(text: &str, rate: Option<f64>) -> Result<Measurement, TableError> {
@@ -554,7 +570,7 @@ mod tests {
         let parts = |record: &Record| -> Vec<(f64, usize)> {
             let describe =
                 |piece: &crate::record::Piece| (piece.begins_s, piece.measurement.samples());
-            record.parts.iter().map(describe).collect()
+            record.segments.iter().map(describe).collect()
         };
         // Several rows cut, one alone is interpolated; by the times, or by where rows stand.
         for (header, with_time) in [(HEADER, true), (HEADER.split_once(',').unwrap().1, false)] {
@@ -566,8 +582,8 @@ mod tests {
             })
             .unwrap();
             assert_eq!(parts(&record), [(0.0, 100), (1.05, 95)]);
-            assert_eq!(record.resampled.alone, 1);
-            let error = record.parts[0].measurement.signals.position_rad[0][20] - sine(20);
+            assert_eq!(record.resampled.interpolated_rows, 1);
+            let error = record.segments[0].measurement.signals.position_rad[0][20] - sine(20);
             assert!(error.abs() < 1e-6, "{error}");
             let said = record.notes().join("; ");
             assert!(
@@ -644,7 +660,7 @@ mod tests {
             std::fs::write(&path, format!("{names},q,f\n{rows}")).unwrap();
             let rate_hz = columns.time.is_none().then_some(100.0);
             let record = read_table(&path, rate_hz, 100.0, Some(&columns)).unwrap();
-            RecordingStart::shown(record.start)
+            RecordingStart::display_text(record.recording_start)
         };
         let numbers = |second| Some(TimeColumns::Numbers { column: "t".into(), second });
         let dates = || Some(TimeColumns::Dates { column: "t".into() });

@@ -15,9 +15,9 @@ use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
-use super::time::{Exact, First, resolution};
+use super::time::{Exact, First, digit_resolution};
 use crate::capacity::Capacity;
-use crate::guarded::guarded as guard;
+use crate::guarded::catch_panic as guard;
 
 /// Values that are decoded at once.
 const BATCH_VALUES: usize = 1 << 13;
@@ -37,13 +37,13 @@ pub(super) struct Parquet {
     path: PathBuf,
     reader: SerializedFileReader<File>,
     names: Vec<String>,
-    holds: Vec<Holds>,
+    column_types: Vec<Holds>,
 }
 
 impl Parquet {
     /// Reads the footer.
     pub(super) fn open(file: File, path: &Path) -> Result<Self, TableError> {
-        guarded(path, || {
+        call_parquet(path, || {
             let damaged = |error: ParquetError| error_of(path, &error);
             let reader = SerializedFileReader::new(file).map_err(damaged)?;
             let schema = reader.metadata().file_metadata().schema_descr_ptr();
@@ -57,13 +57,13 @@ impl Parquet {
                 }
             }
             let names = fields.iter().map(|field| field.name().to_owned()).collect();
-            Ok(Self { path: path.to_path_buf(), reader, names, holds })
+            Ok(Self { path: path.to_path_buf(), reader, names, column_types: holds })
         })
     }
 
     /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
     fn column(&self, index: usize, is_time: bool, most: usize) -> Result<Numbers, TableError> {
-        let (leaf, unsigned) = match self.holds[index] {
+        let (leaf, unsigned) = match self.column_types[index] {
             Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
             Holds::Times { leaf, .. } => (leaf, false),
             Holds::Other(what) => {
@@ -74,9 +74,9 @@ impl Parquet {
         let damaged = |error: ParquetError| error_of(&self.path, &error);
         let mut numbers = Numbers {
             values: Vec::new(),
-            most,
-            first: is_time.then(First::default),
-            finest: f64::INFINITY,
+            expected_count: most,
+            first_time: is_time.then(First::default),
+            finest_resolution: f64::INFINITY,
         };
         let mut rows = 0;
         for group in 0..self.reader.num_row_groups() {
@@ -113,7 +113,7 @@ impl Parquet {
             read.map_err(|stop| match stop {
                 Stop::NotANumber(text) => TableError::NotANumber {
                     file: self.path.clone(),
-                    place: self.first_row().after(numbers.values.len()),
+                    place: self.first_row().rows_later(numbers.values.len()),
                     column: self.names[index].clone(),
                     text,
                 },
@@ -133,8 +133,8 @@ impl Source for Parquet {
         &self.names
     }
 
-    fn second(&self, column: usize) -> Option<f64> {
-        match self.holds.get(column) {
+    fn seconds_per_unit(&self, column: usize) -> Option<f64> {
+        match self.column_types.get(column) {
             Some(Holds::Times { second, .. }) => Some(*second),
             _ => None,
         }
@@ -152,18 +152,19 @@ impl Source for Parquet {
             return Err(TableError::TooLong { file: self.path.clone(), samples: capacity.samples });
         }
         let mut values =
-            Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0, first: None };
+            Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0, first_time: None };
         for (index, column) in columns.iter().enumerate() {
             if *column == Column::Other {
                 continue;
             }
             let is_time = *column == Column::Time;
-            let numbers = guarded(&self.path, || self.column(index, is_time, rows))?;
+            let numbers = call_parquet(&self.path, || self.column(index, is_time, rows))?;
             values.columns[index] = numbers.values;
             if is_time {
-                values.resolution = numbers.finest;
-                let is_local = matches!(self.holds[index], Holds::Times { utc: false, .. });
-                values.first = numbers.first.and_then(|first| first.0).filter(|_| !is_local);
+                values.resolution = numbers.finest_resolution;
+                let is_local = matches!(self.column_types[index], Holds::Times { utc: false, .. });
+                values.first_time =
+                    numbers.first_time.and_then(|first| first.0).filter(|_| !is_local);
             }
         }
         Ok(values)
@@ -228,10 +229,10 @@ impl From<ParquetError> for Stop {
 struct Numbers {
     values: Vec<f64>,
     /// As many as the footer says.
-    most: usize,
+    expected_count: usize,
     /// First time, from which times are counted.
-    first: Option<First>,
-    finest: f64,
+    first_time: Option<First>,
+    finest_resolution: f64,
 }
 
 impl Numbers {
@@ -260,7 +261,7 @@ impl Numbers {
                 let Some(value) = values.next() else {
                     return Err(Stop::Damaged("fewer values than rows".to_owned()));
                 };
-                let text = self.first.is_some().then(|| value.to_string());
+                let text = self.first_time.is_some().then(|| value.to_string());
                 let (mut value, complete) = number(value);
                 if value.is_nan() {
                     self.values.push(value);
@@ -269,15 +270,15 @@ impl Numbers {
                 if value.is_infinite() {
                     return Err(Stop::NotANumber(value.to_string()));
                 }
-                if let (Some(first), Some(text)) = (&mut self.first, text) {
-                    self.finest = self.finest.min(resolution(&text));
-                    let integer =
-                        complete.map(|complete_rows| Exact { complete: complete_rows, part: 0.0 });
-                    value = first.after(integer.unwrap_or(value.into()));
+                if let (Some(first), Some(text)) = (&mut self.first_time, text) {
+                    self.finest_resolution = self.finest_resolution.min(digit_resolution(&text));
+                    let integer = complete
+                        .map(|complete_rows| Exact { whole_part: complete_rows, fraction: 0.0 });
+                    value = first.seconds_after(integer.unwrap_or(value.into()));
                 }
                 self.values.push(value);
             }
-            if self.values.len() > self.most {
+            if self.values.len() > self.expected_count {
                 return Err(Stop::Damaged("more rows than the footer says".to_owned()));
             }
         }
@@ -289,6 +290,9 @@ fn error_of(path: &Path, error: &ParquetError) -> TableError {
 }
 
 /// Calls the library where it may panic.
-fn guarded<T>(path: &Path, call: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
+fn call_parquet<T>(
+    path: &Path,
+    call: impl FnOnce() -> Result<T, TableError>,
+) -> Result<T, TableError> {
     guard(call, |what| TableError::Parquet { file: path.to_path_buf(), what })
 }

@@ -13,7 +13,7 @@ pub enum Place {
 
 impl Place {
     /// Returns the place this number of rows later, if each has its own line.
-    pub(super) fn after(self, rows: usize) -> Self {
+    pub(super) fn rows_later(self, rows: usize) -> Self {
         match self {
             Self::Line(line) => Self::Line(line + rows as u64),
             Self::Row(row) => Self::Row(row + rows as u64),

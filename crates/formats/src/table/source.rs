@@ -12,7 +12,7 @@ pub(super) trait Source {
     fn names(&self) -> &[String];
 
     /// Returns the seconds in a unit of a column whose type is a time.
-    fn second(&self, column: usize) -> Option<f64>;
+    fn seconds_per_unit(&self, column: usize) -> Option<f64>;
 
     /// Returns the place of its first row.
     fn first_row(&self) -> Place;
@@ -32,5 +32,5 @@ pub(super) struct Values {
     /// Value of the last digit of the finest time.
     pub(super) resolution: f64,
     /// The first time, after which they are; nothing where its clock is not named.
-    pub(super) first: Option<Exact>,
+    pub(super) first_time: Option<Exact>,
 }

@@ -8,7 +8,7 @@ use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
-use super::time::{Exact, First, names_its_clock, resolution};
+use super::time::{Exact, First, digit_resolution, names_its_clock};
 use crate::capacity::Capacity;
 
 /// Largest length of a header line \[bytes\].
@@ -36,7 +36,7 @@ impl Text {
         let mut begin = Vec::new();
         let read = (&mut input).take(LONGEST_HEADER).read_until(b'\n', &mut begin);
         read.map_err(|source| TableError::Io { file: path.clone(), source })?;
-        let delimiter = separator(&begin, wanted);
+        let delimiter = find_separator(&begin, wanted);
         let input = Cursor::new(begin).chain(input);
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
@@ -52,7 +52,7 @@ impl Source for Text {
         &self.names
     }
 
-    fn second(&self, _: usize) -> Option<f64> {
+    fn seconds_per_unit(&self, _: usize) -> Option<f64> {
         None
     }
 
@@ -92,30 +92,36 @@ impl Source for Text {
                     continue;
                 }
                 let value = match column {
-                    Column::Time => Exact::of_number(number).map(|time| first.after(time)),
-                    Column::Date => Exact::of_date(number).map(|time| first.after(time)),
+                    Column::Time => Exact::of_number(number).map(|time| first.seconds_after(time)),
+                    Column::Date => Exact::of_date(number).map(|time| first.seconds_after(time)),
                     _ => number.parse().ok(),
                 };
                 let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
                     let line = record.position().map_or(0, csv::Position::line);
                     let (file, place) = (file(), Place::Line(line));
                     let (column_name, text) = (self.names[index].clone(), text.to_owned());
-                    refused(*column, file, place, column_name, text)
+                    field_error(*column, file, place, column_name, text)
                 })?;
                 values[index].push(value);
                 if column.is_time() {
-                    finest = finest.min(resolution(number));
+                    finest = finest.min(digit_resolution(number));
                     of_no_clock |= *column == Column::Date && !names_its_clock(number);
                 }
             }
         }
         let first = first.0.filter(|_| !of_no_clock);
-        Ok(Values { columns: values, resolution: finest, first })
+        Ok(Values { columns: values, resolution: finest, first_time: first })
     }
 }
 
 /// Describes the fault of a field.
-fn refused(of: Column, file: PathBuf, place: Place, column: String, text: String) -> TableError {
+fn field_error(
+    of: Column,
+    file: PathBuf,
+    place: Place,
+    column: String,
+    text: String,
+) -> TableError {
     match of {
         Column::Date => TableError::NotADate { file, place, column, text },
         Column::Time if Exact::of_date(&text).is_some() => {
@@ -127,7 +133,7 @@ fn refused(of: Column, file: PathBuf, place: Place, column: String, text: String
 
 /// Returns the separator of a header line: the one that finds most of the wanted columns, or most
 /// fields.
-fn separator(line: &[u8], wanted: &[String]) -> u8 {
+fn find_separator(line: &[u8], wanted: &[String]) -> u8 {
     let fields = |separator: u8| -> (usize, usize) {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)

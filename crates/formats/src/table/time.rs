@@ -7,8 +7,8 @@ use std::time::{Duration, SystemTime};
 /// A number in two, of which the sum is meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exact {
-    pub(super) complete: i64,
-    pub(super) part: f64,
+    pub(super) whole_part: i64,
+    pub(super) fraction: f64,
 }
 
 /// Beyond that a double has no part \[2⁵³\].
@@ -19,9 +19,9 @@ impl From<f64> for Exact {
         if value.abs() < NO_PART {
             #[expect(clippy::cast_possible_truncation, reason = "below 2^53")]
             let integer = value as i64;
-            return Self { complete: integer, part: value.fract() };
+            return Self { whole_part: integer, fraction: value.fract() };
         }
-        Self { complete: 0, part: value }
+        Self { whole_part: 0, fraction: value }
     }
 }
 
@@ -37,7 +37,7 @@ impl Exact {
         };
         match (digits.parse(), part) {
             (Ok(complete), Ok(part)) if part < 1.0 && !decimals.contains(['e', 'E']) => {
-                Some(Self { complete, part: part.copysign(value) })
+                Some(Self { whole_part: complete, fraction: part.copysign(value) })
             }
             _ => Some(value.into()),
         }
@@ -45,10 +45,10 @@ impl Exact {
 
     /// Returns its nanoseconds for a unit of this number of seconds.
     #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
-    pub(super) fn nanoseconds(self, second: f64) -> i128 {
+    pub(super) fn to_nanoseconds(self, second: f64) -> i128 {
         // In a unit of 1 to 1e9 nanoseconds.
         let unit_ns = (1e9 * second).round();
-        i128::from(self.complete) * unit_ns as i128 + (self.part * unit_ns).round() as i128
+        i128::from(self.whole_part) * unit_ns as i128 + (self.fraction * unit_ns).round() as i128
     }
 
     /// A date with its time of day (ISO 8601): seconds after 1970. Without an offset, the clock is
@@ -58,7 +58,7 @@ impl Exact {
         let time = humantime::parse_rfc3339_weak(date).ok()?;
         let since: Duration = time.duration_since(SystemTime::UNIX_EPOCH).ok()?;
         let seconds = i64::try_from(since.as_secs()).ok()? - offset_s;
-        Some(Self { complete: seconds, part: 1e-9 * f64::from(since.subsec_nanos()) })
+        Some(Self { whole_part: seconds, fraction: 1e-9 * f64::from(since.subsec_nanos()) })
     }
 }
 
@@ -89,16 +89,16 @@ fn without_offset(text: &str) -> Option<(&str, i64)> {
 pub(super) struct First(pub(super) Option<Exact>);
 
 impl First {
-    pub(super) fn after(&mut self, time: Exact) -> f64 {
+    pub(super) fn seconds_after(&mut self, time: Exact) -> f64 {
         let first = *self.0.get_or_insert(time);
         #[expect(clippy::cast_precision_loss, reason = "differences")]
-        let seconds = time.complete.saturating_sub(first.complete) as f64;
-        seconds + (time.part - first.part)
+        let seconds = time.whole_part.saturating_sub(first.whole_part) as f64;
+        seconds + (time.fraction - first.fraction)
     }
 }
 
 /// Returns the value of the last digit of a number or of a date's seconds.
-pub(super) fn resolution(text: &str) -> f64 {
+pub(super) fn digit_resolution(text: &str) -> f64 {
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let decimals = mantissa.split_once(['.', ',']).map_or("", |(_, decimals)| decimals);
     let decimals = decimals.bytes().take_while(u8::is_ascii_digit).count();
@@ -124,8 +124,8 @@ pub(super) fn of_parts(
             let wanted = "a number of nanoseconds within a second, 0 to 999999999";
             return Err((false, (row, *nanosec, wanted)));
         }
-        let Exact { complete, .. } = (*sec).into();
-        Ok(first.after(Exact { complete, part: 1e-9 * nanosec }))
+        let Exact { whole_part: complete, .. } = (*sec).into();
+        Ok(first.seconds_after(Exact { whole_part: complete, fraction: 1e-9 * nanosec }))
     });
     let times = stamps.collect::<Result<_, _>>()?;
     Ok((times, first.0))
@@ -137,7 +137,7 @@ mod tests {
 
     /// \[ns\] after 2024-05-01T12:00:00Z.
     fn nanoseconds(date: &str) -> Option<i64> {
-        let Exact { complete, part } = Exact::of_date(date)?;
+        let Exact { whole_part: complete, fraction: part } = Exact::of_date(date)?;
         #[expect(clippy::cast_possible_truncation, reason = "within a second")]
         let part = (1e9 * part).round() as i64;
         Some((complete - 1_714_564_800) * 1_000_000_000 + part)
@@ -178,7 +178,7 @@ mod tests {
         let after = |first: &str, then: &str| {
             let mut first_time = First::default();
             let [_, after] =
-                [first, then].map(|text| first_time.after(Exact::of_number(text).unwrap()));
+                [first, then].map(|text| first_time.seconds_after(Exact::of_number(text).unwrap()));
             after
         };
         for (first, then, expected) in [

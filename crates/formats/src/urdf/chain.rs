@@ -16,7 +16,7 @@ pub(super) struct Axis {
     pub(super) name: String,
     pub(super) is_prismatic: bool,
     /// A point on it.
-    pub(super) point: Vector3<f64>,
+    pub(super) point_on_axis: Vector3<f64>,
     /// Unit vector.
     pub(super) direction: Vector3<f64>,
     /// \[rad or m\]
@@ -30,7 +30,7 @@ pub(super) struct Axis {
     /// Frame of the link that it moves, at q = 0.
     pub(super) pose: IsometryMatrix3<f64>,
     /// Links up to the next axis, first the link that it moves.
-    pub(super) attached: Vec<Attached>,
+    pub(super) attached_links: Vec<Attached>,
 }
 
 /// A link that moves with an axis.
@@ -49,7 +49,7 @@ pub(super) struct Attached {
 impl Axis {
     /// The bodies that it carries up to the next one.
     pub(super) fn link_bodies(&self) -> impl Iterator<Item = &Body> {
-        self.attached.iter().filter_map(|attached| attached.body.as_ref())
+        self.attached_links.iter().filter_map(|attached| attached.body.as_ref())
     }
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Chain {
     /// The tip's frame in that of the base at q = 0.
     pub(super) tip_pose: IsometryMatrix3<f64>,
     /// Upward direction in the frame of the base: z of the root, all joints at 0.
-    pub(super) up: Vector3<f64>,
+    pub(super) up_direction: Vector3<f64>,
     /// True if every body is known.
     pub(super) has_bodies: bool,
     /// Capsules about the collision shapes of fixed links below the first axis, in the frame of the
@@ -72,7 +72,7 @@ pub(super) struct Chain {
 }
 
 impl FileJoint {
-    fn moves(&self) -> bool {
+    fn is_moving(&self) -> bool {
         self.kind != Kind::Fixed
     }
 }
@@ -83,7 +83,7 @@ impl File {
         self.check_tree()?;
         let base = match base {
             Some(name) => self.link("base", name)?,
-            None => self.root()?,
+            None => self.find_root()?,
         };
         let tip = match tip {
             Some(name) => self.link("tip", name)?,
@@ -94,7 +94,7 @@ impl File {
             return Err(UrdfError::NotConnected { base: name(base), tip: name(tip) });
         };
         let moving: Vec<usize> =
-            path_between.iter().copied().filter(|k| self.joints[*k].moves()).collect();
+            path_between.iter().copied().filter(|k| self.joints[*k].is_moving()).collect();
         if !(1..=MAX_JOINTS).contains(&moving.len()) {
             let (found, largest) = (moving.len(), MAX_JOINTS);
             return Err(UrdfError::Joints { found, base: name(base), tip: name(tip), largest });
@@ -110,13 +110,13 @@ impl File {
             tip: name(tip),
             axes: Vec::new(),
             tip_pose: poses[tip].unwrap_or_else(IsometryMatrix3::identity),
-            up: standing.rotation.inverse() * Vector3::z(),
+            up_direction: standing.rotation.inverse() * Vector3::z(),
             has_bodies: true,
             base_capsules: Vec::new(),
             unread_shapes: Vec::new(),
             notes: Vec::new(),
         };
-        self.stand(base, &moving, &poses, &mut chain);
+        self.collect_stand(base, &moving, &poses, &mut chain);
         for &k in &moving {
             let joint = &self.joints[k];
             // In the joint's own frame, which is that of its child at q = 0.
@@ -129,24 +129,24 @@ impl File {
     }
 
     /// Collects the shapes of a fixed link and of all links on it.
-    fn stand(
+    fn collect_stand(
         &self,
         link: usize,
         moving: &[usize],
         poses: &[Option<IsometryMatrix3<f64>>],
         chain: &mut Chain,
     ) {
-        let capsules = self.shapes(link, poses, chain);
+        let capsules = self.link_capsules(link, poses, chain);
         chain.base_capsules.extend(capsules);
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
-                self.stand(joint.child, moving, poses, chain);
+                self.collect_stand(joint.child, moving, poses, chain);
             }
         }
     }
 
     /// Returns the capsules of a link in the frame of the base; shapes that are not read are named.
-    fn shapes(
+    fn link_capsules(
         &self,
         link: usize,
         poses: &[Option<IsometryMatrix3<f64>>],
@@ -180,14 +180,14 @@ impl File {
             }
             _ => None,
         };
-        let capsules = self.shapes(link, poses, chain);
-        axis.attached.push(Attached { link, body, is_held, capsules });
+        let capsules = self.link_capsules(link, poses, chain);
+        axis.attached_links.push(Attached { link, body, is_held, capsules });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
-                if joint.moves() {
+                if joint.is_moving() {
                     chain.notes.push(UrdfNote::HeldStill { joint: joint.name.clone() });
                 }
-                let child = (joint.child, is_held || joint.moves());
+                let child = (joint.child, is_held || joint.is_moving());
                 self.attach_fixed_links(child, moving, poses, axis, chain);
             }
         }
@@ -228,7 +228,7 @@ impl File {
         found_link.ok_or(UrdfError::NoSuchEnd { end, link, available })
     }
 
-    fn root(&self) -> Result<usize, UrdfError> {
+    fn find_root(&self) -> Result<usize, UrdfError> {
         let is_root = |link: &usize| self.joints.iter().all(|joint| joint.child != *link);
         let roots: Vec<usize> = (0..self.links.len()).filter(is_root).collect();
         match roots[..] {
@@ -258,7 +258,7 @@ impl File {
     fn only_tip(&self, base: usize) -> Result<usize, UrdfError> {
         let is_leaf = |link: &usize| self.joints.iter().all(|joint| joint.parent != *link);
         let moving = |path_between: Vec<usize>| -> Vec<usize> {
-            path_between.into_iter().filter(|k| self.joints[*k].moves()).collect()
+            path_between.into_iter().filter(|k| self.joints[*k].is_moving()).collect()
         };
         let leaves: Vec<(usize, Vec<usize>)> = (0..self.links.len())
             .filter(is_leaf)
@@ -300,7 +300,7 @@ fn axis_of(
     notes: &mut Vec<UrdfNote>,
 ) -> Result<Axis, UrdfError> {
     let (name, line) = (joint.name.clone(), joint.line);
-    if let Some(of) = &joint.mimics {
+    if let Some(of) = &joint.mimicked_joint {
         return Err(UrdfError::Mimic { joint: name, of: of.clone(), line });
     }
     let kind = match joint.kind {
@@ -337,13 +337,13 @@ fn axis_of(
     Ok(Axis {
         name,
         is_prismatic: joint.kind == Kind::Prismatic,
-        point: (pose * Point3::origin()).coords,
+        point_on_axis: (pose * Point3::origin()).coords,
         direction: pose.rotation * joint.axis,
         position,
         velocity,
         effort,
         friction: joint.friction,
         pose: *pose,
-        attached: Vec::new(),
+        attached_links: Vec::new(),
     })
 }

@@ -29,7 +29,7 @@ pub struct UrdfValues {
 
 /// A part of the text and its replacement.
 struct Edit {
-    place: Range<usize>,
+    text_range: Range<usize>,
     text: String,
 }
 
@@ -49,12 +49,12 @@ impl UrdfArm {
         let text = &self.text;
         let file = File::read(text)?;
         let chain = file.chain(Some(&self.base), Some(&self.tip))?;
-        let comment = comment(remarks, indent(text, &file.place) + "  ");
-        let mut remarks = inside(text, &file.place, &comment);
-        remarks.place.end += former_comment(&text[remarks.place.end..]);
+        let comment = comment_lines(remarks, indent_of(text, &file.element) + "  ");
+        let mut remarks = insert_inside(text, &file.element, &comment);
+        remarks.text_range.end += former_comment(&text[remarks.text_range.end..]);
         let mut edits = vec![remarks];
-        for (number, (axis, placed)) in chain.axes.iter().zip(&self.placed).enumerate() {
-            let name = || file.links[axis.attached[0].link].name.clone();
+        for (number, (axis, placed)) in chain.axes.iter().zip(&self.link_parameters).enumerate() {
+            let name = || file.links[axis.attached_links[0].link].name.clone();
             let impossible = || UrdfError::NothingLeft { link: name() };
             let body = values
                 .link_bodies
@@ -63,23 +63,27 @@ impl UrdfArm {
                 .ok_or_else(impossible)?;
             let own_body = without_held(axis, &body.seen_from(&placed.frame().pose()));
             let own_body = own_body.ok_or_else(impossible)?.seen_from(&axis.pose.inverse());
-            for (index, attached) in axis.attached.iter().enumerate() {
+            for (index, attached) in axis.attached_links.iter().enumerate() {
                 let link = &file.links[attached.link];
-                let tab = indent(text, &link.place) + "  ";
-                match (&link.inertial, index, attached.is_held) {
+                let tab = indent_of(text, &link.element) + "  ";
+                match (&link.inertial_range, index, attached.is_held) {
                     // It would stay, and the link that carries it have it once more.
                     (Some(_), _, true) if attached.body.is_none() => {
                         return Err(UrdfError::ImpossibleHeld { link: link.name.clone() });
                     }
                     (Some(place), 0, _) => {
-                        edits.push(Edit { place: place.clone(), text: own_body.element(&tab) });
+                        edits.push(Edit {
+                            text_range: place.clone(),
+                            text: own_body.inertial_element(&tab),
+                        });
                     }
                     (None, 0, _) => {
-                        let inserted = format!("\n{tab}{}", own_body.element(&tab));
-                        edits.push(inside(text, &link.place, &inserted));
+                        let inserted = format!("\n{tab}{}", own_body.inertial_element(&tab));
+                        edits.push(insert_inside(text, &link.element, &inserted));
                     }
                     (Some(place), _, false) => {
-                        edits.push(Edit { place: with_line(text, place), text: String::new() });
+                        edits
+                            .push(Edit { text_range: with_line(text, place), text: String::new() });
                     }
                     _ => {}
                 }
@@ -90,7 +94,7 @@ impl UrdfArm {
                 edits.extend(friction(text, joint, both));
             }
         }
-        Ok(edited(text, edits))
+        Ok(apply_edits(text, edits))
     }
 }
 
@@ -98,7 +102,7 @@ impl UrdfArm {
 /// physically consistent.
 fn without_held(axis: &Axis, complete: &Body) -> Option<Body> {
     let mut rest = about_origin(complete);
-    for fixed_link in axis.attached.iter().filter(|attached| attached.is_held) {
+    for fixed_link in axis.attached_links.iter().filter(|attached| attached.is_held) {
         let Some(body) = &fixed_link.body else { continue };
         let body = about_origin(body);
         rest.mass_kg -= body.mass_kg;
@@ -129,31 +133,31 @@ fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit
         if new.is_empty() {
             return Vec::new();
         }
-        let tab = indent(text, &joint.place) + "  ";
+        let tab = indent_of(text, &joint.element) + "  ";
         let element = format!("\n{tab}<dynamics{}/>", attributes(new));
-        return vec![inside(text, &joint.place, &element)];
+        return vec![insert_inside(text, &joint.element, &element)];
     };
     let (mut edits, mut new) = (Vec::new(), Vec::new());
     for ((name, value), place) in attributes_of.zip([damping, friction]) {
         match (value, place) {
             (Some(value), Some(place)) => {
-                edits.push(Edit { place: place.clone(), text: format!("{value:?}") });
+                edits.push(Edit { text_range: place.clone(), text: format!("{value:?}") });
             }
             (Some(value), None) => new.push((name, value)),
             // Effects outside the model are in its other parameters.
             (None, Some(place)) => {
-                edits.push(Edit { place: place.clone(), text: "0.0".to_owned() })
+                edits.push(Edit { text_range: place.clone(), text: "0.0".to_owned() })
             }
             (None, None) => {}
         }
     }
     let insert_at = complete.start + "<dynamics".len();
-    edits.push(Edit { place: insert_at..insert_at, text: attributes(new) });
+    edits.push(Edit { text_range: insert_at..insert_at, text: attributes(new) });
     edits
 }
 
 /// Writes a comment on its own lines.
-fn comment(lines: &[String], tab: String) -> String {
+fn comment_lines(lines: &[String], tab: String) -> String {
     let lines = lines.iter().map(|line| format!("{tab}  {}\n", within_comment(line)));
     format!("\n{tab}<!--\n{}{tab}-->", lines.collect::<String>())
 }
@@ -166,28 +170,28 @@ fn former_comment(text: &str) -> usize {
 }
 
 /// The spaces before an element on its line.
-fn indent(text: &str, place: &Place) -> String {
+fn indent_of(text: &str, place: &Place) -> String {
     let line = text[..place.range.start].rsplit('\n').next().unwrap_or_default();
     line.chars().take_while(|of| of.is_whitespace()).collect()
 }
 
 /// New content at the begin of an element.
-fn inside(text: &str, place: &Place, content: &str) -> Edit {
+fn insert_inside(text: &str, place: &Place, content: &str) -> Edit {
     let Range { start, end } = place.range.clone();
     let element = &text[start..end];
     if let Some(at) = place.content {
-        return Edit { place: at..at, text: content.to_owned() };
+        return Edit { text_range: at..at, text: content.to_owned() };
     }
-    let tab = indent(text, place);
+    let tab = indent_of(text, place);
     match element.strip_suffix("/>") {
         Some(open) => {
             let name: String =
                 open.chars().skip(1).take_while(|of| !of.is_whitespace() && *of != '/').collect();
-            Edit { place: end - 2..end, text: format!(">{content}\n{tab}</{name}>") }
+            Edit { text_range: end - 2..end, text: format!(">{content}\n{tab}</{name}>") }
         }
         None => {
             let insert_at = start + element.rfind("</").unwrap_or(element.len());
-            Edit { place: insert_at..insert_at, text: format!("{content}\n{tab}") }
+            Edit { text_range: insert_at..insert_at, text: format!("{content}\n{tab}") }
         }
     }
 }
@@ -201,11 +205,11 @@ fn with_line(text: &str, place: &Range<usize>) -> Range<usize> {
 }
 
 /// Applies the edits to the text, with its line endings.
-fn edited(text: &str, mut edits: Vec<Edit>) -> String {
+fn apply_edits(text: &str, mut edits: Vec<Edit>) -> String {
     let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
-    edits.sort_by_key(|edit| edit.place.start);
+    edits.sort_by_key(|edit| edit.text_range.start);
     let (mut out, mut at) = (String::new(), 0);
-    for Edit { place, text: new } in edits {
+    for Edit { text_range: place, text: new } in edits {
         out.push_str(&text[at..place.start]);
         out.push_str(&new.replace('\n', line_end));
         at = place.end;

@@ -21,7 +21,7 @@ pub(super) const MAX_LINKS: usize = 1000;
 
 pub(super) struct File {
     pub(super) name: String,
-    pub(super) place: Place,
+    pub(super) element: Place,
     pub(super) links: Vec<Link>,
     pub(super) joints: Vec<FileJoint>,
 }
@@ -29,9 +29,9 @@ pub(super) struct File {
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) body: Inertial,
-    pub(super) place: Place,
+    pub(super) element: Place,
     /// Place of its `<inertial>`.
-    pub(super) inertial: Option<Range<usize>>,
+    pub(super) inertial_range: Option<Range<usize>>,
     /// Capsules about its collision shapes, in the link's frame.
     pub(super) capsules: Vec<Rounded>,
     /// True if there are others: meshes, and shapes that cannot be read.
@@ -41,14 +41,14 @@ pub(super) struct Link {
 /// A capsule about a shape: all within a radius of the way between two points \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rounded {
-    pub(super) ends: [Point3<f64>; 2],
+    pub(super) end_points: [Point3<f64>; 2],
     pub(super) radius_m: f64,
 }
 
 impl Rounded {
     /// Seen from the frame in which this one's has the pose.
     pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
-        Self { ends: self.ends.map(|end| pose * end), ..*self }
+        Self { end_points: self.end_points.map(|end| pose * end), ..*self }
     }
 }
 
@@ -99,8 +99,8 @@ pub(super) struct FileJoint {
     /// Viscous and Coulomb friction, where the file has them.
     pub(super) friction: Option<[f64; 2]>,
     /// The joint that it follows.
-    pub(super) mimics: Option<String>,
-    pub(super) place: Place,
+    pub(super) mimicked_joint: Option<String>,
+    pub(super) element: Place,
     pub(super) dynamics: Option<DynamicsPlace>,
 }
 
@@ -134,7 +134,7 @@ impl Body {
     }
 
     /// Writes it as an `<inertial>` on a line that begins with `tab`.
-    pub(crate) fn element(&self, tab: &str) -> String {
+    pub(crate) fn inertial_element(&self, tab: &str) -> String {
         let [x, y, z]: [f64; 3] = self.centre_m.into();
         let j = |row, column| self.inertia_kg_m2[(row, column)];
         format!(
@@ -163,7 +163,7 @@ impl Body {
     }
 
     /// Returns why no mass distribution is possible, if so.
-    fn problem(&self) -> Option<String> {
+    fn impossibility(&self) -> Option<String> {
         let moments = SymmetricEigen::new(self.inertia_kg_m2).eigenvalues;
         let (least, largest) = (moments.min(), moments.max());
         match () {
@@ -216,40 +216,34 @@ impl File {
             return Err(UrdfError::Xacro { what, line: line(node) });
         }
         let name = root.attribute("name").filter(|name| !name.trim().is_empty());
-        let xacro_name = "name";
-        let name = name.ok_or(UrdfError::Missing {
-            element: "robot".into(),
-            what: xacro_name,
-            line: line(root),
-        })?;
+        let missing = |what| UrdfError::Missing { element: "robot".into(), what, line: line(root) };
+        let name = name.ok_or_else(|| missing("name"))?;
         let mut links: Vec<Link> = Vec::new();
-        for node in children(root, "link") {
+        for node in child_elements(root, "link") {
             if links.len() == MAX_LINKS {
                 return Err(UrdfError::TooLarge { line: line(node) });
             }
-            let name = named(node)?;
+            let name = name_attribute(node)?;
             if links.iter().any(|link| link.name == name) {
                 return Err(UrdfError::Twice {
                     what: format!("the link `{name}`"),
                     line: line(node),
                 });
             }
-            let (body, place) = (inertial(node)?, place(node));
-            let inertial = child(node, "inertial")?.map(|inertial| inertial.range());
-            let shapes: Vec<Option<Rounded>> = children(node, "collision").map(rounded).collect();
+            let (body, element) = (parse_inertial(node)?, element_place(node));
+            let inertial = single_child(node, "inertial")?;
+            let inertial_range = inertial.map(|inertial| inertial.range());
+            let shapes: Vec<Option<Rounded>> =
+                child_elements(node, "collision").map(collision_capsule).collect();
             let has_unread_shapes = shapes.iter().any(Option::is_none);
             let capsules = shapes.into_iter().flatten().collect();
-            links.push(Link { name, body, place, inertial, capsules, has_unread_shapes });
+            links.push(Link { name, body, element, inertial_range, capsules, has_unread_shapes });
         }
         if links.is_empty() {
-            return Err(UrdfError::Missing {
-                element: "robot".into(),
-                what: "link",
-                line: line(root),
-            });
+            return Err(missing("link"));
         }
         let mut joints: Vec<FileJoint> = Vec::new();
-        for node in children(root, "joint") {
+        for node in child_elements(root, "joint") {
             if joints.len() == MAX_LINKS {
                 return Err(UrdfError::TooLarge { line: line(node) });
             }
@@ -260,7 +254,7 @@ impl File {
             }
             joints.push(joint);
         }
-        Ok(Self { name: name.to_owned(), place: place(root), links, joints })
+        Ok(Self { name: name.to_owned(), element: element_place(root), links, joints })
     }
 
     /// Returns the names of its links, for an error.
@@ -273,11 +267,14 @@ fn line(node: Node<'_, '_>) -> usize {
     node.document().text_pos_at(node.range().start).row as usize
 }
 
-fn place(node: Node<'_, '_>) -> Place {
+fn element_place(node: Node<'_, '_>) -> Place {
     Place { range: node.range(), content: node.first_child().map(|first| first.range().start) }
 }
 
-fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+fn child_elements<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(move |child: &Node<'a, 'i>| {
         let tag = child.tag_name();
         child.is_element() && tag.name() == name && tag.namespace().is_none()
@@ -285,11 +282,11 @@ fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Ite
 }
 
 /// Returns the single child of a name, if there is one.
-fn child<'a, 'i>(
+fn single_child<'a, 'i>(
     node: Node<'a, 'i>,
     name: &'static str,
 ) -> Result<Option<Node<'a, 'i>>, UrdfError> {
-    let mut elements = children(node, name);
+    let mut elements = child_elements(node, name);
     let first = elements.next();
     match elements.next() {
         Some(second) => {
@@ -300,20 +297,23 @@ fn child<'a, 'i>(
     }
 }
 
-fn needed<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, UrdfError> {
+fn required_child<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> Result<Node<'a, 'i>, UrdfError> {
     let element = node.tag_name().name().to_owned();
     let missing = || UrdfError::Missing { element, what: name, line: line(node) };
-    child(node, name)?.ok_or_else(missing)
+    single_child(node, name)?.ok_or_else(missing)
 }
 
-fn attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
+fn required_attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
     let element = node.tag_name().name().to_owned();
     let missing = || UrdfError::Missing { element, what: name, line: line(node) };
     node.attribute(name).ok_or_else(missing)
 }
 
-fn named(node: Node<'_, '_>) -> Result<String, UrdfError> {
-    attribute(node, "name").map(str::to_owned)
+fn name_attribute(node: Node<'_, '_>) -> Result<String, UrdfError> {
+    required_attribute(node, "name").map(str::to_owned)
 }
 
 fn number_of(
@@ -329,12 +329,15 @@ fn number_of(
 }
 
 /// A number that is 0 where it is not stated.
-fn number(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
+fn number_or_zero(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
     node.attribute(name).map_or(Ok(0.0), |text| number_of(node, name, text, "a number"))
 }
 
 /// Three numbers, where they are stated.
-fn three(node: Node<'_, '_>, name: &'static str) -> Result<Option<Vector3<f64>>, UrdfError> {
+fn three_numbers(
+    node: Node<'_, '_>,
+    name: &'static str,
+) -> Result<Option<Vector3<f64>>, UrdfError> {
     let Some(text) = node.attribute(name) else { return Ok(None) };
     let expected = "three numbers";
     let numbers: Vec<f64> = text
@@ -359,43 +362,46 @@ fn quarter_turn(angle_rad: f64) -> f64 {
 }
 
 /// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
-fn origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
-    let Some(origin) = child(node, "origin")? else { return Ok(IsometryMatrix3::identity()) };
-    let place = three(origin, "xyz")?.unwrap_or_default();
-    let angles = three(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
+fn parse_origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
+    let Some(origin) = single_child(node, "origin")? else {
+        return Ok(IsometryMatrix3::identity());
+    };
+    let place = three_numbers(origin, "xyz")?.unwrap_or_default();
+    let angles = three_numbers(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
     let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
     Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
 }
 
 /// Returns the capsule about a `<collision>`; `None` for a mesh or no shape: no identification
 /// needs it.
-fn rounded(collision: Node<'_, '_>) -> Option<Rounded> {
-    let geometry = child(collision, "geometry").ok()??;
-    let shape = |name| child(geometry, name).ok().flatten();
-    let size = |node: Node<'_, '_>, name| number(node, name).ok().filter(|size| *size > 0.0);
+fn collision_capsule(collision: Node<'_, '_>) -> Option<Rounded> {
+    let geometry = single_child(collision, "geometry").ok()??;
+    let shape = |name| single_child(geometry, name).ok().flatten();
+    let size =
+        |node: Node<'_, '_>, name| number_or_zero(node, name).ok().filter(|size| *size > 0.0);
     let (half, radius_m) = if let Some(ball) = shape("sphere") {
         (Vector3::zeros(), size(ball, "radius")?)
     } else if let Some(rod) = shape("cylinder") {
         (Vector3::z() * 0.5 * size(rod, "length")?, size(rod, "radius")?)
     } else {
-        let sides = three(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
+        let sides = three_numbers(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
         // About the longest side, through the middle of the others.
         let (longest, length) = sides.argmax();
         let mut half = Vector3::zeros();
         half[longest] = 0.5 * length;
         (half, 0.5 * (sides - 2.0 * half).norm())
     };
-    let capsule = Rounded { ends: [Point3::from(-half), Point3::from(half)], radius_m };
-    Some(capsule.seen_from(&origin(collision).ok()?))
+    let capsule = Rounded { end_points: [Point3::from(-half), Point3::from(half)], radius_m };
+    Some(capsule.seen_from(&parse_origin(collision).ok()?))
 }
 
-fn inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
-    let Some(node) = child(link, "inertial")? else { return Ok(Inertial::Missing) };
-    let Some(mass) = child(node, "mass")? else {
+fn parse_inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
+    let Some(node) = single_child(link, "inertial")? else { return Ok(Inertial::Missing) };
+    let Some(mass) = single_child(node, "mass")? else {
         return Ok(Inertial::Impossible("no mass".to_owned()));
     };
-    let mass_kg = number_of(mass, "value", attribute(mass, "value")?, "a number")?;
-    let Some(tensor) = child(node, "inertia")? else {
+    let mass_kg = number_of(mass, "value", required_attribute(mass, "value")?, "a number")?;
+    let Some(tensor) = single_child(node, "inertia")? else {
         return Ok(Inertial::Impossible("no inertia".to_owned()));
     };
     let mut entries = [0.0; 6];
@@ -412,15 +418,15 @@ fn inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
         centre_m: Vector3::zeros(),
         inertia_kg_m2: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
     };
-    Ok(match body.problem() {
+    Ok(match body.impossibility() {
         Some(problem) => Inertial::Impossible(problem),
-        None => Inertial::Body(body.seen_from(&origin(node)?)),
+        None => Inertial::Body(body.seen_from(&parse_origin(node)?)),
     })
 }
 
 fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
-    let (name, line) = (named(node)?, line(node));
-    let kind = match attribute(node, "type")? {
+    let (name, line) = (name_attribute(node)?, line(node));
+    let kind = match required_attribute(node, "type")? {
         "revolute" => Kind::Revolute,
         "continuous" => Kind::Continuous,
         "prismatic" => Kind::Prismatic,
@@ -432,7 +438,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
         }
     };
     let link = |end: &'static str| -> Result<usize, UrdfError> {
-        let wanted = attribute(needed(node, end)?, "link")?;
+        let wanted = required_attribute(required_child(node, end)?, "link")?;
         let unknown = || UrdfError::UnknownLink {
             joint: name.clone(),
             link: wanted.to_owned(),
@@ -444,8 +450,8 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let (parent, child_link) = (link("parent")?, link("child")?);
     // Exporters write an axis of nothing for joints that do not move.
     let moving = Some(node).filter(|_| kind != Kind::Fixed);
-    let part = |name: &'static str| moving.map_or(Ok(None), |node| child(node, name));
-    let axis = part("axis")?.map(|axis| Ok((three(axis, "xyz")?, axis.attribute("xyz"))));
+    let part = |name: &'static str| moving.map_or(Ok(None), |node| single_child(node, name));
+    let axis = part("axis")?.map(|axis| Ok((three_numbers(axis, "xyz")?, axis.attribute("xyz"))));
     let (configured, text) = axis.transpose()?.unwrap_or_default();
     let axis = configured.unwrap_or_else(Vector3::x);
     let largest = axis.amax();
@@ -457,25 +463,27 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let limit = part("limit")?
         .map(|limit| {
             Ok(Limit {
-                lower: number(limit, "lower")?,
-                upper: number(limit, "upper")?,
-                velocity: number(limit, "velocity")?,
-                effort: number(limit, "effort")?,
+                lower: number_or_zero(limit, "lower")?,
+                upper: number_or_zero(limit, "upper")?,
+                velocity: number_or_zero(limit, "velocity")?,
+                effort: number_or_zero(limit, "effort")?,
             })
         })
         .transpose()?;
     let friction = part("dynamics")?
-        .map(|dynamics| Ok([number(dynamics, "damping")?, number(dynamics, "friction")?]))
+        .map(|dynamics| {
+            Ok([number_or_zero(dynamics, "damping")?, number_or_zero(dynamics, "friction")?])
+        })
         .transpose()?;
     let dynamics = part("dynamics")?.map(|dynamics| {
         let value = |name| Some(dynamics.attribute_node(name)?.range_value());
         let [damping, friction] = [value("damping"), value("friction")];
         DynamicsPlace { range: dynamics.range(), damping, friction }
     });
-    let mimics = part("mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
+    let mimics = part("mimic")?.map(|mimic| required_attribute(mimic, "joint").map(str::to_owned));
     Ok(FileJoint {
-        origin: origin(node)?,
-        mimics: mimics.transpose()?,
+        origin: parse_origin(node)?,
+        mimicked_joint: mimics.transpose()?,
         name,
         line,
         kind,
@@ -484,7 +492,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
         axis,
         limit,
         friction,
-        place: place(node),
+        element: element_place(node),
         dynamics,
     })
 }

@@ -19,7 +19,7 @@ pub use note::UrdfNote;
 
 use chain::{Axis, Chain};
 use file::{File, Rounded};
-use modified_dh::{Frame, Placed, place};
+use modified_dh::{Frame, Placed, place_frames};
 
 /// Gravity, against z of the root of a URDF \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -35,9 +35,9 @@ pub struct UrdfArm {
     base: String,
     tip: String,
     axes: Vec<Axis>,
-    placed: Vec<Placed>,
+    link_parameters: Vec<Placed>,
     tip_position_m: Vector3<f64>,
-    up: Vector3<f64>,
+    up_direction: Vector3<f64>,
     has_bodies: bool,
     base_capsules: Vec<Rounded>,
     unread_shapes: Vec<String>,
@@ -62,7 +62,7 @@ pub struct UrdfDrives {
 impl UrdfDrives {
     /// Assumes drives for a look at an arm whose drives nobody has configured: signals of the
     /// joints' side, drives with inertias, viscous and Coulomb friction and an offset.
-    pub fn assumed(joints: usize) -> Self {
+    pub fn with_assumed_drives(joints: usize) -> Self {
         let sign = "sign = { model = \"tanh\", width_rad_s = 0.02 }";
         Self {
             drive_inertia: true,
@@ -86,13 +86,13 @@ impl UrdfArm {
             tip,
             axes,
             tip_pose,
-            up,
+            up_direction: up,
             has_bodies,
             base_capsules,
             unread_shapes,
             mut notes,
         } = file.chain(base, tip)?;
-        let placed = place(&axes, &mut notes);
+        let placed = place_frames(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
         let text = text.to_owned();
         Ok(Self {
@@ -101,9 +101,9 @@ impl UrdfArm {
             base,
             tip,
             axes,
-            placed,
+            link_parameters: placed,
             tip_position_m,
-            up,
+            up_direction: up,
             has_bodies,
             base_capsules,
             unread_shapes,
@@ -122,7 +122,7 @@ impl UrdfArm {
     }
 
     /// Base and tip.
-    pub fn ends(&self) -> [&str; 2] {
+    pub fn base_and_tip(&self) -> [&str; 2] {
         [&self.base, &self.tip]
     }
 
@@ -152,16 +152,17 @@ impl UrdfArm {
     }
 
     fn write(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
-        let [name, base, tip] = [&self.name, &self.base, &self.tip].map(|name| plain(name));
+        let [name, base, tip] = [&self.name, &self.base, &self.tip].map(|name| single_line(name));
         writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
         writeln!(out, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))?;
-        let frame = self.placed[0].frame();
-        let gravity = (frame.seen(&self.up) * -GRAVITY_M_S2).map(clean);
+        let frame = self.link_parameters[0].frame();
+        let gravity =
+            (frame.vector_in_frame(&self.up_direction) * -GRAVITY_M_S2).map(without_rounding);
         writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
         write_capsules(out, "base_capsules", &self.base_capsules, frame)?;
-        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
             let prismatic = axis.is_prismatic;
-            writeln!(out, "\n[[joint]] # {}: {}", number + 1, plain(&axis.name))?;
+            writeln!(out, "\n[[joint]] # {}: {}", number + 1, single_line(&axis.name))?;
             writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
             writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
             writeln!(out, "d_m = {:?}", placed.d_m)?;
@@ -189,7 +190,7 @@ impl UrdfArm {
                 }
             }
             let capsules: Vec<Rounded> =
-                axis.attached.iter().flat_map(|of| &of.capsules).copied().collect();
+                axis.attached_links.iter().flat_map(|of| &of.capsules).copied().collect();
             write_capsules(out, "capsules", &capsules, placed.frame())?;
             for (key, value) in drive.into_iter().flatten() {
                 writeln!(out, "{key} = {value}")?;
@@ -207,7 +208,7 @@ impl UrdfArm {
             return Ok(());
         }
         writeln!(out, "[nominal]")?;
-        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
             let number = number + 1;
             for (name, value) in LINK_PARAMETERS.iter().zip(placed.parameters(axis.link_bodies())) {
                 writeln!(out, "{name}{number} = {value:?}")?;
@@ -237,7 +238,8 @@ fn write_capsules(
     writeln!(out, "{key} = [")?;
     let pose = frame.pose().inverse();
     for capsule in capsules {
-        let [from, to] = capsule.seen_from(&pose).ends.map(|end| end.coords.map(clean));
+        let [from, to] =
+            capsule.seen_from(&pose).end_points.map(|end| end.coords.map(without_rounding));
         writeln!(
             out,
             "  {{ from_m = [{:?}, {:?}, {:?}], to_m = [{:?}, {:?}, {:?}], radius_m = {:?} }},",
@@ -248,11 +250,11 @@ fn write_capsules(
 }
 
 /// A name on one line.
-fn plain(name: &str) -> String {
+fn single_line(name: &str) -> String {
     name.chars().map(|of| if of.is_control() { ' ' } else { of }).collect()
 }
 
 /// Removes rounding errors.
-fn clean(value: f64) -> f64 {
+fn without_rounding(value: f64) -> f64 {
     if value.abs() < 1e-13 { 0.0 } else { value }
 }

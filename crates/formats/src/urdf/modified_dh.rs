@@ -12,7 +12,7 @@ use super::note::UrdfNote;
 /// of metres away, and the parameters with it. This is the accuracy of a twist.
 const PARALLEL_SINE: f64 = 1e-3;
 /// Least angle that is worth a note: printed numbers leave less.
-const NOTED: f64 = 1e-10;
+const NOTED_ANGLE_RAD: f64 = 1e-10;
 /// Lengths below this are those of axes that meet \[m\].
 const INTERSECTION_DISTANCE_M: f64 = 1e-9;
 /// Rounding error of an angle or a length.
@@ -44,7 +44,7 @@ impl Frame {
     }
 
     /// A vector of the base's frame in this one.
-    pub(super) fn seen(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn vector_in_frame(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         self.rows() * vector
     }
 
@@ -79,17 +79,20 @@ impl Placed {
 }
 
 /// Places the frames of all joints. The base's own frame is the first joint's at q = 0.
-pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
-    let axes = &parallel(axes.to_vec(), notes);
+pub(super) fn place_frames(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
+    let axes = &align_parallel_axes(axes.to_vec(), notes);
     let mut placed: Vec<Placed> = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
         let z = axis.direction;
         // Where the previous x axis meets this one, and that x axis, which is normal to both.
         let (foot, before) = match placed.last() {
-            None => (axis.point, normal_to(&z)),
+            None => (axis.point_on_axis, normal_to(&z)),
             Some(previous) => {
                 let origin_of = previous.frame();
-                (nearest(axis, &origin_of.origin, &origin_of.x, &origin_of.z), origin_of.x)
+                (
+                    common_normal_foot(axis, &origin_of.origin, &origin_of.x, &origin_of.z),
+                    origin_of.x,
+                )
             }
         };
         let (origin, x) = match axes.get(i + 1) {
@@ -105,10 +108,10 @@ pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
         let alpha = from.z.cross(&z).dot(&from.x).atan2(from.z.dot(&z));
         let theta = before.cross(&x).dot(&z).atan2(before.dot(&x));
         let joint = Placed {
-            alpha_deg: degrees(alpha),
-            d_m: length((foot - from.origin).dot(&from.x)),
-            theta_deg: degrees(theta),
-            r_m: length((origin - foot).dot(&z)),
+            alpha_deg: clean_degrees(alpha),
+            d_m: clean_length((foot - from.origin).dot(&from.x)),
+            theta_deg: clean_degrees(theta),
+            r_m: clean_length((origin - foot).dot(&z)),
             frame,
         };
         placed.push(joint);
@@ -117,12 +120,12 @@ pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
 }
 
 /// Makes each axis parallel to the previous one where it nearly is.
-fn parallel(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
+fn align_parallel_axes(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
     for k in 1..axes.len() {
         let before = axes[k - 1].direction;
         let sine = before.cross(&axes[k].direction).norm();
         if sine < PARALLEL_SINE {
-            if sine > NOTED {
+            if sine > NOTED_ANGLE_RAD {
                 let joint = axes[k].name.clone();
                 notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
             }
@@ -134,16 +137,21 @@ fn parallel(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
 
 /// Returns the point of an axis where the common normal from another axis arrives, which leaves
 /// that at `origin` along `x`.
-fn nearest(axis: &Axis, origin: &Vector3<f64>, x: &Vector3<f64>, z: &Vector3<f64>) -> Vector3<f64> {
+fn common_normal_foot(
+    axis: &Axis,
+    origin: &Vector3<f64>,
+    x: &Vector3<f64>,
+    z: &Vector3<f64>,
+) -> Vector3<f64> {
     // Seen along x both axes cross there; parallel ones are level with the origin.
-    let offset = origin - axis.point;
+    let offset = origin - axis.point_on_axis;
     let across = z.cross(x);
     let sine = axis.direction.dot(&across);
     let along = match sine.abs() < PARALLEL_SINE {
         true => offset.dot(&axis.direction),
         false => offset.dot(&across) / sine,
     };
-    axis.point + axis.direction * along
+    axis.point_on_axis + axis.direction * along
 }
 
 /// Returns the origin and the direction of x of this axis' frame.
@@ -156,7 +164,7 @@ fn common_normal(
     let z = axis.direction;
     let cross = z.cross(&next.direction);
     let sine = cross.norm();
-    let offset = next.point - foot;
+    let offset = next.point_on_axis - foot;
     if sine < PARALLEL_SINE {
         let across = offset - z * offset.dot(&z);
         let x = if across.norm() > INTERSECTION_DISTANCE_M { across.normalize() } else { before };
@@ -181,7 +189,7 @@ fn normal_to(z: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Quarter turns and lengths of nothing are exact but for rounding.
-fn degrees(angle_rad: f64) -> f64 {
+fn clean_degrees(angle_rad: f64) -> f64 {
     let quarters = (angle_rad / core::f64::consts::FRAC_PI_2).round();
     if (angle_rad - quarters * core::f64::consts::FRAC_PI_2).abs() < ROUNDING {
         return 90.0 * quarters + 0.0;
@@ -189,6 +197,6 @@ fn degrees(angle_rad: f64) -> f64 {
     angle_rad.to_degrees()
 }
 
-fn length(length_m: f64) -> f64 {
+fn clean_length(length_m: f64) -> f64 {
     if length_m.abs() < ROUNDING { 0.0 } else { length_m }
 }

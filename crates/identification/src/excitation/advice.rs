@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::candidates::{Candidate, PIECE_S, candidates};
+use super::candidates::{Candidate, PIECE_S, list_candidates};
 use super::design::{CHECK_HZ, Design};
 use super::error::ExcitationError;
 use super::joint_excitation::JointExcitations;
@@ -16,7 +16,7 @@ const MAX_PIECES: usize = 4;
 /// Lengths of a piece, in multiples of a candidate, the shortest first.
 const LENGTH_MULTIPLES: [usize; 3] = [1, 2, 4];
 /// Share of the sufficient deviation below which a decrease has no value.
-const NEED: f64 = 1.0 / 3.0;
+const MIN_NEED: f64 = 1.0 / 3.0;
 /// Smallest factor by which a piece has to reduce the wanted deviations to be worth its time.
 const MIN_GAIN: f64 = 1.1;
 
@@ -38,10 +38,10 @@ pub struct Advice {
     /// Present standard deviation of each parameter.
     pub deviations: Vec<f64>,
     /// Parameters, by index, whose deviation is more than enough and that some motion can identify.
-    pub missing: Vec<usize>,
+    pub missing_parameters: Vec<usize>,
     /// Parameters that no motion identifies well enough, even if all others were known. Their
     /// torque is too small.
-    pub small: Vec<usize>,
+    pub small_parameters: Vec<usize>,
     /// Advised motions in sequence.
     pub motions: Vec<Advised>,
     /// Uncertainty of the torques due to the parameters, relative to the torques, over all tried
@@ -66,26 +66,26 @@ pub fn advise(
     enough: f64,
 ) -> Result<Advice, ExcitationError> {
     let unidentifiable = ExcitationError::NotIdentifiable { duration_s: PIECE_S };
-    let mut tried = candidates(robot, task)?;
-    let deviations = standard_deviations(&task.before).ok_or(unidentifiable)?;
+    let mut tried = list_candidates(robot, task)?;
+    let deviations = standard_deviations(&task.prior_information).ok_or(unidentifiable)?;
     let count = deviations.len();
     let enough: Vec<f64> = values.iter().map(|value| enough * value.abs()).collect();
     let longest = LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1] as f64;
     let most = |k: usize| {
         let of_motion = tried.iter().map(|of| of.information[(k, k)]).fold(0.0, f64::max);
-        task.before[(k, k)] + MAX_PIECES as f64 * longest * of_motion
+        task.prior_information[(k, k)] + MAX_PIECES as f64 * longest * of_motion
     };
-    let (small, missing_names): (Vec<usize>, Vec<usize>) = (0..count)
+    let (small_parameters, missing_parameters): (Vec<usize>, Vec<usize>) = (0..count)
         .filter(|&k| deviations[k] > enough[k])
         .partition(|&k| most(k) * enough[k].powi(2) < 1.0);
     let sum = tried.iter().fold(DMatrix::zeros(count, count), |sum, of| sum + &of.information);
-    let mut information = task.before.clone();
-    let mut part_list: Vec<Advised> = Vec::new();
+    let mut information = task.prior_information.clone();
+    let mut motions: Vec<Advised> = Vec::new();
     let mut now = deviations.clone();
-    while part_list.len() < MAX_PIECES {
-        let wanted: Vec<(usize, f64)> = (missing_names.iter())
+    while motions.len() < MAX_PIECES {
+        let wanted: Vec<(usize, f64)> = (missing_parameters.iter())
             .filter(|&&k| now[k] > enough[k])
-            .map(|&k| (k, NEED * enough[k]))
+            .map(|&k| (k, MIN_NEED * enough[k]))
             .collect();
         if wanted.is_empty() {
             break;
@@ -112,27 +112,27 @@ pub fn advise(
             .find(|times| reachable > Some(0) && brought(**times) == reachable);
         let excitations = best
             .excitations
-            .repeated(*shortest.unwrap_or(&LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1]));
+            .repeat(*shortest.unwrap_or(&LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1]));
         let series = excitations.series();
-        let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
+        let (share, used, nearest) = task.bounds.shares_along(&task.model, &series, CHECK_HZ);
         if share > 1.0 {
             continue;
         }
         let duration_s = series.duration_s;
-        let piece = Task { duration_s, before: information, ..task.clone() };
+        let piece = Task { duration_s, prior_information: information, ..task.clone() };
         information = prediction::information(&piece, &series);
         now = standard_deviations(&information)
             .ok_or(ExcitationError::NotIdentifiable { duration_s })?;
-        let design = Design { series, value, used, nearest };
-        part_list.push(Advised { excitations, design, deviations: now.clone() });
+        let design = Design { series, value, used, narrowest_gap: nearest };
+        motions.push(Advised { excitations, design, deviations: now.clone() });
     }
     let theta = DVector::from_column_slice(values);
     let torque = |information: &DMatrix<f64>| {
         let errors = covariance(information).map_or(f64::NAN, |of| of.dot(&sum));
         (errors / theta.dot(&(&sum * &theta))).sqrt()
     };
-    let torque = [torque(&task.before), torque(&information)];
-    Ok(Advice { deviations, missing: missing_names, small, motions: part_list, torque })
+    let torque = [torque(&task.prior_information), torque(&information)];
+    Ok(Advice { deviations, missing_parameters, small_parameters, motions, torque })
 }
 
 /// Returns the standard deviations for an information matrix.

@@ -22,7 +22,7 @@ impl<'a> Barrier<'a> {
     }
 
     /// Returns the torques along a motion, n × N; `None` if torques are not limited.
-    pub(super) fn torques(&mut self, [q, dq, ddq, _]: &Motion) -> Option<DMatrix<f64>> {
+    pub(super) fn torques_along(&mut self, [q, dq, ddq, _]: &Motion) -> Option<DMatrix<f64>> {
         let parameters = self.bounds.parameters.as_ref()?;
         let mut torques = DMatrix::zeros(q.nrows(), q.ncols());
         for (i, mut torque) in torques.column_iter_mut().enumerate() {
@@ -39,36 +39,39 @@ impl<'a> Barrier<'a> {
     }
 
     /// Returns the largest share of any limit, with the index of the limit; `None` for a gap.
-    pub(super) fn largest(
+    pub(super) fn largest_share(
         &self,
         motion: &Motion,
         torques: Option<&DMatrix<f64>>,
     ) -> (Option<usize>, f64) {
-        let shares = self.bounds.all.iter().enumerate().filter_map(|(place, bound)| {
+        let shares = self.bounds.limits.iter().enumerate().filter_map(|(place, bound)| {
             let values = of_kind(bound.kind, motion, torques)?;
-            let shares = (0..values.ncols()).map(|i| bound.share(column(values, i)).abs());
+            let shares = (0..values.ncols()).map(|i| bound.share_of_limit(column(values, i)).abs());
             Some((place, shares.fold(0.0, f64::max)))
         });
         let (place, share) = shares.max_by(|a, b| a.1.total_cmp(&b.1)).unzip();
         let share = share.unwrap_or(0.0);
-        let of_gaps =
-            self.bounds.shapes.as_ref().map_or(0.0, |of| of.largest(self.model, &motion[0]));
+        let of_gaps = self
+            .bounds
+            .shapes
+            .as_ref()
+            .map_or(0.0, |of| of.largest_gap_share(self.model, &motion[0]));
         if of_gaps > share { (None, of_gaps) } else { (place, share) }
     }
 
     /// Returns the value times `weight`, and adds its gradient to `by_motion`. Returns `None`
     /// outside a limit.
-    pub(super) fn add(
+    pub(super) fn add_share(
         &mut self,
         weight: f64,
         motion: &Motion,
         by_motion: &mut Motion,
     ) -> Option<f64> {
-        let torques = self.torques(motion);
+        let torques = self.torques_along(motion);
         let weight = weight / motion[0].ncols() as f64;
         let mut value = 0.0;
         let mut by_torque = torques.as_ref().map(|of| DMatrix::zeros(of.nrows(), of.ncols()));
-        for bound in &self.bounds.all {
+        for bound in &self.bounds.limits {
             let Some(values) = of_kind(bound.kind, motion, torques.as_ref()) else { continue };
             let gradient = match bound.kind {
                 LimitKind::Position => &mut by_motion[0],
@@ -78,13 +81,13 @@ impl<'a> Barrier<'a> {
                 LimitKind::Torque => by_torque.as_mut()?,
             };
             for (i, mut gradient) in gradient.column_iter_mut().enumerate() {
-                let z = bound.share(column(values, i));
+                let z = bound.share_of_limit(column(values, i));
                 let slack = 1.0 - z * z;
                 if slack.is_nan() || slack <= 0.0 {
                     return None;
                 }
                 value -= weight * slack.ln();
-                let slope = weight * 2.0 * z / (slack * bound.half);
+                let slope = weight * 2.0 * z / (slack * bound.half_range);
                 for (gradient, d) in gradient.iter_mut().zip(bound.direction) {
                     *gradient += slope * d;
                 }

@@ -22,11 +22,11 @@ pub(super) type Motion = [DMatrix<f64>; 4];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unit {
     /// Mean position at coordinate 0 \[rad or m\].
-    pub(super) middle: f64,
+    pub(super) mean_position: f64,
     /// Unit of the mean \[rad or m\].
-    pub(super) half: f64,
+    pub(super) mean_unit: f64,
     /// Unit of the other coordinates \[rad/s or m/s\].
-    pub(super) speed: f64,
+    pub(super) speed_unit: f64,
 }
 
 /// Functions of time in which motions are linear.
@@ -85,7 +85,7 @@ impl Basis {
     }
 
     /// Returns the number of coordinates of all joints, n m.
-    pub(super) fn coordinates(&self) -> usize {
+    pub(super) fn coordinate_count(&self) -> usize {
         self.units.len() * self.width()
     }
 
@@ -97,8 +97,8 @@ impl Basis {
     /// Converts coordinates to SI units, without adding the middle of the range (n × m each).
     fn in_units(&self, mut coordinates: DMatrix<f64>) -> DMatrix<f64> {
         for (mut row, unit) in coordinates.row_iter_mut().zip(&self.units) {
-            row.iter_mut().skip(1).for_each(|x| *x *= unit.speed);
-            row[0] *= unit.half;
+            row.iter_mut().skip(1).for_each(|x| *x *= unit.speed_unit);
+            row[0] *= unit.mean_unit;
         }
         coordinates
     }
@@ -107,7 +107,7 @@ impl Basis {
         let coordinates = DMatrix::from_column_slice(self.units.len(), self.width(), x);
         let mut matrix = self.in_units(coordinates);
         for (mean, unit) in matrix.column_mut(0).iter_mut().zip(&self.units) {
-            *mean += unit.middle;
+            *mean += unit.mean_position;
         }
         matrix
     }
@@ -171,7 +171,11 @@ mod tests {
 
     #[test]
     fn a_series_is_its_motion_and_rests_at_both_ends() {
-        let unit = |middle, half, speed| Unit { middle, half, speed };
+        let unit = |middle, half, speed| Unit {
+            mean_position: middle,
+            mean_unit: half,
+            speed_unit: speed,
+        };
         let basis = Basis::new(6.0, vec![unit(0.0, 1.0, 2.0), unit(-2.0, 0.5, 3.0)]);
         let x: Vec<f64> = (0..2 * basis.width()).map(|k| (k as f64 * 1.7).sin()).collect();
         let (motion, series) = (basis.motion(&x), basis.series(&x));

@@ -34,21 +34,21 @@ pub(super) struct Bound {
     /// Factors of the joints' values. Their sum is limited.
     pub(super) direction: [f64; MAX_JOINTS],
     pub(super) middle: f64,
-    pub(super) half: f64,
+    pub(super) half_range: f64,
 }
 
 impl Bound {
     /// Returns the share of the limit, from −1 to 1 within it.
-    pub(super) fn share(&self, values: &[f64]) -> f64 {
+    pub(super) fn share_of_limit(&self, values: &[f64]) -> f64 {
         let value: f64 = self.direction.iter().zip(values).map(|(d, v)| d * v).sum();
-        (value - self.middle) / self.half
+        (value - self.middle) / self.half_range
     }
 }
 
 /// Limits of a motion of an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    pub(super) all: Vec<Bound>,
+    pub(super) limits: Vec<Bound>,
     /// Standard parameters for computing the torques.
     pub(super) parameters: Option<Vec<f64>>,
     /// Shapes that are kept apart, if configured.
@@ -65,12 +65,12 @@ pub struct Used {
     /// True if the limit is that of the motor.
     pub of_motor: bool,
     /// Lower limit \[SI\].
-    pub lowest: f64,
+    pub lower_limit: f64,
     /// Upper limit.
-    pub highest: f64,
+    pub upper_limit: f64,
     /// Largest distance from the middle of both limits along the motion, relative to half the
     /// distance between them: at most 1.
-    pub share: f64,
+    pub used_share: f64,
 }
 
 impl Bounds {
@@ -104,7 +104,7 @@ impl Bounds {
                 joint,
                 direction: selector,
                 middle: 0.5 * (position_min + position_max),
-                half: (0.5 - margins.position) * (position_max - position_min),
+                half_range: (0.5 - margins.position) * (position_max - position_min),
             });
             let open_limit =
                 |what, key| ExcitationError::OpenLimit { joint: JointIndex::new(joint), what, key };
@@ -130,7 +130,8 @@ impl Bounds {
             let motor = transmission.is_coupled(joint).then(|| transmission.direction(joint));
             for direction in [Some(selector), motor].into_iter().flatten() {
                 for (kind, half) in symmetric {
-                    let bound = |half| Bound { kind, joint, direction, middle: 0.0, half };
+                    let bound =
+                        |half| Bound { kind, joint, direction, middle: 0.0, half_range: half };
                     bounds.extend(half.map(bound));
                 }
             }
@@ -140,7 +141,7 @@ impl Bounds {
                     joint,
                     direction,
                     middle: 0.0,
-                    half,
+                    half_range: half,
                 };
                 bounds.push(bound(selector));
                 let motor = motor_torque(robot, joint);
@@ -149,7 +150,7 @@ impl Bounds {
                 }
             }
         }
-        Ok(Self { all: bounds, parameters, shapes: None })
+        Ok(Self { limits: bounds, parameters, shapes: None })
     }
 
     /// Returns the same bounds with shapes that are kept apart.
@@ -159,33 +160,38 @@ impl Bounds {
     }
 
     /// Returns the shapes that are kept apart; `None` if no shapes are configured.
-    pub fn shapes(&self) -> Option<&Shapes> {
+    pub fn separated_shapes(&self) -> Option<&Shapes> {
         self.shapes.as_ref()
     }
 
     /// Returns the narrowest gap along a motion, at this number of samples per second \[Hz\], if
     /// shapes are configured.
-    pub fn nearest(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Option<Nearest> {
+    pub fn narrowest_gap(
+        &self,
+        model: &Model,
+        motion: &dyn Course,
+        rate_hz: f64,
+    ) -> Option<Nearest> {
         self.shapes.as_ref()?.nearest_along(model, motion, rate_hz)
     }
 
     /// Returns the largest share of any limit or gap, with the share of each that a motion uses.
-    pub(super) fn share(
+    pub(super) fn shares_along(
         &self,
         model: &Model,
         motion: &dyn Course,
         rate_hz: f64,
     ) -> (f64, Vec<Used>, Option<Nearest>) {
-        let used = self.used(model, motion, rate_hz);
-        let nearest = self.nearest(model, motion, rate_hz);
+        let used = self.used_limits(model, motion, rate_hz);
+        let nearest = self.narrowest_gap(model, motion, rate_hz);
         let of_gaps = nearest.map_or(0.0, |of| gap_share(of.gap_m));
-        (used.iter().map(|used| used.share).fold(of_gaps, f64::max), used, nearest)
+        (used.iter().map(|used| used.used_share).fold(of_gaps, f64::max), used, nearest)
     }
 
     /// Returns the share of each limit that a motion uses, at this number of samples per second
     /// \[Hz\].
-    pub fn used(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<Used> {
-        let mut used: Vec<Used> = self.all.iter().map(Used::from_bound).collect();
+    pub fn used_limits(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<Used> {
+        let mut used: Vec<Used> = self.limits.iter().map(Used::from_bound).collect();
         let mut torques = Torques::new(model, self);
         #[expect(
             clippy::cast_possible_truncation,
@@ -196,9 +202,9 @@ impl Bounds {
         for i in 0..=samples {
             let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
             let torque = torques.values_of(&state);
-            for (used, bound) in used.iter_mut().zip(&self.all) {
-                let share = bound.share(bound.kind.values_of(&state, torque)).abs();
-                used.share = used.share.max(share);
+            for (used, bound) in used.iter_mut().zip(&self.limits) {
+                let share = bound.share_of_limit(bound.kind.values_of(&state, torque)).abs();
+                used.used_share = used.used_share.max(share);
             }
         }
         used
@@ -206,13 +212,13 @@ impl Bounds {
 
     /// Returns the limit of the joint itself.
     pub(super) fn joint_bound(&self, kind: LimitKind, joint: usize) -> Option<&Bound> {
-        self.all.iter().find(|of| of.kind == kind && of.joint == joint)
+        self.limits.iter().find(|of| of.kind == kind && of.joint == joint)
     }
 
     /// Returns the permitted positions of a joint.
     pub(super) fn range(&self, joint: usize) -> [f64; 2] {
         let bound = self.joint_bound(LimitKind::Position, joint);
-        bound.map_or([0.0; 2], |of| [of.middle - of.half, of.middle + of.half])
+        bound.map_or([0.0; 2], |of| [of.middle - of.half_range, of.middle + of.half_range])
     }
 
     /// True if torques are limited.
@@ -271,14 +277,14 @@ impl LimitKind {
 
 impl Used {
     fn from_bound(bound: &Bound) -> Self {
-        let Bound { kind, joint, direction, middle, half } = *bound;
+        let Bound { kind, joint, direction, middle, half_range: half } = *bound;
         Self {
             kind,
             joint: JointIndex::new(joint),
             of_motor: direction.iter().filter(|d| **d != 0.0).count() > 1,
-            lowest: middle - half,
-            highest: middle + half,
-            share: 0.0,
+            lower_limit: middle - half,
+            upper_limit: middle + half,
+            used_share: 0.0,
         }
     }
 }

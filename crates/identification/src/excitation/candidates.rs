@@ -44,7 +44,10 @@ pub(super) struct Candidate {
 /// Returns all candidates within the limits.
 ///
 /// # Errors [`ExcitationError::NoExcitation`] if no candidate is within the limits.
-pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, ExcitationError> {
+pub(super) fn list_candidates(
+    robot: &Robot,
+    task: &Task,
+) -> Result<Vec<Candidate>, ExcitationError> {
     let joints = robot.joints();
     let grid: Vec<f64> = robot.chain().iter().map(|joint| step(joint.kind)).collect();
     let alone = (0..joints).flat_map(|j| REPETITIONS_OF_ONE.map(|times| vec![(j, times)]));
@@ -54,11 +57,14 @@ pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, E
     let patterns: Vec<Vec<(usize, usize)>> = alone.chain(together).collect();
     let count = task.columns.len();
     let before = DMatrix::zeros(count, count);
-    let weighed = Task { duration_s: PIECE_S, before, ..task.clone() };
+    let weighed = Task { duration_s: PIECE_S, prior_information: before, ..task.clone() };
     let mut candidates = Vec::new();
-    for posture in postures(&task.bounds, &grid) {
+    for posture in start_postures(&task.bounds, &grid) {
         for pattern in &patterns {
-            let Some(excitations) = within(task, &grid, &posture, pattern) else { continue };
+            let Some(excitations) = excitations_within_limits(task, &grid, &posture, pattern)
+            else {
+                continue;
+            };
             let information = predicted_at(&weighed, &excitations.series(), INFORMATION_HZ);
             candidates.push(Candidate { excitations, information });
         }
@@ -75,7 +81,7 @@ fn step(kind: JointKind) -> f64 {
     }
 }
 
-fn postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
+fn start_postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut sample_posture = |joint: usize, share: f64| {
         let [low, high] = bounds.range(joint);
@@ -90,7 +96,7 @@ fn postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
 
 /// Returns excitations about a posture, as large as position, speed and acceleration allow. They
 /// are smaller if other limits are exceeded. Returns `None` if the arm cannot even rest.
-fn within(
+fn excitations_within_limits(
     task: &Task,
     grid: &[f64],
     posture: &[f64],
@@ -102,7 +108,7 @@ fn within(
             let omega = TAU * times as f64 / PIECE_S;
             let [low, high] = bounds.range(joint);
             let most = |kind, per_way: f64| {
-                bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| of.half / per_way)
+                bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| of.half_range / per_way)
             };
             let speed = most(LimitKind::Speed, 0.5 * PEAK_SPEED * omega);
             let acceleration = most(LimitKind::Acceleration, omega * omega);
@@ -126,13 +132,14 @@ fn within(
             begin[joint] = on_grid(first_node);
             excitation_list.push(JointExcitation {
                 joint: JointIndex::new(joint),
-                to: on_grid(first_node + steps),
-                times,
+                reversal_position: on_grid(first_node + steps),
+                repetitions: times,
             });
         }
         let excitation_list =
             JointExcitations { duration_s: PIECE_S, posture: begin, excitations: excitation_list };
-        let (share, ..) = bounds.share(&task.model, &excitation_list.series(), LIMIT_CHECK_HZ);
+        let (share, ..) =
+            bounds.shares_along(&task.model, &excitation_list.series(), LIMIT_CHECK_HZ);
         if share <= MAX_LIMIT_SHARE {
             return Some(excitation_list);
         }

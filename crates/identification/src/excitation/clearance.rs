@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 const POINT_LENGTH_M2: f64 = 1e-18;
 
 /// Returns the points of two segments that are nearest to each other.
-pub(super) fn nearest(
+pub(super) fn nearest_points(
     [from, to]: [Vector3<f64>; 2],
     [other_from, other_to]: [Vector3<f64>; 2],
 ) -> [Vector3<f64>; 2] {
@@ -53,7 +53,7 @@ mod tests {
                 _ => {}
             }
             let [a, b, c, d] = ends;
-            let [p, q] = nearest([a, b], [c, d]);
+            let [p, q] = nearest_points([a, b], [c, d]);
             let distance = (p - q).norm();
             let along = |from: Vector3<f64>, to: Vector3<f64>, i: u32| {
                 from + (to - from) * (f64::from(i) / 100.0)

@@ -10,7 +10,7 @@ const FIRST_STEP: f64 = 0.05;
 
 struct Pair {
     step: Vec<f64>,
-    change: Vec<f64>,
+    gradient_change: Vec<f64>,
     curvature: f64,
 }
 
@@ -28,11 +28,11 @@ pub(super) fn descend(
     let mut pairs: Vec<Pair> = Vec::new();
     let (mut next, mut next_gradient) = (x.clone(), gradient.clone());
     for _ in 0..steps {
-        let mut direction = along(&pairs, &gradient);
+        let mut direction = descent_direction(&pairs, &gradient);
         let mut slope = dot(&direction, &gradient);
         if slope.is_nan() || slope >= 0.0 {
             pairs.clear();
-            direction = along(&pairs, &gradient);
+            direction = descent_direction(&pairs, &gradient);
             slope = dot(&direction, &gradient);
         }
         let mut length = 1.0;
@@ -60,7 +60,7 @@ pub(super) fn descend(
         let change: Vec<f64> = difference(&next_gradient, &gradient);
         let curvature = dot(&step, &change);
         if curvature > 1e-10 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-            pairs.push(Pair { step, change, curvature });
+            pairs.push(Pair { step, gradient_change: change, curvature });
             if pairs.len() > CURVATURE_PAIRS {
                 pairs.remove(0);
             }
@@ -74,7 +74,7 @@ pub(super) fn descend(
 }
 
 /// Returns the direction of the two-loop recursion.
-fn along(pairs: &[Pair], gradient: &[f64]) -> Vec<f64> {
+fn descent_direction(pairs: &[Pair], gradient: &[f64]) -> Vec<f64> {
     let mut direction: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let Some(last) = pairs.last() else {
         let norm = dot(gradient, gradient).sqrt();
@@ -84,13 +84,13 @@ fn along(pairs: &[Pair], gradient: &[f64]) -> Vec<f64> {
     let mut shares = Vec::with_capacity(pairs.len());
     for pair in pairs.iter().rev() {
         let share = dot(&pair.step, &direction) / pair.curvature;
-        add(&mut direction, -share, &pair.change);
+        add(&mut direction, -share, &pair.gradient_change);
         shares.push(share);
     }
-    let scale = last.curvature / dot(&last.change, &last.change);
+    let scale = last.curvature / dot(&last.gradient_change, &last.gradient_change);
     direction.iter_mut().for_each(|d| *d *= scale);
     for (pair, share) in pairs.iter().zip(shares.into_iter().rev()) {
-        let back = dot(&pair.change, &direction) / pair.curvature;
+        let back = dot(&pair.gradient_change, &direction) / pair.curvature;
         add(&mut direction, share - back, &pair.step);
     }
     direction

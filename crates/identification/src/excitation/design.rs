@@ -19,9 +19,9 @@ const BARRIER_WEIGHTS: [f64; BARRIER_STAGES as usize] = [0.1, 0.02, 0.004, 0.000
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Steps taken.
-    pub step: u32,
+    pub steps: u32,
     /// Steps in all.
-    pub of: u32,
+    pub total_steps: u32,
 }
 
 /// Motion within the limits.
@@ -36,7 +36,7 @@ pub struct Design {
     pub used: Vec<Used>,
     /// Narrowest gap between shapes along the motion, checked likewise; `None` if no shapes are
     /// configured.
-    pub nearest: Option<Nearest>,
+    pub narrowest_gap: Option<Nearest>,
 }
 
 /// Designs a motion in a given number of steps, from a random one that the seed determines. The
@@ -63,30 +63,33 @@ pub fn design(
         let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(weight, x, gradient);
         if !descend(&mut x, steps_of_stage, evaluate, |_: &[f64]| {
             step += 1;
-            progress(Progress { step, of: steps });
+            progress(Progress { steps: step, total_steps: steps });
         }) {
             return Err(ExcitationError::NotIdentifiable { duration_s });
         }
     }
-    let (series, used, nearest) = within(task, search.basis.series(&x));
+    let (series, used, nearest) = scale_into_limits(task, search.basis.series(&x));
     let value = value(task, &series)?;
-    Ok(Design { series, value, used, nearest })
+    Ok(Design { series, value, used, narrowest_gap: nearest })
 }
 
 /// Returns the random motion within the limits with which a search of this seed begins.
 ///
 /// # Errors
 /// [`ExcitationError::Middle`], [`ExcitationError::Touching`].
-pub fn first(task: &Task, seed: u64) -> Result<FourierSeries, ExcitationError> {
+pub fn first_motion(task: &Task, seed: u64) -> Result<FourierSeries, ExcitationError> {
     let mut search = Search::new(task);
     let x = search.start(seed)?;
     Ok(search.basis.series(&x))
 }
 
 /// Returns the motion, scaled down if it exceeds a limit between the samples of the design.
-fn within(task: &Task, mut series: FourierSeries) -> (FourierSeries, Vec<Used>, Option<Nearest>) {
+fn scale_into_limits(
+    task: &Task,
+    mut series: FourierSeries,
+) -> (FourierSeries, Vec<Used>, Option<Nearest>) {
     loop {
-        let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
+        let (share, used, nearest) = task.bounds.shares_along(&task.model, &series, CHECK_HZ);
         // Shares of positions, gravity and gaps do not vanish with the motion, so more than one
         // step is needed.
         if share <= 1.0 {

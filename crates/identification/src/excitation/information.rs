@@ -11,11 +11,11 @@ use didim_dynamics::dynamics::{Model, RegressorColumns, Workspace};
 pub(super) struct Information {
     model: Model,
     columns: Vec<usize>,
-    selected: RegressorColumns,
+    regressor_columns: RegressorColumns,
     /// Index of each column among the selected ones. The columns of a load are those of the last
     /// link, which may be selected already.
-    places: Vec<usize>,
-    before: DMatrix<f64>,
+    column_indices: Vec<usize>,
+    prior_information: DMatrix<f64>,
     /// √W: root of the row weight of each joint.
     weights: Vec<f64>,
     workspace: Workspace<f64>,
@@ -42,11 +42,21 @@ impl Information {
         let row = vec![0.0; model.joints() * once.len()];
         let rows = DMatrix::zeros(0, 0);
         let workspace = Workspace::new();
-        Self { model, columns, selected, places, before, weights, workspace, rows, row }
+        Self {
+            model,
+            columns,
+            regressor_columns: selected,
+            column_indices: places,
+            prior_information: before,
+            weights,
+            workspace,
+            rows,
+            row,
+        }
     }
 
     /// Returns the matrix of a motion. Its rows are kept for the [gradient](Self::add_gradient).
-    pub(super) fn along(&mut self, [q, dq, ddq, _]: &Motion) -> DMatrix<f64> {
+    pub(super) fn weighted_regressor(&mut self, [q, dq, ddq, _]: &Motion) -> DMatrix<f64> {
         let (n, width, samples) = (q.nrows(), self.columns.len(), q.ncols());
         if self.rows.ncols() != n * samples {
             self.rows = DMatrix::zeros(width, n * samples);
@@ -54,27 +64,27 @@ impl Information {
         for i in 0..samples {
             self.model.selected_regressor(
                 &mut self.workspace,
-                &self.selected,
+                &self.regressor_columns,
                 column(q, i),
                 column(dq, i),
                 column(ddq, i),
                 &mut self.row,
             );
-            let rows = self.row.chunks_exact(self.selected.width());
+            let rows = self.row.chunks_exact(self.regressor_columns.width());
             for (j, (row, weight)) in rows.zip(&self.weights).enumerate() {
                 let mut target = self.rows.column_mut(i * n + j);
                 target
                     .iter_mut()
-                    .zip(&self.places)
+                    .zip(&self.column_indices)
                     .for_each(|(to, place)| *to = weight * row[*place]);
             }
         }
-        &self.before + &self.rows * self.rows.transpose()
+        &self.prior_information + &self.rows * self.rows.transpose()
     }
 
     /// Returns the weighted rows of a motion, sample after sample (nN × b).
     pub(super) fn rows(&mut self, motion: &Motion) -> DMatrix<f64> {
-        self.along(motion);
+        self.weighted_regressor(motion);
         self.rows.transpose()
     }
 

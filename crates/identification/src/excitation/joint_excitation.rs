@@ -15,9 +15,9 @@ pub struct JointExcitation {
     /// The joint.
     pub joint: JointIndex,
     /// Reversal position \[rad or m\].
-    pub to: f64,
+    pub reversal_position: f64,
     /// Number of repetitions.
-    pub times: usize,
+    pub repetitions: usize,
 }
 
 /// Excitation of joints from a posture and back, all others at rest. The motion begins and ends at
@@ -36,7 +36,7 @@ impl JointExcitations {
     /// Converts the motion to a series: a distance d is ½ d ((1 − cos φ) − ¼ (1 − cos 2φ)), with φ
     /// = ω t.
     pub fn series(&self) -> FourierSeries {
-        let harmonics = self.excitations.iter().map(|of| 2 * of.times).max().unwrap_or(0);
+        let harmonics = self.excitations.iter().map(|of| 2 * of.repetitions).max().unwrap_or(0);
         let mut joints: Vec<JointSeries> = self
             .posture
             .iter()
@@ -46,7 +46,9 @@ impl JointExcitations {
                 cosine: vec![0.0; harmonics],
             })
             .collect();
-        for JointExcitation { joint, to, times } in &self.excitations {
+        for JointExcitation { joint, reversal_position: to, repetitions: times } in
+            &self.excitations
+        {
             let joint_series = &mut joints[*joint];
             let half = 0.5 * (to - joint_series.mean);
             joint_series.mean += 0.75 * half;
@@ -59,16 +61,18 @@ impl JointExcitations {
     /// Returns the highest speed \[rad/s or m/s\] and acceleration \[rad/s² or m/s²\] of one of its
     /// excitations.
     pub fn peaks(&self, excitation: &JointExcitation) -> [f64; 2] {
-        let travel = (excitation.to - self.posture[excitation.joint]).abs();
-        let omega = TAU * excitation.times as f64 / self.duration_s;
+        let travel = (excitation.reversal_position - self.posture[excitation.joint]).abs();
+        let omega = TAU * excitation.repetitions as f64 / self.duration_s;
         [0.5 * PEAK_SPEED * travel * omega, travel * omega * omega]
     }
 
     /// Returns the same motion, repeated for this multiple of its length.
     #[must_use]
-    pub(super) fn repeated(&self, times: usize) -> Self {
-        let excitation_list =
-            self.excitations.iter().map(|of| JointExcitation { times: times * of.times, ..*of });
+    pub(super) fn repeat(&self, times: usize) -> Self {
+        let excitation_list = self
+            .excitations
+            .iter()
+            .map(|of| JointExcitation { repetitions: times * of.repetitions, ..*of });
         let duration_s = times as f64 * self.duration_s;
         Self { duration_s, posture: self.posture.clone(), excitations: excitation_list.collect() }
     }
@@ -80,7 +84,8 @@ mod tests {
 
     #[test]
     fn a_single_joint_excitation_is_what_is_said_of_it() {
-        let excitation = JointExcitation { joint: JointIndex::new(1), to: -0.5, times: 3 };
+        let excitation =
+            JointExcitation { joint: JointIndex::new(1), reversal_position: -0.5, repetitions: 3 };
         let excitations = JointExcitations {
             duration_s: 6.0,
             posture: vec![0.2, 0.7],
@@ -101,7 +106,7 @@ mod tests {
         assert!(near.velocity[1].abs() < 1e-9 && near.acceleration[1].abs() < 1e-4, "{near:?}");
         let turns = states.iter().filter(|s| s.position[1] < -0.5 + 1e-9).count();
         assert_eq!(turns, 3);
-        let twice = excitations.repeated(2);
+        let twice = excitations.repeat(2);
         let [own, of_twice] = [excitations.peaks(&excitation), twice.peaks(&twice.excitations[0])];
         assert!(own.iter().zip(of_twice).all(|(a, b)| (a - b).abs() < 1e-12));
     }

@@ -42,14 +42,14 @@ mod terms;
 
 pub use advice::{Advice, Advised, advise};
 pub use bounds::{Bounds, Margins, Used};
-pub use design::{CHECK_HZ, Design, Progress, design, first};
+pub use design::{CHECK_HZ, Design, Progress, design, first_motion};
 pub use error::ExcitationError;
 pub use joint_excitation::{JointExcitation, JointExcitations};
 pub use limit_kind::LimitKind;
-pub use prediction::{Predicted, information, predicted, rows};
+pub use prediction::{Predicted, information, predict_result, rows};
 pub use series::{Course, FourierSeries, JointSeries, State};
 pub use shapes::{Corners, MIN_GAP_M, Nearest, Other, Shapes};
-pub use simulated::simulated;
+pub use simulated::simulate_record;
 pub use sweep::{Pass, Sweep, Swept, sweep};
 pub use task::{Aim, Noise, Task};
-pub use terms::{SweptJoint, Term, terms};
+pub use terms::{SweptJoint, Term, predict_terms};

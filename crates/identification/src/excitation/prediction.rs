@@ -30,9 +30,9 @@ pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
 
 /// Returns the same for `rate_hz` samples per second \[Hz\].
 pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
-    let task = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+    let task = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
     let (mut prediction, _) = task.information(task.model.clone(), rate_hz);
-    prediction.along(&sampled(series, task.duration_s, rate_hz))
+    prediction.weighted_regressor(&sample_motion(series, task.duration_s, rate_hz))
 }
 
 /// Evaluates a motion by the task's aim.
@@ -41,8 +41,11 @@ pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) ->
 /// [`ExcitationError::NotIdentifiable`].
 pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, ExcitationError> {
     let (mut information, objective) = task.information(task.model.clone(), PREDICTION_HZ);
-    let figure =
-        objective.evaluate(&information.along(&sampled(series, series.duration_s, PREDICTION_HZ)));
+    let figure = objective.evaluate(&information.weighted_regressor(&sample_motion(
+        series,
+        series.duration_s,
+        PREDICTION_HZ,
+    )));
     figure
         .map(|(value, _)| value)
         .ok_or(ExcitationError::NotIdentifiable { duration_s: series.duration_s })
@@ -53,15 +56,15 @@ pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, Excitati
 ///
 /// # Errors
 /// [`ExcitationError::NotIdentifiable`].
-pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, ExcitationError> {
-    let motion = sampled(motion, task.duration_s, PREDICTION_HZ);
-    let deviations = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+pub fn predict_result(task: &Task, motion: &impl Reference) -> Result<Predicted, ExcitationError> {
+    let motion = sample_motion(motion, task.duration_s, PREDICTION_HZ);
+    let deviations = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = deviations.information(task.model.clone(), PREDICTION_HZ);
-    let covariance = covariance(&information.along(&motion))
+    let covariance = covariance(&information.weighted_regressor(&motion))
         .ok_or(ExcitationError::NotIdentifiable { duration_s: task.duration_s })?;
-    let conditioned = Task { aim: Aim::ConditionNumber, ..task.clone() };
+    let conditioned = Task { objective: Aim::ConditionNumber, ..task.clone() };
     let (mut information, _) = conditioned.information(task.model.clone(), PREDICTION_HZ);
-    let eigenvalues = information.along(&motion).symmetric_eigenvalues();
+    let eigenvalues = information.weighted_regressor(&motion).symmetric_eigenvalues();
     Ok(Predicted {
         deviations: covariance.diagonal().iter().map(|square| square.sqrt()).collect(),
         condition_number: (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt(),
@@ -71,13 +74,13 @@ pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, Exci
 /// Returns the regressor's rows along a motion of the task's length (r × b), each divided by the
 /// noise of its joint. Rows of a joint at rest are 0.
 pub fn rows(task: &Task, motion: &impl Reference) -> DMatrix<f64> {
-    let task = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+    let task = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = task.information(task.model.clone(), PREDICTION_HZ);
-    information.rows(&sampled(motion, task.duration_s, PREDICTION_HZ))
+    information.rows(&sample_motion(motion, task.duration_s, PREDICTION_HZ))
 }
 
 /// Returns a motion at the samples that represent it. The jerk contributes no information.
-fn sampled(motion: &impl Reference, duration_s: f64, rate_hz: f64) -> Motion {
+fn sample_motion(motion: &impl Reference, duration_s: f64, rate_hz: f64) -> Motion {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -27,7 +27,7 @@ const START_LIMIT_SHARE: f64 = 0.7;
 /// Value of the motions of a task.
 pub(super) struct Search<'a> {
     pub(super) basis: Basis,
-    moving: &'a [bool],
+    moving_joints: &'a [bool],
     bounds: &'a Bounds,
     barrier: Barrier<'a>,
     information: Information,
@@ -38,14 +38,14 @@ impl<'a> Search<'a> {
     pub(super) fn new(task: &'a Task) -> Self {
         let Task { model, bounds, duration_s, .. } = task;
         let units = units(bounds, model.joints());
-        let slowest = units.iter().map(|unit| unit.speed).fold(f64::INFINITY, f64::min);
+        let slowest = units.iter().map(|unit| unit.speed_unit).fold(f64::INFINITY, f64::min);
         let basis = Basis::new(*duration_s, units);
         let width_rad_s = SIGN_WIDTH * slowest;
         let smooth = model.clone().with_sign_model(SignModel::Tanh { width_rad_s });
         let rate_hz = basis.samples() as f64 / duration_s;
         let (information, objective) = task.information(smooth, rate_hz);
-        let (barrier, moving) = (Barrier::new(model, bounds), task.moving.as_slice());
-        Self { basis, moving, bounds, barrier, information, objective }
+        let (barrier, moving) = (Barrier::new(model, bounds), task.moving_joints.as_slice());
+        Self { basis, moving_joints: moving, bounds, barrier, information, objective }
     }
 
     /// Returns the value of the motion with these coordinates, plus the barrier to its limits times
@@ -54,20 +54,21 @@ impl<'a> Search<'a> {
     pub(super) fn evaluate(&mut self, weight: f64, x: &[f64], gradient: &mut [f64]) -> Option<f64> {
         let motion = self.basis.motion(x);
         let mut by_motion: Motion = motion.each_ref().map(|of| of * 0.0);
-        let walls = self.barrier.add(weight, &motion, &mut by_motion)?;
-        let (value, slope) = self.objective.evaluate(&self.information.along(&motion))?;
+        let walls = self.barrier.add_share(weight, &motion, &mut by_motion)?;
+        let (value, slope) =
+            self.objective.evaluate(&self.information.weighted_regressor(&motion))?;
         self.information.add_gradient(&slope, &motion, &mut by_motion);
         self.basis.gradient(&by_motion, gradient);
-        self.hold(gradient);
+        self.hold_resting_joints(gradient);
         Some(value + walls)
     }
 
     /// Sets the coordinates of joints at rest to 0, except their mean positions. These coordinates
     /// never change.
-    fn hold(&self, x: &mut [f64]) {
-        let joints = self.moving.len();
+    fn hold_resting_joints(&self, x: &mut [f64]) {
+        let joints = self.moving_joints.len();
         for (k, x) in x.iter_mut().enumerate().skip(joints) {
-            if !self.moving[k % joints] {
+            if !self.moving_joints[k % joints] {
                 *x = 0.0;
             }
         }
@@ -75,40 +76,40 @@ impl<'a> Search<'a> {
 
     /// Returns the limit with the largest share along a motion, and this share. The limit is `None`
     /// for a gap.
-    pub(super) fn largest(&mut self, x: &[f64]) -> (Option<usize>, f64) {
+    pub(super) fn largest_share(&mut self, x: &[f64]) -> (Option<usize>, f64) {
         let motion = self.basis.motion(x);
-        let torques = self.barrier.torques(&motion);
-        self.barrier.largest(&motion, torques.as_ref())
+        let torques = self.barrier.torques_along(&motion);
+        self.barrier.largest_share(&motion, torques.as_ref())
     }
 
     /// Returns the coordinates of a random motion well inside the limits.
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let (posture, share) = self.posture(seed)?;
+        let (posture, share) = self.rest_coordinates(seed)?;
         let enough = START_LIMIT_SHARE.max(0.5 * (1.0 + share));
         let mut x = posture.clone();
         for x in &mut x {
             *x += uniform(&mut random);
         }
-        self.hold(&mut x);
-        while self.largest(&x).1 > enough {
+        self.hold_resting_joints(&mut x);
+        while self.largest_share(&x).1 > enough {
             x.iter_mut().zip(&posture).for_each(|(x, rest)| *x = rest + 0.9 * (*x - rest));
         }
         Ok(x)
     }
 
     /// Returns a posture where the arm can rest \[rad or m\].
-    pub(super) fn rest(&mut self) -> Result<Vec<f64>, ExcitationError> {
-        let (x, _) = self.posture(1)?;
+    pub(super) fn rest_posture(&mut self) -> Result<Vec<f64>, ExcitationError> {
+        let (x, _) = self.rest_coordinates(1)?;
         Ok(self.basis.series(&x).joints.iter().map(|of| of.mean).collect())
     }
 
     /// Returns the coordinates of a posture where the arm can rest, with the largest share of a
     /// limit there. The posture is the middle of the ranges, or else the first suitable one of some
     /// random postures.
-    fn posture(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
-        let mut x = vec![0.0; self.basis.coordinates()];
-        let (place, share) = self.largest(&x);
+    fn rest_coordinates(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
+        let mut x = vec![0.0; self.basis.coordinate_count()];
+        let (place, share) = self.largest_share(&x);
         if share < 1.0 {
             return Ok((x, share));
         }
@@ -117,13 +118,13 @@ impl<'a> Search<'a> {
             for mean in x.iter_mut().take(self.basis.joints()) {
                 *mean = REST_RANGE_SHARE * uniform(&mut random);
             }
-            let share = self.largest(&x).1;
+            let share = self.largest_share(&x).1;
             if share < START_LIMIT_SHARE {
                 return Ok((x, share));
             }
         }
         Err(place.map_or(ExcitationError::Touching, |place| {
-            let Bound { joint, kind, .. } = self.bounds.all[place];
+            let Bound { joint, kind, .. } = self.bounds.limits[place];
             ExcitationError::Middle { joint: JointIndex::new(joint), kind, share }
         }))
     }
@@ -137,9 +138,9 @@ fn units(bounds: &Bounds, joints: usize) -> Vec<Unit> {
             let bound_of = |kind| bounds.joint_bound(kind, joint);
             let (position, speed) = (bound_of(LimitKind::Position), bound_of(LimitKind::Speed));
             Unit {
-                middle: position.map_or(0.0, |of| of.middle),
-                half: position.map_or(1.0, |of| of.half),
-                speed: speed.map_or(1.0, |of| of.half),
+                mean_position: position.map_or(0.0, |of| of.middle),
+                mean_unit: position.map_or(1.0, |of| of.half_range),
+                speed_unit: speed.map_or(1.0, |of| of.half_range),
             }
         })
         .collect()
@@ -172,16 +173,25 @@ mod tests {
         );
         let robot = Robot::from_toml(&file).unwrap();
         let shapes = Shapes::new(&robot, Some([[-0.6, -0.6, -0.1], [0.6, 0.6, 1.0]]));
-        let nominal = robot.nominal().unwrap().standard().to_vec();
+        let nominal = robot.nominal().unwrap().standard_parameters().to_vec();
         let model = Model::new(&robot).with_load(nominal.clone());
         let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
         let bounds = Bounds::new(&robot, Margins::default(), None, Some(nominal)).unwrap();
         let bounds = bounds.with_shapes(shapes);
         let before = DMatrix::identity(columns.len(), columns.len());
         let levels = robot.limits().map(|limits| 0.01 * limits.torque_max.unwrap()).collect();
-        let noise = Noise { levels, rows_per_s: 40.0 };
+        let noise = Noise { deviations: levels, rows_per_s: 40.0 };
         let moving = vec![true; 6];
-        Task { model, bounds, duration_s: 3.0, moving, columns, before, noise, aim }
+        Task {
+            model,
+            bounds,
+            duration_s: 3.0,
+            moving_joints: moving,
+            columns,
+            prior_information: before,
+            noise,
+            objective: aim,
+        }
     }
 
     #[test]
@@ -193,8 +203,8 @@ mod tests {
             if twice {
                 // Adds parameters with prior information and without, and joints at rest.
                 task.columns.extend([task.columns[0], task.columns[20]]);
-                task.before = task.before.resize(62, 62, 0.0);
-                task.moving = vec![true, false, true, true, false, true];
+                task.prior_information = task.prior_information.resize(62, 62, 0.0);
+                task.moving_joints = vec![true, false, true, true, false, true];
             }
             let mut search = Search::new(&task);
             let x = search.start(3).unwrap();
@@ -203,7 +213,7 @@ mod tests {
             for turn in 0..6 {
                 let number = |k: usize| ((k * (turn + 1)) as f64 * 0.77 + turn as f64).sin();
                 let mut along: Vec<f64> = (0..x.len()).map(number).collect();
-                search.hold(&mut along);
+                search.hold_resting_joints(&mut along);
                 let h = 1e-6;
                 let mut value_at = |h: f64| {
                     let near: Vec<f64> = x.iter().zip(&along).map(|(x, of)| x + h * of).collect();
@@ -226,7 +236,7 @@ mod tests {
         let mut x = search.start(1).unwrap();
         let mut unused = vec![0.0; x.len()];
         let mut value = |x: &[f64]| {
-            assert!(probe.largest(x).1 < 1.0);
+            assert!(probe.largest_share(x).1 < 1.0);
             probe.evaluate(0.01, x, &mut unused).unwrap()
         };
         let first = value(&x);

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::basis::column;
-use super::clearance::nearest;
+use super::clearance::nearest_points;
 use super::random::uniform;
 use super::series::Course;
 use didim_dynamics::dynamics::{LinkFrame, Model};
@@ -35,7 +35,7 @@ pub struct Nearest {
     /// Number of the link; 0 is the base.
     pub link: usize,
     /// Shape near the link.
-    pub other: Other,
+    pub neighbour: Other,
     /// Gap between them \[m\]; negative if they overlap.
     pub gap_m: f64,
 }
@@ -70,9 +70,9 @@ pub struct Shapes {
     /// Pairs that are not kept apart, because they are near in every posture.
     pub always_near: Vec<(usize, Other)>,
     /// Links without a shape.
-    pub shapeless: Vec<usize>,
+    pub links_without_shape: Vec<usize>,
     /// True if there is a box.
-    pub boxed: bool,
+    pub has_box: bool,
 }
 
 impl Shapes {
@@ -104,7 +104,14 @@ impl Shapes {
         }
         let kinds = robot.chain().iter().map(|joint| joint.kind).collect();
         let boxed = inside.is_some();
-        let mut shapes = Self { capsules, pairs, kinds, always_near: Vec::new(), shapeless, boxed };
+        let mut shapes = Self {
+            capsules,
+            pairs,
+            kinds,
+            always_near: Vec::new(),
+            links_without_shape: shapeless,
+            has_box: boxed,
+        };
         shapes.leave_out_what_is_always_near(robot);
         Some(shapes)
     }
@@ -120,9 +127,9 @@ impl Shapes {
             let q: Vec<f64> = (robot.limits())
                 .map(|of| sample_at(of.position_min, of.position_max, uniform(&mut random)))
                 .collect();
-            let placed = self.placed(&model, &q);
+            let placed = self.place_capsules(&model, &q);
             for (k, pair) in self.pairs.iter().enumerate() {
-                let gap_m = self.gap(&placed, pair).0;
+                let gap_m = self.pair_gap(&placed, pair).0;
                 widest[k] = widest[k].max(gap_m);
                 narrowest[k] = narrowest[k].min(gap_m);
             }
@@ -134,13 +141,13 @@ impl Shapes {
         let near = |k: &usize| widest[*k] < MIN_GAP_M && stands(*k);
         let (out, remaining_pairs): (Vec<usize>, Vec<usize>) =
             (0..self.pairs.len()).partition(near);
-        self.always_near = out.iter().map(|k| self.named(&self.pairs[*k])).collect();
+        self.always_near = out.iter().map(|k| self.pair_names(&self.pairs[*k])).collect();
         self.always_near.sort_unstable();
         self.always_near.dedup();
         self.pairs = remaining_pairs.iter().map(|k| self.pairs[*k]).collect();
     }
 
-    fn named(&self, pair: &Pair) -> (usize, Other) {
+    fn pair_names(&self, pair: &Pair) -> (usize, Other) {
         match *pair {
             Pair::Capsules(a, b) => (self.capsules[a].0, Other::Link(self.capsules[b].0)),
             Pair::Side { capsule, .. } => (self.capsules[capsule].0, Other::Side),
@@ -148,10 +155,10 @@ impl Shapes {
     }
 
     /// Returns the frames of the links and the ends of the capsules in the frame of the base.
-    fn placed(&self, model: &Model, q: &[f64]) -> Placed {
+    fn place_capsules(&self, model: &Model, q: &[f64]) -> Placed {
         let frames = model.link_frames(q);
         Placed {
-            ends: self
+            end_points: self
                 .capsules
                 .iter()
                 .map(|(link, capsule): &(usize, Capsule)| {
@@ -173,18 +180,18 @@ impl Shapes {
     }
 
     /// Returns the gap of a pair.
-    fn gap(&self, placed: &Placed, pair: &Pair) -> Gap {
+    fn pair_gap(&self, placed: &Placed, pair: &Pair) -> Gap {
         match *pair {
             Pair::Capsules(a, b) => {
                 let [(own, first), (other, second)] = [self.capsules[a], self.capsules[b]];
-                let [p, q] = nearest(placed.ends[a], placed.ends[b]);
+                let [p, q] = nearest_points(placed.end_points[a], placed.end_points[b]);
                 let distance = (p - q).norm();
                 let gap = distance - first.radius_m - second.radius_m;
                 (gap, (p - q) / distance.max(f64::MIN_POSITIVE), [(own, p), (other, q)])
             }
             Pair::Side { capsule, axis, sense, at_m } => {
                 let (link, Capsule { radius_m, .. }) = self.capsules[capsule];
-                let [from, to] = placed.ends[capsule];
+                let [from, to] = placed.end_points[capsule];
                 let out = if sense * from[axis] > sense * to[axis] { from } else { to };
                 let mut inwards = Vector3::zeros();
                 inwards[axis] = -sense;
@@ -194,12 +201,12 @@ impl Shapes {
     }
 
     /// Returns the narrowest gap of a posture \[rad or m\].
-    pub fn nearest(&self, model: &Model, q: &[f64]) -> Option<Nearest> {
-        let placed = self.placed(model, q);
-        let gaps = self.pairs.iter().map(|pair| (pair, self.gap(&placed, pair).0));
+    pub fn narrowest_gap(&self, model: &Model, q: &[f64]) -> Option<Nearest> {
+        let placed = self.place_capsules(model, q);
+        let gaps = self.pairs.iter().map(|pair| (pair, self.pair_gap(&placed, pair).0));
         let (pair, gap_m) = gaps.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (link, other) = self.named(pair);
-        Some(Nearest { link, other, gap_m })
+        let (link, other) = self.pair_names(pair);
+        Some(Nearest { link, neighbour: other, gap_m })
     }
 
     /// Returns the narrowest gap along a motion.
@@ -218,14 +225,15 @@ impl Shapes {
         (0..=samples)
             .filter_map(|i: usize| {
                 let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
-                self.nearest(model, &state.position[..model.joints()])
+                self.narrowest_gap(model, &state.position[..model.joints()])
             })
             .min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 
     /// Returns the largest gap share for the positions of a motion (n × N).
-    pub(super) fn largest(&self, model: &Model, q: &DMatrix<f64>) -> f64 {
-        let share_at = |i| self.nearest(model, column(q, i)).map_or(0.0, |of| gap_share(of.gap_m));
+    pub(super) fn largest_gap_share(&self, model: &Model, q: &DMatrix<f64>) -> f64 {
+        let share_at =
+            |i| self.narrowest_gap(model, column(q, i)).map_or(0.0, |of| gap_share(of.gap_m));
         (0..q.ncols()).map(share_at).fold(0.0, f64::max)
     }
 
@@ -238,10 +246,10 @@ impl Shapes {
         q: &[f64],
         by_q: &mut [f64],
     ) -> Option<f64> {
-        let placed = self.placed(model, q);
+        let placed = self.place_capsules(model, q);
         let mut value = 0.0;
         for pair in &self.pairs {
-            let (gap_m, direction, points) = self.gap(&placed, pair);
+            let (gap_m, direction, points) = self.pair_gap(&placed, pair);
             let z = gap_share(gap_m);
             let slack = 1.0 - z * z;
             if slack.is_nan() || slack <= 0.0 {
@@ -273,7 +281,7 @@ type Gap = (f64, Vector3<f64>, [(usize, Vector3<f64>); 2]);
 
 /// Arm in a posture, in the frame of the base.
 struct Placed {
-    ends: Vec<[Vector3<f64>; 2]>,
+    end_points: Vec<[Vector3<f64>; 2]>,
     frames: Vec<LinkFrame>,
 }
 

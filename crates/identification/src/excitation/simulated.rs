@@ -13,7 +13,7 @@ use didim_dynamics::dynamics::Workspace;
 /// per second \[Hz\]. `rest` samples of rest precede and follow the motion. Torques are those of
 /// these standard parameters, with white noise. The noise in the rows is that of the task. The
 /// result is the same every time.
-pub fn simulated(
+pub fn simulate_record(
     task: &Task,
     parameters: &[f64],
     motion: &dyn Course,
@@ -37,11 +37,11 @@ pub fn simulated(
     for k in 0..samples + 2 * rest {
         let state = motion.state((k as f64 - rest as f64) / rate_hz);
         let [q, dq, ddq] = [&state.position[..n], &state.velocity[..n], &state.acceleration[..n]];
-        workspace.set_hysteresis(history.as_mut().map(|own| own.follow(q)));
+        workspace.set_hysteresis(history.as_mut().map(|own| own.advance_to(q)));
         task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
         for joint in 0..n {
             let noise: f64 = StandardNormal.sample(&mut random);
-            let level = task.noise.levels[joint] * samples_per_row.sqrt();
+            let level = task.noise.deviations[joint] * samples_per_row.sqrt();
             positions[joint].push(q[joint]);
             torques[joint].push(torque[joint] + level * noise);
         }

@@ -35,7 +35,7 @@ const MAX_REST_SHARE: f64 = 0.95;
 struct Stroke {
     start_s: f64,
     joint: usize,
-    from: f64,
+    start_position: f64,
     /// Speed, with the sign of the direction.
     speed: f64,
     blend_s: f64,
@@ -50,7 +50,7 @@ pub struct Pass {
     /// \[rad/s or m/s\].
     pub speed: f64,
     /// Both ends of the movement \[rad or m\].
-    pub between: [f64; 2],
+    pub end_positions: [f64; 2],
 }
 
 /// Joints that move there and back at constant speeds, one after the other. All begin and end at
@@ -72,7 +72,7 @@ pub struct Swept {
     /// Used share of each limit, checked at 5000 samples per second.
     pub used: Vec<Used>,
     /// Narrowest gap between shapes along the sweep; `None` if no shapes are configured.
-    pub nearest: Option<Nearest>,
+    pub narrowest_gap: Option<Nearest>,
 }
 
 /// Sweeps these joints (counted from 0) within the limits of a task, each in an equal part of its
@@ -82,10 +82,10 @@ pub struct Swept {
 /// # Errors
 /// [`ExcitationError::NoSweep`], and the errors of a rest posture.
 pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
-    let posture = Search::new(task).rest()?;
+    let posture = Search::new(task).rest_posture()?;
     let part_s = task.duration_s / joints.len().max(1) as f64;
     let spans: Vec<[f64; 2]> =
-        joints.iter().map(|joint| presliding(task, &posture, *joint)).collect();
+        joints.iter().map(|joint| rest_range(task, &posture, *joint)).collect();
     let mut longer = 1.0;
     for _ in 0..BLEND_TRIALS {
         let mut sweep =
@@ -98,9 +98,9 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
                 });
             }
         }
-        let (share, used, nearest) = task.bounds.share(&task.model, &sweep, CHECK_HZ);
+        let (share, used, nearest) = task.bounds.shares_along(&task.model, &sweep, CHECK_HZ);
         if share <= 1.0 {
-            return Ok(Swept { sweep, used, nearest });
+            return Ok(Swept { sweep, used, narrowest_gap: nearest });
         }
         longer *= BLEND_GROWTH;
     }
@@ -109,7 +109,7 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
 }
 
 /// Returns the furthest positions of a joint to both sides of a posture, at rest.
-fn presliding(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
+fn rest_range(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
     let share = |place: f64| {
         let joints = posture
             .iter()
@@ -119,7 +119,7 @@ fn presliding(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
                 JointSeries { mean, sine: vec![], cosine: vec![] }
             })
             .collect();
-        task.bounds.share(&task.model, &FourierSeries { duration_s: 1.0, joints }, 1.0).0
+        task.bounds.shares_along(&task.model, &FourierSeries { duration_s: 1.0, joints }, 1.0).0
     };
     let span = posture[joint];
     let most = MAX_REST_SHARE.max(share(span));
@@ -147,7 +147,9 @@ impl Sweep {
         longer: f64,
     ) -> usize {
         let limit = |kind| {
-            bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| JOINT_LIMIT_SHARE * of.half)
+            bounds
+                .joint_bound(kind, joint)
+                .map_or(f64::INFINITY, |of| JOINT_LIMIT_SHARE * of.half_range)
         };
         let [top, acceleration, jerk] =
             [LimitKind::Speed, LimitKind::Acceleration, LimitKind::Jerk].map(limit);
@@ -171,12 +173,12 @@ impl Sweep {
             passes.push(Pass {
                 joint: JointIndex::new(joint),
                 speed,
-                between: [target(low), target(high)],
+                end_positions: [target(low), target(high)],
             });
         }
         let count = passes.len();
         for pass in passes.into_iter().rev() {
-            let ([low, high], rest) = (pass.between, self.posture[joint]);
+            let ([low, high], rest) = (pass.end_positions, self.posture[joint]);
             for [from, to] in [[rest, low], [low, high], [high, rest]] {
                 self.push(joint, from, to, pass.speed, blend(pass.speed));
             }
@@ -197,7 +199,7 @@ impl Sweep {
         self.strokes.push(Stroke {
             start_s,
             joint,
-            from,
+            start_position: from,
             speed: speed.copysign(to - from),
             blend_s,
             held_s,
@@ -206,7 +208,7 @@ impl Sweep {
     }
 
     /// Returns the joint that moves at a time, and its position with its derivatives.
-    pub(super) fn moving(&self, time_s: f64) -> Option<(usize, [f64; 4])> {
+    pub(super) fn moving_joint(&self, time_s: f64) -> Option<(usize, [f64; 4])> {
         let begun = self.strokes.partition_point(|of| of.start_s <= time_s);
         let stroke = self.strokes.get(begun.checked_sub(1)?)?;
         (time_s < self.duration_s).then(|| (stroke.joint, stroke.evaluate(time_s - stroke.start_s)))
@@ -217,7 +219,7 @@ impl Stroke {
     /// Returns position and derivatives at a time after its start. The speed rises and falls by 3
     /// s² − 2 s³.
     fn evaluate(&self, time_s: f64) -> [f64; 4] {
-        let Self { from, speed, blend_s: b, held_s, .. } = *self;
+        let Self { start_position: from, speed, blend_s: b, held_s, .. } = *self;
         let blended = |s: f64| {
             let presliding = speed * b * s * s * s * (1.0 - 0.5 * s);
             [
@@ -248,7 +250,7 @@ impl Course for Sweep {
     fn state(&self, time_s: f64) -> State {
         let mut state = State::default();
         state.position[..self.posture.len()].copy_from_slice(&self.posture);
-        if let Some((joint, [q, dq, ddq, jerk])) = self.moving(time_s) {
+        if let Some((joint, [q, dq, ddq, jerk])) = self.moving_joint(time_s) {
             state.position[joint] = q;
             state.velocity[joint] = dq;
             state.acceleration[joint] = ddq;

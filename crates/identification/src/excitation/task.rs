@@ -23,7 +23,7 @@ pub enum Aim {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of a row of each joint \[N·m or N\].
-    pub levels: Vec<f64>,
+    pub deviations: Vec<f64>,
     /// Number of independent rows of each joint per second.
     pub rows_per_s: f64,
 }
@@ -39,27 +39,27 @@ pub struct Task {
     pub duration_s: f64,
     /// True for each joint that moves. The others stand still at the best position. A joint at rest
     /// yields no rows, because friction at rest holds any torque below its own.
-    pub moving: Vec<bool>,
+    pub moving_joints: Vec<bool>,
     /// Regressor columns of the identified parameters, b.
     pub columns: Vec<usize>,
     /// Prior information: the inverse of these parameters' covariance (b × b), 0 where nothing is
     /// known.
-    pub before: DMatrix<f64>,
+    pub prior_information: DMatrix<f64>,
     /// Noise of the measurement.
     pub noise: Noise,
     /// Objective of the design.
-    pub aim: Aim,
+    pub objective: Aim,
 }
 
 impl Task {
     /// Returns the information of a motion at `rate_hz` samples per second, and the objective for
     /// it.
     pub(super) fn information(&self, model: Model, rate_hz: f64) -> (Information, Objective) {
-        match &self.aim {
+        match &self.objective {
             Aim::Deviations(wanted) => {
                 let root = (self.noise.rows_per_s / rate_hz).sqrt();
-                let weights = self.weights(self.noise.levels.iter().map(|level| root / level));
-                let (columns, before) = (self.columns.clone(), self.before.clone());
+                let weights = self.weights(self.noise.deviations.iter().map(|level| root / level));
+                let (columns, before) = (self.columns.clone(), self.prior_information.clone());
                 let information = Information::new(model, columns, before, weights);
                 (information, Objective::Deviations(wanted.clone()))
             }
@@ -82,7 +82,7 @@ impl Task {
     }
 
     fn weights(&self, of_each: impl Iterator<Item = f64>) -> Vec<f64> {
-        let moving = self.moving.iter().zip(of_each);
+        let moving = self.moving_joints.iter().zip(of_each);
         moving.map(|(moves, weight)| if *moves { weight } else { 0.0 }).collect()
     }
 }

@@ -25,10 +25,10 @@ pub struct Term {
     /// Standard deviation of the term's largest torque along the sweep, if the joint has it in
     /// addition to the usual terms \[N·m or N\]. None if it cannot be distinguished from those
     /// together.
-    pub alone: Option<f64>,
+    pub separate_deviation: Option<f64>,
     /// The same if the joint has all terms at once. None if it cannot be distinguished from the
     /// terms before it together.
-    pub together: Option<f64>,
+    pub joint_deviation: Option<f64>,
 }
 
 /// Friction terms of a joint, as a sweep identifies them.
@@ -37,14 +37,14 @@ pub struct SweptJoint {
     /// The joint.
     pub joint: JointIndex,
     /// Speed of the Stribeck term: the third slowest of the joint's speeds \[rad/s or m/s\].
-    pub stribeck: f64,
+    pub stribeck_speed: f64,
     /// The usual terms and all laws.
     pub terms: Vec<Term>,
 }
 
 /// Predicts how well a sweep identifies the friction of each joint that it moves. It uses the
 /// torques of that joint while it moves. Gravity and inertia count as unknown.
-pub fn terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
+pub fn predict_terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
     let mut joints: Vec<usize> = sweep.passes.iter().map(|pass| pass.joint.position()).collect();
     joints.dedup();
     let columns: Vec<usize> = task
@@ -60,12 +60,18 @@ pub fn terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
     let before = DMatrix::zeros(count, count);
     let moving = vec![true; robot.joints()];
     let duration_s = sweep.duration_s();
-    let other_task = Task { columns, before, duration_s, moving, ..task.clone() };
+    let other_task = Task {
+        columns,
+        prior_information: before,
+        duration_s,
+        moving_joints: moving,
+        ..task.clone()
+    };
     let other_rows = rows(&other_task, sweep);
-    joints.into_iter().map(|joint| prediction(task, robot, sweep, joint, &other_rows)).collect()
+    joints.into_iter().map(|joint| predict_joint(task, robot, sweep, joint, &other_rows)).collect()
 }
 
-fn prediction(
+fn predict_joint(
     task: &Task,
     robot: &Robot,
     sweep: &Sweep,
@@ -91,14 +97,8 @@ fn prediction(
                 let mut torque = [0.0; MAX_JOINTS];
                 if let Some(parameters) = &task.bounds.parameters {
                     let (q, still) = (&state.position[..n], &still[..n]);
-                    task.model.inverse_dynamics(
-                        &mut workspace,
-                        parameters,
-                        q,
-                        still,
-                        still,
-                        &mut torque[..n],
-                    );
+                    let (ws, torque) = (&mut workspace, &mut torque[..n]);
+                    task.model.inverse_dynamics(ws, parameters, q, still, still, torque);
                 }
                 let of_law = |law: &FrictionLaw| match law {
                     FrictionLaw::Load => law.value(v, sign) * torque[joint].abs(),
@@ -110,7 +110,7 @@ fn prediction(
             })
         })
         .collect();
-    let weight = (task.noise.rows_per_s / PREDICTION_HZ).sqrt() / task.noise.levels[joint];
+    let weight = (task.noise.rows_per_s / PREDICTION_HZ).sqrt() / task.noise.deviations[joint];
     let mut friction = DMatrix::from_fn(samples_moving.len(), kinds.len(), |row, k| {
         weight * samples_moving[row].1[k]
     });
@@ -135,11 +135,15 @@ fn prediction(
     let indices: Vec<usize> = (0..kinds.len()).collect();
     let term = |k: usize| {
         let others: Vec<usize> = (0..USUAL_TERMS).filter(|usual| *usual != k).chain([k]).collect();
-        Term { kind: kinds[k], alone: deviation(&others, k), together: deviation(&indices, k) }
+        Term {
+            kind: kinds[k],
+            separate_deviation: deviation(&others, k),
+            joint_deviation: deviation(&indices, k),
+        }
     };
     SweptJoint {
         joint: JointIndex::new(joint),
-        stribeck,
+        stribeck_speed: stribeck,
         terms: indices.iter().map(|k| term(*k)).collect(),
     }
 }

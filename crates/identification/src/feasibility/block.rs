@@ -18,7 +18,7 @@ pub(super) struct Block {
     /// Standard parameters that the block contributes to.
     pub(super) columns: Vec<usize>,
     /// Matrix of the block's contribution: spread · svec(P).
-    pub(super) spread: DMatrix<f64>,
+    pub(super) parameter_map: DMatrix<f64>,
     /// Basis, s × d, of the allowed vectors svec(P); none if every vector is allowed.
     subspace: Option<DMatrix<f64>>,
 }
@@ -38,19 +38,19 @@ impl Block {
         Some(Self {
             prior: factor(&DMatrix::from_fn(4, 4, |i, j| pseudo[(i, j)]))?,
             columns: columns.to_vec(),
-            spread: DMatrix::from_columns(&spread),
+            parameter_map: DMatrix::from_columns(&spread),
             subspace: None,
         })
     }
 
     /// Creates the block of a positive number from its contributions to standard parameters per
     /// unit.
-    pub(super) fn scalar(added: &[(usize, f64)], prior: f64) -> Option<Self> {
+    pub(super) fn from_scalar(added: &[(usize, f64)], prior: f64) -> Option<Self> {
         let weights: Vec<f64> = added.iter().map(|(_, weight)| *weight).collect();
         Some(Self {
             prior: factor(&DMatrix::from_element(1, 1, prior))?,
             columns: added.iter().map(|(column, _)| *column).collect(),
-            spread: DMatrix::from_column_slice(weights.len(), 1, &weights),
+            parameter_map: DMatrix::from_column_slice(weights.len(), 1, &weights),
             subspace: None,
         })
     }
@@ -58,8 +58,9 @@ impl Block {
     /// Creates the block P = Σ parameter · matrix. If the matrices are dependent, the parameters
     /// are the smallest that give P. If they do not span all symmetric matrices, P stays within
     /// their span.
-    pub(super) fn sum(terms: &[(usize, DMatrix<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
-        let vectors: Vec<DVector<f64>> = terms.iter().map(|(_, term)| vector(term)).collect();
+    pub(super) fn from_sum(terms: &[(usize, DMatrix<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
+        let vectors: Vec<DVector<f64>> =
+            terms.iter().map(|(_, term)| symmetric_vector(term)).collect();
         let svd = DMatrix::from_columns(&vectors).svd(true, true);
         let least = DEPENDENT_LENGTH * svd.singular_values.max();
         let rank = svd.rank(least);
@@ -68,7 +69,7 @@ impl Block {
             prior: factor(prior)?,
             columns: terms.iter().map(|(column, _)| *column).collect(),
             subspace: (rank < spanned.nrows()).then_some(spanned),
-            spread: svd.pseudo_inverse(least).ok()?,
+            parameter_map: svd.pseudo_inverse(least).ok()?,
         })
     }
 
@@ -81,11 +82,11 @@ impl Block {
     /// the vectors of M⁻¹ δP M⁻ᵀ.
     pub(super) fn tangent(&self, m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let Some(subspace) = &self.subspace else {
-            let s = self.spread.ncols();
+            let s = self.parameter_map.ncols();
             return Some(DMatrix::identity(s, s));
         };
         let inverse = m.solve_lower_triangular(&DMatrix::identity(self.size(), self.size()))?;
-        Some((congruence(&inverse) * subspace).qr().q())
+        Some((congruence_map(&inverse) * subspace).qr().q())
     }
 }
 
@@ -97,13 +98,13 @@ pub(super) fn factor(p: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 /// Returns the positions of the s entries: the upper triangle by columns.
-fn places(n: usize) -> impl Iterator<Item = (usize, usize)> {
+fn entry_positions(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)))
 }
 
 /// Returns svec of a symmetric matrix.
-pub(super) fn vector(p: &DMatrix<f64>) -> DVector<f64> {
-    let entries = places(p.nrows())
+pub(super) fn symmetric_vector(p: &DMatrix<f64>) -> DVector<f64> {
+    let entries = entry_positions(p.nrows())
         .map(|(i, j)| if i == j { p[(i, j)] } else { core::f64::consts::SQRT_2 * p[(i, j)] });
     DVector::from_vec(entries.collect())
 }
@@ -111,7 +112,7 @@ pub(super) fn vector(p: &DMatrix<f64>) -> DVector<f64> {
 /// Returns the symmetric n × n matrix of a vector.
 pub(super) fn matrix(vector: &DVector<f64>, n: usize) -> DMatrix<f64> {
     let mut p = DMatrix::zeros(n, n);
-    for ((i, j), entry) in places(n).zip(vector.iter()) {
+    for ((i, j), entry) in entry_positions(n).zip(vector.iter()) {
         let entry = if i == j { *entry } else { *entry / core::f64::consts::SQRT_2 };
         p[(i, j)] = entry;
         p[(j, i)] = entry;
@@ -120,12 +121,12 @@ pub(super) fn matrix(vector: &DVector<f64>, n: usize) -> DMatrix<f64> {
 }
 
 /// Returns the s × s matrix that maps svec(Y) to svec(M Y Mᵀ).
-pub(super) fn congruence(m: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn congruence_map(m: &DMatrix<f64>) -> DMatrix<f64> {
     let s = m.nrows() * (m.nrows() + 1) / 2;
     let columns: Vec<DVector<f64>> = (0..s)
         .map(|k| {
             let unit = DVector::from_fn(s, |i, _| f64::from(u8::from(i == k)));
-            vector(&(m * matrix(&unit, m.nrows()) * m.transpose()))
+            symmetric_vector(&(m * matrix(&unit, m.nrows()) * m.transpose()))
         })
         .collect();
     DMatrix::from_columns(&columns)

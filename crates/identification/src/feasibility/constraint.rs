@@ -7,7 +7,7 @@ use super::error::FeasibilityError;
 use super::estimate::{Estimate, Rows};
 use super::prior::Prior;
 use super::problem::{Point, Problem, divergence};
-use super::solve::problem;
+use super::solve::build_problem;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
@@ -17,7 +17,7 @@ use didim_dynamics::robot::Robot;
 #[derive(Debug)]
 pub struct Constraint {
     rows: Rows,
-    identified: usize,
+    identified_count: usize,
     problem: Problem,
     weight: f64,
 }
@@ -36,7 +36,7 @@ impl Constraint {
     /// Creates the constraint for these parameters, with λ of [`Prior::default_weight`].
     ///
     /// # Errors
-    /// The same as [`consistent`](super::consistent).
+    /// The same as [`fit_consistent`](super::fit_consistent).
     pub fn new(
         robot: &Robot,
         base: &BaseParameters,
@@ -44,9 +44,9 @@ impl Constraint {
         prior: &Prior,
     ) -> Result<Self, FeasibilityError> {
         let rows = Rows::new(base, robot.parameters().parameters(), first)?;
-        let problem = problem(robot, &rows, prior)?;
+        let problem = build_problem(robot, &rows, prior)?;
         let (identified, weight) = (first.names.len(), prior.default_weight());
-        Ok(Self { rows, identified, problem, weight })
+        Ok(Self { rows, identified_count: identified, problem, weight })
     }
 
     /// Minimises ‖R(Bθ − β̂)‖² + λ (Σ D + Σ d) for an estimate of the same parameters (b) and its
@@ -54,14 +54,14 @@ impl Constraint {
     ///
     /// # Errors
     /// [`FeasibilityError::Covariance`] and [`FeasibilityError::NotConverged`].
-    pub fn nearest(
+    pub fn nearest_consistent(
         &self,
         parameters: &DVector<f64>,
         covariance: &DMatrix<f64>,
     ) -> Result<Possible, FeasibilityError> {
         let Rows { regrouping, values, covariance: of_rows, .. } = &self.rows;
         let (mut values, mut of_rows) = (values.clone(), of_rows.clone());
-        let fixed_columns = self.identified;
+        let fixed_columns = self.identified_count;
         if parameters.len() != fixed_columns || covariance.shape() != (fixed_columns, fixed_columns)
         {
             let (rows, columns) = covariance.shape();
@@ -76,13 +76,14 @@ impl Constraint {
         of_rows.view_mut((0, 0), (fixed_columns, fixed_columns)).copy_from(covariance);
         let (whitened, target) =
             Problem::whiten(regrouping, &values, &of_rows).ok_or(FeasibilityError::Covariance)?;
-        let minimum = Problem { whitened, target, ..self.problem.clone() }.minimise(self.weight)?;
+        let minimum = Problem { whitened_columns: whitened, target, ..self.problem.clone() }
+            .minimise(self.weight)?;
         Ok(self.evaluate(minimum.point))
     }
 
     /// Interpolates between two sets of parameters, this part of the way from the first to the
     /// second. The result is physically consistent again. None if rounding makes it inconsistent.
-    pub fn between(&self, from: &Possible, to: &Possible, part: f64) -> Option<Possible> {
+    pub fn interpolate(&self, from: &Possible, to: &Possible, part: f64) -> Option<Possible> {
         let square = |one: &DMatrix<f64>| one * one.transpose();
         let factors = from
             .point
@@ -91,13 +92,13 @@ impl Constraint {
             .zip(&to.point.factors)
             .map(|(from, to)| factor(&(square(from) * (1.0 - part) + square(to) * part)));
         let factors = factors.collect::<Option<_>>()?;
-        let free = &from.point.free * (1.0 - part) + &to.point.free * part;
-        Some(self.evaluate(Point { factors, free }))
+        let free = &from.point.free_values * (1.0 - part) + &to.point.free_values * part;
+        Some(self.evaluate(Point { factors, free_values: free }))
     }
 
     fn evaluate(&self, point: Point) -> Possible {
         let standard = self.problem.parameters(&point);
-        let parameters = self.rows.regrouping.rows(0, self.identified) * standard;
+        let parameters = self.rows.regrouping.rows(0, self.identified_count) * standard;
         let penalty = self.weight * point.factors.iter().map(divergence).sum::<f64>();
         Possible { point, parameters, penalty }
     }

@@ -32,34 +32,34 @@ pub(super) struct Drives<'a> {
 
 impl Drives<'_> {
     /// Returns the blocks of all drive and friction parameters that cannot be negative.
-    pub(super) fn blocks(&self) -> Result<Vec<Block>, FeasibilityError> {
+    pub(super) fn positive_blocks(&self) -> Result<Vec<Block>, FeasibilityError> {
         let n = self.robot.joints();
         let mut blocks = Vec::new();
         for motor in 0..n {
             blocks.extend(self.inertia(motor)?);
             for kind in [Fc, FcMotor] {
-                let column = self.present(kind, motor);
-                blocks.extend(column.map(|column| self.scalar(column)).transpose()?);
+                let column = self.column_if_present(kind, motor);
+                blocks.extend(column.map(|column| self.scalar_block(column)).transpose()?);
             }
         }
         let mut waiting: Vec<usize> = (0..n).collect();
         while let Some(first) = waiting.first() {
             let together = self.coupled_with(*first);
             waiting.retain(|joint| !together.contains(joint));
-            blocks.extend(self.viscous(&together)?);
+            blocks.extend(self.viscous_block(&together)?);
         }
         Ok(blocks)
     }
 
     /// Returns the column of a parameter if the identified model has it.
-    fn present(&self, kind: ParameterKind, joint: usize) -> Option<usize> {
+    fn column_if_present(&self, kind: ParameterKind, joint: usize) -> Option<usize> {
         let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
-        (!self.rows.absent.contains(&column)).then_some(column)
+        (!self.rows.absent_columns.contains(&column)).then_some(column)
     }
 
     /// Returns the part of a motor's own inertia that the model regroups into that of another
     /// joint's motor.
-    fn regrouped(&self, motor: usize, joint: usize) -> f64 {
+    fn regrouped_share(&self, motor: usize, joint: usize) -> f64 {
         let transmission = self.robot.transmission();
         let takes = motor != joint
             && !transmission.is_coupled(joint)
@@ -72,22 +72,23 @@ impl Drives<'_> {
         let factors = (0..self.robot.joints()).map(move |joint| (joint, factor(joint)));
         factors
             .filter(|(_, factor)| *factor > 0.0)
-            .filter_map(|(joint, factor)| Some((self.present(Ia, joint)?, factor)))
+            .filter_map(|(joint, factor)| Some((self.column_if_present(Ia, joint)?, factor)))
     }
 
     /// Returns the block of a motor's own inertia. It contributes to its own parameter and to those
     /// of other joints that the motor turns.
     fn inertia(&self, motor: usize) -> Result<Option<Block>, FeasibilityError> {
-        let Some(column) = self.present(Ia, motor) else { return Ok(None) };
-        let added = self.drive_inertias(|joint| self.regrouped(motor, joint));
+        let Some(column) = self.column_if_present(Ia, motor) else { return Ok(None) };
+        let added = self.drive_inertias(|joint| self.regrouped_share(motor, joint));
         let added: Vec<_> = core::iter::once((column, 1.0)).chain(added).collect();
-        let others: Vec<_> = self.drive_inertias(|other| self.regrouped(other, motor)).collect();
+        let others: Vec<_> =
+            self.drive_inertias(|other| self.regrouped_share(other, motor)).collect();
         let configured = self.prior.drive_inertia.get(motor).copied().flatten();
         let size = match configured.filter(|_| !self.is_alone(column)) {
             Some(declared) => declared,
-            None => self.size(column, &others)?,
+            None => self.parameter_size(column, &others)?,
         };
-        self.checked(Block::scalar(&added, size), column).map(Some)
+        self.check_block(Block::from_scalar(&added, size), column).map(Some)
     }
 
     fn is_alone(&self, column: usize) -> bool {
@@ -96,20 +97,24 @@ impl Drives<'_> {
 
     /// Returns the size of a positive parameter by the estimate, without the contributions of
     /// `others`.
-    fn size(&self, column: usize, others: &[(usize, f64)]) -> Result<f64, FeasibilityError> {
+    fn parameter_size(
+        &self,
+        column: usize,
+        others: &[(usize, f64)],
+    ) -> Result<f64, FeasibilityError> {
         if self.is_alone(column) {
             let others = others.iter().filter(|(other, _)| self.is_alone(*other));
             let parts = others.map(|&(other, factor)| (other, -factor));
             let rows = core::iter::once((column, 1.0))
                 .chain(parts)
                 .filter_map(|(column, factor)| Some((self.rows.row_of(column)?, factor)));
-            return Ok(self.rows.size(&rows.collect::<Vec<_>>()));
+            return Ok(self.rows.combination_size(&rows.collect::<Vec<_>>()));
         }
         let parameter = self.parameter(column);
         let Some((row, coefficient)) = self.sum_with(column, parameter) else {
             return Err(FeasibilityError::LeftOut { names: vec![parameter.to_string()] });
         };
-        let size = self.rows.size(&[(row, 1.0)]) / coefficient;
+        let size = self.rows.combination_size(&[(row, 1.0)]) / coefficient;
         if parameter.kind != Ia {
             return Ok(size);
         }
@@ -137,8 +142,11 @@ impl Drives<'_> {
         of_link.find(|(_, own)| *own > 0.0).or(most)
     }
 
-    fn scalar(&self, column: usize) -> Result<Block, FeasibilityError> {
-        self.checked(Block::scalar(&[(column, 1.0)], self.size(column, &[])?), column)
+    fn scalar_block(&self, column: usize) -> Result<Block, FeasibilityError> {
+        self.check_block(
+            Block::from_scalar(&[(column, 1.0)], self.parameter_size(column, &[])?),
+            column,
+        )
     }
 
     /// Returns the joints that coupled motors with viscous friction connect to a joint, including
@@ -148,7 +156,9 @@ impl Drives<'_> {
         let mut next = 0;
         while let Some(&at) = together.get(next) {
             next += 1;
-            for motor in (0..self.robot.joints()).filter(|m| self.present(FvMotor, *m).is_some()) {
+            for motor in
+                (0..self.robot.joints()).filter(|m| self.column_if_present(FvMotor, *m).is_some())
+            {
                 let row = self.robot.transmission().row(motor);
                 if row[at] == 0.0 {
                     continue;
@@ -163,27 +173,27 @@ impl Drives<'_> {
     }
 
     /// Returns the block of viscous friction of joints that coupled motors connect.
-    fn viscous(&self, joints: &[usize]) -> Result<Option<Block>, FeasibilityError> {
+    fn viscous_block(&self, joints: &[usize]) -> Result<Option<Block>, FeasibilityError> {
         if let [joint] = joints {
-            let column = self.present(Fv, *joint);
-            return column.map(|column| self.scalar(column)).transpose();
+            let column = self.column_if_present(Fv, *joint);
+            return column.map(|column| self.scalar_block(column)).transpose();
         }
         let n = joints.len();
         let mut terms = Vec::new();
         let mut diagonal = DMatrix::zeros(n, n);
         for (at, &joint) in joints.iter().enumerate() {
-            let Some(column) = self.present(Fv, joint) else {
+            let Some(column) = self.column_if_present(Fv, joint) else {
                 let name = Parameter { kind: Fv, joint: JointIndex::new(joint) }.to_string();
                 return Err(FeasibilityError::LeftOut { names: vec![name] });
             };
-            diagonal[(at, at)] = self.size(column, &[])?;
+            diagonal[(at, at)] = self.parameter_size(column, &[])?;
             let mut unit = DMatrix::zeros(n, n);
             unit[(at, at)] = 1.0;
             terms.push((column, unit));
         }
         let mut others = DMatrix::zeros(n, n);
         for &motor in joints {
-            let Some(column) = self.present(FvMotor, motor) else { continue };
+            let Some(column) = self.column_if_present(FvMotor, motor) else { continue };
             let s = self.robot.transmission().direction(motor);
             let term =
                 DMatrix::from_fn(
@@ -205,12 +215,12 @@ impl Drives<'_> {
         let least = scaled.symmetric_eigenvalues().min();
         let part = if least < MIN_EIGENVALUE - 1.0 { (MIN_EIGENVALUE - 1.0) / least } else { 1.0 };
         let column = terms[0].0;
-        self.checked(Block::sum(&terms, &(diagonal + others * part)), column).map(Some)
+        self.check_block(Block::from_sum(&terms, &(diagonal + others * part)), column).map(Some)
     }
 
     /// Returns the block, or an error if there is none: a parameter without a positive prior has
     /// invalid values.
-    fn checked(&self, block: Option<Block>, column: usize) -> Result<Block, FeasibilityError> {
+    fn check_block(&self, block: Option<Block>, column: usize) -> Result<Block, FeasibilityError> {
         block.ok_or_else(|| FeasibilityError::NoValue { name: self.name(column) })
     }
 

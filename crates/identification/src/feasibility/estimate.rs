@@ -41,7 +41,7 @@ pub struct FixedParameter {
 
 impl FixedParameter {
     /// Creates a base parameter that was fixed at its nominal value.
-    pub fn nominal(name: String, value: f64) -> Self {
+    pub fn at_nominal(name: String, value: f64) -> Self {
         Self { name, value, deviation: (MIN_DATA_SHARE * value.abs()).max(KEPT_AT_ZERO) }
     }
 }
@@ -58,7 +58,7 @@ pub(super) struct Rows {
     pub(super) values: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
     /// Columns of the parameters that are missing in the identified model.
-    pub(super) absent: Vec<usize>,
+    pub(super) absent_columns: Vec<usize>,
 }
 
 impl Rows {
@@ -93,7 +93,7 @@ impl Rows {
 
         let mut indices: Vec<usize> = Vec::new();
         for (row, name) in names.iter().enumerate() {
-            let index = base.require(name)?;
+            let index = base.find_required(name)?;
             if indices.contains(&index) {
                 return Err(FeasibilityError::Repeated { name: name.clone() });
             }
@@ -120,7 +120,7 @@ impl Rows {
         }
         let columns = indices.iter().map(|&index| base.columns()[index]).collect();
         let regrouping = base.regrouping().select_rows(&indices);
-        Ok(Self { names, regrouping, columns, values, covariance, absent })
+        Ok(Self { names, regrouping, columns, values, covariance, absent_columns: absent })
     }
 
     /// Returns the row that is named after a standard parameter.
@@ -134,7 +134,7 @@ impl Rows {
     }
 
     /// Returns the size of Σ weight · row: its value, or its standard deviation if that is larger.
-    pub(super) fn size(&self, weights: &[(usize, f64)]) -> f64 {
+    pub(super) fn combination_size(&self, weights: &[(usize, f64)]) -> f64 {
         let value: f64 = weights.iter().map(|&(row, weight)| weight * self.values[row]).sum();
         let variance: f64 = weights
             .iter()

@@ -15,9 +15,9 @@ pub struct PhysicallyImpossible {
     pub threshold: f64,
     /// Friction and drive inertias that are below 0. If there are none, the base parameter with the
     /// largest shift.
-    pub most: Vec<Shift>,
+    pub impossible_values: Vec<Shift>,
     /// True if these parameters are below 0.
-    pub negative: bool,
+    pub are_negative: bool,
 }
 
 /// Finding that the bodies that explain the estimate contradict the prior, this one most.
@@ -26,7 +26,7 @@ pub struct FarBody {
     /// Number of the link, from 1.
     pub link: usize,
     /// Its distance from the prior \[nats\].
-    pub nats: f64,
+    pub distance_nats: f64,
     /// Source of the prior.
     pub prior: PriorSource,
 }
@@ -35,13 +35,17 @@ impl Outcome {
     /// Returns the finding if no bodies explain the estimate.
     pub fn no_bodies(&self) -> Option<PhysicallyImpossible> {
         (self.judgement == Judgement::Infeasible).then(|| {
-            let negative = !self.negative.is_empty();
+            let negative = !self.negative_parameters.is_empty();
             let farthest = || self.largest_shift().into_iter().cloned().collect();
             PhysicallyImpossible {
                 cost: self.least_cost,
                 threshold: self.threshold,
-                most: if negative { self.negative.clone() } else { farthest() },
-                negative,
+                impossible_values: if negative {
+                    self.negative_parameters.clone()
+                } else {
+                    farthest()
+                },
+                are_negative: negative,
             }
         })
     }
@@ -52,13 +56,13 @@ impl Outcome {
         let farthest = links.max_by(|a, b| a.1.total_cmp(&b.1));
         farthest
             .filter(|_| self.judgement == Judgement::ContradictsPrior)
-            .map(|(link, nats)| FarBody { link, nats, prior: self.prior })
+            .map(|(link, nats)| FarBody { link, distance_nats: nats, prior: self.prior })
     }
 }
 
 impl Display for PhysicallyImpossible {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cost, threshold, most, negative } = self;
+        let Self { cost, threshold, impossible_values: most, are_negative: negative } = self;
         let each = most.iter().map(|of| format!("{} by {:.1} σ", of.name, of.deviations.abs()));
         write!(
             f,
@@ -74,7 +78,7 @@ impl Display for PhysicallyImpossible {
 
 impl Display for FarBody {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { link, nats, prior } = self;
+        let Self { link, distance_nats: nats, prior } = self;
         write!(
             f,
             "the inertial parameters of link {link} are far from {prior} ({nats:.1} nats); \

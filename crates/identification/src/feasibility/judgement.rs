@@ -108,7 +108,7 @@ pub(super) fn threshold(parameters: usize, limits: &FeasibilityLimits) -> f64 {
 
 /// Returns the parameters that cannot be negative and are so by more than the limit, with their
 /// distance from 0.
-pub(super) fn negative(
+pub(super) fn negative_parameters(
     rows: &Rows,
     parameters: &[Parameter],
     limits: &FeasibilityLimits,

@@ -4,7 +4,7 @@
 //! (Wensing, Kim and Slotine, *Linear matrix inequalities for physically consistent inertial
 //! parameter identification*, 2018). If no set of bodies explains the base parameters, something
 //! else is wrong. If bodies explain them, much of a body is still undetermined. A [`Prior`] decides
-//! it (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020). [`consistent`]
+//! it (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020). [`fit_consistent`]
 //! minimises the sum of both costs and reports the source of every value. [`nearest_body`] does the
 //! same for a single body.
 
@@ -35,4 +35,4 @@ pub use judgement::{FeasibilityLimits, Judgement, Shift};
 pub use nearest::{NearestBody, nearest_body};
 pub use outcome::{Class, Outcome, StandardParameter};
 pub use prior::{Prior, PriorSource};
-pub use solve::consistent;
+pub use solve::fit_consistent;

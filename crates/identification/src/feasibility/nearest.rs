@@ -20,9 +20,9 @@ pub struct NearestBody {
     pub divergence: f64,
 }
 
-/// Returns the body that minimises J + λ D, as [`consistent`](super::consistent) does for all links
-/// together. J is the squared distance of `regrouping` (k × 10) times its parameters from the
-/// values (k), by their covariance (k × k). D is the divergence from a homogeneous ball of 2000
+/// Returns the body that minimises J + λ D, as [`fit_consistent`](super::fit_consistent) does for
+/// all links together. J is the squared distance of `regrouping` (k × 10) times its parameters from
+/// the values (k), by their covariance (k × k). D is the divergence from a homogeneous ball of 2000
 /// kg/m³ with this mass \[kg\] at this centre \[m\]. λ is 2.
 ///
 /// # Errors
@@ -41,7 +41,12 @@ pub fn nearest_body(
     let block = block.ok_or(FeasibilityError::LoadMass { found: mass_kg })?;
     let (whitened, target) =
         Problem::whiten(regrouping, values, covariance).ok_or(FeasibilityError::Covariance)?;
-    let problem = Problem { blocks: vec![block], free: Vec::new(), whitened, target };
+    let problem = Problem {
+        blocks: vec![block],
+        free_columns: Vec::new(),
+        whitened_columns: whitened,
+        target,
+    };
     let point = problem.minimise(GEOMETRIC_WEIGHT)?.point;
     let body = problem.parameters(&point);
     Ok(NearestBody {

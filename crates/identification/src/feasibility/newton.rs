@@ -29,9 +29,9 @@ const MAX_STEPS: usize = 400;
 #[derive(Debug)]
 pub(super) struct Minimum {
     pub(super) point: Point,
-    pub(super) local: Local,
+    pub(super) local_problem: Local,
     /// Rᵀ R = 2 H, with H half of F's second derivative in the local coordinates.
-    pub(super) triangle: DMatrix<f64>,
+    pub(super) hessian_root: DMatrix<f64>,
     /// Newton steps.
     pub(super) steps: usize,
 }
@@ -39,7 +39,7 @@ pub(super) struct Minimum {
 /// A Newton step.
 struct Step {
     coordinates: DVector<f64>,
-    triangle: DMatrix<f64>,
+    hessian_root: DMatrix<f64>,
     /// Squared Newton decrement: twice the decrease that a quadratic function would have.
     decrement: f64,
 }
@@ -52,14 +52,14 @@ impl Problem {
     pub(super) fn minimise(&self, weight: f64) -> Result<Minimum, FeasibilityError> {
         let start = self.start();
         let first = self.cost(&start) / self.barrier_parameter();
-        self.lower(weight, first.max(weight), start)
+        self.minimise_with_weight(weight, first.max(weight), start)
     }
 
     /// Minimises F with this weight, starting near the minimum with a larger weight.
     ///
     /// # Errors
     /// [`FeasibilityError::NotConverged`].
-    pub(super) fn lower(
+    pub(super) fn minimise_with_weight(
         &self,
         weight: f64,
         from: f64,
@@ -68,14 +68,19 @@ impl Problem {
         let (mut at, mut point, mut steps) = (from, start, 0);
         loop {
             let not_converged = FeasibilityError::NotConverged { iterations: steps, weight: at };
-            let Some(local) = self.about(&point) else { return Err(not_converged) };
+            let Some(local) = self.linearise_about(&point) else { return Err(not_converged) };
             let Some(step) = local.step(at) else { return Err(not_converged) };
             let objective = self.objective(&point, at);
             let rounding =
                 8.0 * f64::EPSILON * (1.0 + self.target.norm()) * (1.0 + objective).sqrt();
             let remaining = 0.5 * step.decrement;
             if at <= weight && remaining <= DECREMENT_TOLERANCE * (1.0 + objective) + rounding {
-                return Ok(Minimum { point, local, triangle: step.triangle, steps });
+                return Ok(Minimum {
+                    point,
+                    local_problem: local,
+                    hessian_root: step.hessian_root,
+                    steps,
+                });
             }
             if at > weight && remaining <= CENTRING_TOLERANCE * at {
                 at = weight.max(at / WEIGHT_REDUCTION);
@@ -99,8 +104,8 @@ impl Problem {
         weight: f64,
         objective: f64,
     ) -> Option<Point> {
-        let changes = local.changes(&step.coordinates, self);
-        let free = step.coordinates.rows(local.pull.len(), self.free.len());
+        let changes = local.block_changes(&step.coordinates, self);
+        let free = step.coordinates.rows(local.prior_gradient.len(), self.free_columns.len());
         let least = |change: &DMatrix<f64>| change.symmetric_eigenvalues().min();
         let inward = changes.iter().map(least).fold(0.0, f64::min);
         let mut part = if inward < 0.0 { (-BOUNDARY_SHARE / inward).min(1.0) } else { 1.0 };
@@ -110,7 +115,7 @@ impl Problem {
                 Some(own * factor(&(DMatrix::identity(n, n) + change * part))?)
             });
             if let Some(factors) = next_factors.collect::<Option<Vec<_>>>() {
-                let next = Point { factors, free: &point.free + free * part };
+                let next = Point { factors, free_values: &point.free_values + free * part };
                 if self.objective(&next, weight) <= objective - ARMIJO_SHARE * part * step.decrement
                 {
                     return Some(next);
@@ -127,7 +132,7 @@ impl Local {
     /// of F. Free parameters have no rows in the lower part.
     fn step(&self, weight: f64) -> Option<Step> {
         let (rows, n) = self.jacobian.shape();
-        let barrier = self.pull.len();
+        let barrier = self.prior_gradient.len();
         let (data, prior) = (core::f64::consts::SQRT_2, weight.sqrt());
         let mut system = DMatrix::zeros(rows + barrier, n);
         system.rows_mut(0, rows).copy_from(&(&self.jacobian * data));
@@ -136,7 +141,7 @@ impl Local {
         }
         let mut right = DVector::zeros(rows + barrier);
         right.rows_mut(0, rows).copy_from(&(&self.residual * data));
-        right.rows_mut(rows, barrier).copy_from(&(&self.pull * prior));
+        right.rows_mut(rows, barrier).copy_from(&(&self.prior_gradient * prior));
 
         if system.nrows() < n {
             return None;
@@ -148,6 +153,6 @@ impl Local {
         let coordinates = -triangle.solve_upper_triangular(&projected)?;
         let decrement = projected.norm_squared();
         let finite = decrement.is_finite() && coordinates.iter().all(|y| y.is_finite());
-        finite.then_some(Step { coordinates, triangle, decrement })
+        finite.then_some(Step { coordinates, hessian_root: triangle, decrement })
     }
 }

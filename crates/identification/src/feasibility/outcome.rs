@@ -71,7 +71,7 @@ pub struct Outcome {
     pub shifts: Vec<Shift>,
     /// Friction and drive inertias that are more than 3 σ below 0 in the estimate. If the estimate
     /// is infeasible, report them first.
-    pub negative: Vec<Shift>,
+    pub negative_parameters: Vec<Shift>,
     /// Judgement on whether bodies explain the estimate.
     pub judgement: Judgement,
     /// Newton steps.
@@ -85,7 +85,7 @@ impl Outcome {
     }
 
     /// Returns the values of all standard parameters, in the order of the regressor's columns.
-    pub fn standard(&self) -> Vec<f64> {
+    pub fn standard_values(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
 }

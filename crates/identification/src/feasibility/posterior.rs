@@ -10,7 +10,7 @@ pub(super) struct Posterior {
     /// √Var(θ; H⁻¹) of each standard parameter.
     pub(super) deviations: Vec<f64>,
     /// 1 − Var(θ; H⁻¹) / Var(θ; prior), 0 for fixed parameters.
-    pub(super) shares: Vec<f64>,
+    pub(super) data_shares: Vec<f64>,
     /// tr(H⁻¹ ÃᵀÃ): number of parameters that the data decide.
     pub(super) effective_parameters: f64,
 }
@@ -18,9 +18,9 @@ pub(super) struct Posterior {
 impl Posterior {
     /// Computes the posterior at a minimum. None if a free parameter has no data.
     pub(super) fn new(minimum: &Minimum, weight: f64) -> Option<Self> {
-        let (local, n) = (&minimum.local, minimum.triangle.ncols());
-        let barrier = local.pull.len();
-        let inverse = minimum.triangle.solve_upper_triangular(&DMatrix::identity(n, n))?;
+        let (local, n) = (&minimum.local_problem, minimum.hessian_root.ncols());
+        let barrier = local.prior_gradient.len();
+        let inverse = minimum.hessian_root.solve_upper_triangular(&DMatrix::identity(n, n))?;
         // H = ½ RᵀR. The prior has ½ λ 1.
         let by_prior = 2.0 / weight;
         let spread = &local.parameters * &inverse;
@@ -38,6 +38,6 @@ impl Posterior {
             })
             .unzip();
         let of_prior = weight * inverse.rows(0, barrier).norm_squared();
-        Some(Self { deviations, shares, effective_parameters: n as f64 - of_prior })
+        Some(Self { deviations, data_shares: shares, effective_parameters: n as f64 - of_prior })
     }
 }

@@ -66,7 +66,7 @@ impl Prior {
         let Some(nominal) = robot.nominal() else {
             return Err(FeasibilityError::NothingNominal { robot: robot.name().to_owned() });
         };
-        let (table, values) = (robot.parameters(), nominal.standard());
+        let (table, values) = (robot.parameters(), nominal.standard_parameters());
         let value =
             |kind, joint| table.column(kind, joint).and_then(|column| values.get(column).copied());
         let link_bodies = (0..robot.joints())
@@ -106,7 +106,7 @@ impl Prior {
                 .collect();
         let unit = total_mass_kg / shares.iter().sum::<f64>();
         let link_bodies = shares.iter().enumerate().map(|(link, share)| {
-            let tip = chain.get(link + 1).map_or(Vector3::z() * LAST_LENGTH_M, origin);
+            let tip = chain.get(link + 1).map_or(Vector3::z() * LAST_LENGTH_M, origin_in_previous);
             cylinder(unit * share, tip)
         });
         Ok(Self {
@@ -138,7 +138,7 @@ impl Prior {
 
 /// Returns the origin of a joint's frame in the frame before \[m\]: TransX(d) RotX(α) TransZ(r). A
 /// prismatic joint is in the middle of its range.
-fn origin(joint: &Joint) -> Vector3<f64> {
+fn origin_in_previous(joint: &Joint) -> Vector3<f64> {
     let slid = match joint.kind {
         JointKind::Revolute => 0.0,
         JointKind::Prismatic => 0.5 * (joint.limits.position_min + joint.limits.position_max),

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::block::{Block, congruence, matrix, vector};
+use super::block::{Block, congruence_map, matrix, symmetric_vector};
 
 /// Minimisation problem. Standard parameters are the contributions of the blocks and the free
 /// parameters. Their cost is J + λ Σ D.
@@ -12,9 +12,9 @@ pub(super) struct Problem {
     /// The links first.
     pub(super) blocks: Vec<Block>,
     /// Columns of unconstrained parameters.
-    pub(super) free: Vec<usize>,
+    pub(super) free_columns: Vec<usize>,
     /// R B with Rᵀ R the inverse of the covariance, b × p.
-    pub(super) whitened: DMatrix<f64>,
+    pub(super) whitened_columns: DMatrix<f64>,
     /// R β̂.
     pub(super) target: DVector<f64>,
 }
@@ -25,7 +25,7 @@ pub(super) struct Point {
     /// L of each block, with P = L⁰ L Lᵀ L⁰ᵀ: the block relative to its prior.
     pub(super) factors: Vec<DMatrix<f64>>,
     /// Value of each free parameter.
-    pub(super) free: DVector<f64>,
+    pub(super) free_values: DVector<f64>,
 }
 
 /// Problem about a point, in local coordinates. Those of a block have length 1 relative to the
@@ -39,7 +39,7 @@ pub(super) struct Local {
     /// R B times these derivatives, b × N.
     pub(super) jacobian: DMatrix<f64>,
     /// Gradient of Σ D by the coordinates of the blocks alone.
-    pub(super) pull: DVector<f64>,
+    pub(super) prior_gradient: DVector<f64>,
     /// Map of each block from its coordinates to svec(Y), δP = M Y Mᵀ.
     tangents: Vec<DMatrix<f64>>,
 }
@@ -71,7 +71,7 @@ impl Problem {
         let identity = |block: &Block| DMatrix::identity(block.size(), block.size());
         Point {
             factors: self.blocks.iter().map(identity).collect(),
-            free: DVector::zeros(self.free.len()),
+            free_values: DVector::zeros(self.free_columns.len()),
         }
     }
 
@@ -82,22 +82,22 @@ impl Problem {
 
     /// Returns the standard parameters at a point, 0 where nothing contributes.
     pub(super) fn parameters(&self, point: &Point) -> DVector<f64> {
-        let mut parameters = DVector::zeros(self.whitened.ncols());
+        let mut parameters = DVector::zeros(self.whitened_columns.ncols());
         for (block, factor) in self.blocks.iter().zip(&point.factors) {
             let m = &block.prior * factor;
-            let added = &block.spread * vector(&(&m * m.transpose()));
+            let added = &block.parameter_map * symmetric_vector(&(&m * m.transpose()));
             for (&column, added) in block.columns.iter().zip(added.iter()) {
                 parameters[column] += added;
             }
         }
-        for (&column, value) in self.free.iter().zip(point.free.iter()) {
+        for (&column, value) in self.free_columns.iter().zip(point.free_values.iter()) {
             parameters[column] += value;
         }
         parameters
     }
 
     fn residual(&self, point: &Point) -> DVector<f64> {
-        &self.whitened * self.parameters(point) - &self.target
+        &self.whitened_columns * self.parameters(point) - &self.target
     }
 
     /// J.
@@ -111,34 +111,34 @@ impl Problem {
     }
 
     /// Returns the problem about a point. None if the point is too close to the boundary.
-    pub(super) fn about(&self, point: &Point) -> Option<Local> {
+    pub(super) fn linearise_about(&self, point: &Point) -> Option<Local> {
         let (mut columns, mut pull, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
         for (block, factor) in self.blocks.iter().zip(&point.factors) {
             let m = &block.prior * factor;
             let tangent = block.tangent(&m)?;
-            let change = &block.spread * (congruence(&m) * &tangent);
+            let change = &block.parameter_map * (congruence_map(&m) * &tangent);
             for column in change.column_iter() {
-                let mut parameters = DVector::zeros(self.whitened.ncols());
+                let mut parameters = DVector::zeros(self.whitened_columns.ncols());
                 for (&at, change) in block.columns.iter().zip(column.iter()) {
                     parameters[at] += change;
                 }
                 columns.push(parameters);
             }
             let deviation = factor.tr_mul(factor) - DMatrix::identity(block.size(), block.size());
-            pull.extend(tangent.tr_mul(&vector(&deviation)).iter().copied());
+            pull.extend(tangent.tr_mul(&symmetric_vector(&deviation)).iter().copied());
             tangents.push(tangent);
         }
-        for &at in &self.free {
-            let mut parameters = DVector::zeros(self.whitened.ncols());
+        for &at in &self.free_columns {
+            let mut parameters = DVector::zeros(self.whitened_columns.ncols());
             parameters[at] = 1.0;
             columns.push(parameters);
         }
         let parameters = DMatrix::from_columns(&columns);
         Some(Local {
-            jacobian: &self.whitened * &parameters,
+            jacobian: &self.whitened_columns * &parameters,
             parameters,
             residual: self.residual(point),
-            pull: DVector::from_vec(pull),
+            prior_gradient: DVector::from_vec(pull),
             tangents,
         })
     }
@@ -146,7 +146,11 @@ impl Problem {
 
 impl Local {
     /// Returns the change Y = L⁻¹ δQ L⁻ᵀ of each block due to a step of the coordinates.
-    pub(super) fn changes(&self, step: &DVector<f64>, problem: &Problem) -> Vec<DMatrix<f64>> {
+    pub(super) fn block_changes(
+        &self,
+        step: &DVector<f64>,
+        problem: &Problem,
+    ) -> Vec<DMatrix<f64>> {
         let mut offset = 0;
         let changes = problem.blocks.iter().zip(&self.tangents).map(|(block, tangent)| {
             let block_step = step.rows(offset, tangent.ncols());

@@ -7,7 +7,7 @@ use super::body::Body;
 use super::drives::Drives;
 use super::error::FeasibilityError;
 use super::estimate::{Estimate, Rows};
-use super::judgement::{FeasibilityLimits, Judgement, Shift, negative, threshold};
+use super::judgement::{FeasibilityLimits, Judgement, Shift, negative_parameters, threshold};
 use super::newton::{Minimum, WEIGHT_REDUCTION};
 use super::outcome::{Class, Outcome, StandardParameter};
 use super::posterior::Posterior;
@@ -32,7 +32,7 @@ const OUT_OF_REACH: f64 = 300.0;
 ///
 /// # Errors
 /// [`FeasibilityError`]. A minimum that is not reached is an error, never an outcome.
-pub fn consistent(
+pub fn fit_consistent(
     robot: &Robot,
     base: &BaseParameters,
     estimate: &Estimate<'_>,
@@ -55,11 +55,11 @@ pub fn consistent(
         return Err(FeasibilityError::OtherPrior { found, expected });
     }
     let rows = Rows::new(base, table.parameters(), estimate)?;
-    let problem = problem(robot, &rows, prior)?;
+    let problem = build_problem(robot, &rows, prior)?;
 
     let minimum = problem.minimise(weight)?;
     let threshold = threshold(rows.names.len(), limits);
-    let (nearest, further) = nearest(&problem, &minimum, weight, threshold)?;
+    let (nearest, further) = nearest_bodies(&problem, &minimum, weight, threshold)?;
     let not_converged = FeasibilityError::NotConverged { iterations: minimum.steps, weight };
     let posterior = Posterior::new(&minimum, weight).ok_or(not_converged)?;
 
@@ -68,8 +68,8 @@ pub fn consistent(
         name: name.clone(),
         value: values[column],
         deviation: posterior.deviations[column],
-        class: class(&rows, column),
-        share_of_data: posterior.shares[column],
+        class: column_class(&rows, column),
+        share_of_data: posterior.data_shares[column],
     });
     let factors = &minimum.point.factors;
     let divergences: Vec<f64> = factors.iter().map(divergence).collect();
@@ -77,10 +77,10 @@ pub fn consistent(
     let eigenvalue =
         |factor: &DMatrix<f64>| (factor * factor.transpose()).symmetric_eigenvalues().min();
     let least_cost = problem.cost(&nearest);
-    let least_shifts = shifts(&rows, &problem.parameters(&nearest));
+    let least_shifts = row_shifts(&rows, &problem.parameters(&nearest));
     Ok(Outcome {
         parameters: parameters.collect(),
-        link_bodies: (0..robot.joints()).map(|link| body(robot, link, &values)).collect(),
+        link_bodies: (0..robot.joints()).map(|link| body_of_link(robot, link, &values)).collect(),
         smallest_eigenvalues: factors.iter().take(robot.joints()).map(eigenvalue).collect(),
         prior: prior.source(),
         weight,
@@ -91,15 +91,15 @@ pub fn consistent(
         divergence_per_link: of_links.to_vec(),
         divergence_of_drives: of_drives.iter().sum(),
         effective_parameters: posterior.effective_parameters,
-        negative: negative(&rows, table.parameters(), limits),
+        negative_parameters: negative_parameters(&rows, table.parameters(), limits),
         judgement: Judgement::new(least_cost, threshold, &least_shifts, of_links, limits),
-        shifts: shifts(&rows, &values),
+        shifts: row_shifts(&rows, &values),
         steps: minimum.steps + further,
     })
 }
 
 /// Returns the shift of each row from the estimate to these standard parameters.
-fn shifts(rows: &Rows, values: &DVector<f64>) -> Vec<Shift> {
+fn row_shifts(rows: &Rows, values: &DVector<f64>) -> Vec<Shift> {
     let predicted = &rows.regrouping * values - &rows.values;
     let shift = |(row, name): (usize, &String)| Shift {
         name: name.clone(),
@@ -112,7 +112,7 @@ fn shifts(rows: &Rows, values: &DVector<f64>) -> Vec<Shift> {
 /// steps. J ≤ F, so bodies that explain the estimate at a distance D from the prior bring J at λ
 /// below χ² + λ D. If J exceeds this bound for every D within reach, no smaller weight yields such
 /// bodies. There the minima of estimates far from any body are hard to reach.
-fn nearest(
+fn nearest_bodies(
     problem: &Problem,
     minimum: &Minimum,
     weight: f64,
@@ -124,7 +124,7 @@ fn nearest(
             return Ok((point, steps));
         }
         at = NEGLIGIBLE_WEIGHT.max(at / WEIGHT_REDUCTION);
-        let next = problem.lower(at, at, point)?;
+        let next = problem.minimise_with_weight(at, at, point)?;
         steps += next.steps;
         point = next.point;
     }
@@ -137,14 +137,14 @@ fn columns(robot: &Robot, link: usize) -> [usize; 10] {
     core::array::from_fn(|k| first + k)
 }
 
-fn body(robot: &Robot, link: usize, values: &DVector<f64>) -> Body {
+fn body_of_link(robot: &Robot, link: usize, values: &DVector<f64>) -> Body {
     Body::from_parameters(columns(robot, link).map(|column| values[column]))
 }
 
 /// Returns the class of a column. In the columns of the base parameters, the regrouping matrix is
 /// the identity. So the data decide only the parameters that are base parameters by themselves.
-pub(super) fn class(rows: &Rows, column: usize) -> Class {
-    if rows.absent.contains(&column) {
+pub(super) fn column_class(rows: &Rows, column: usize) -> Class {
+    if rows.absent_columns.contains(&column) {
         Class::Absent
     } else if rows.regrouping.column(column).amax() <= 0.0 {
         Class::Prior
@@ -155,7 +155,7 @@ pub(super) fn class(rows: &Rows, column: usize) -> Class {
     }
 }
 
-pub(super) fn problem(
+pub(super) fn build_problem(
     robot: &Robot,
     rows: &Rows,
     prior: &Prior,
@@ -166,7 +166,7 @@ pub(super) fn problem(
         let block = Block::link(columns(robot, link), body);
         blocks.push(block.ok_or(FeasibilityError::NominalIsNoBody { link: link + 1 })?);
     }
-    blocks.extend(Drives { robot, rows, prior }.blocks()?);
+    blocks.extend(Drives { robot, rows, prior }.positive_blocks()?);
     let is_free = |kind: ParameterKind| kind == ParameterKind::Off || kind.is_friction_law();
     let free = (table.parameters().iter().enumerate())
         .filter(|(column, parameter)| is_free(parameter.kind) && rows.row_of(*column).is_some())
@@ -174,5 +174,5 @@ pub(super) fn problem(
         .collect();
     let whitened = Problem::whiten(&rows.regrouping, &rows.values, &rows.covariance);
     let (whitened, target) = whitened.ok_or(FeasibilityError::Covariance)?;
-    Ok(Problem { blocks, free, whitened, target })
+    Ok(Problem { blocks, free_columns: free, whitened_columns: whitened, target })
 }

@@ -12,7 +12,7 @@ use super::newton::Minimum;
 use super::posterior::Posterior;
 use super::prior::Prior;
 use super::problem::{Problem, divergence};
-use super::solve::{class, problem};
+use super::solve::{build_problem, column_class};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
@@ -101,7 +101,7 @@ impl Turret {
 
     /// Returns the problem with the golden priors of ia1, ia2, fv1 and fv2.
     fn problem(&self, rows: &Rows) -> Problem {
-        let mut problem = problem(&self.robot, rows, &self.prior).unwrap();
+        let mut problem = build_problem(&self.robot, rows, &self.prior).unwrap();
         assert_eq!(problem.blocks.len(), 6);
         for (name, prior) in
             ["ia1", "ia2", "fv1", "fv2"].iter().zip(vector(&self.golden["scalars"]))
@@ -109,7 +109,7 @@ impl Turret {
             let column = self.robot.parameters().find(name).unwrap();
             let own_block =
                 problem.blocks.iter_mut().find(|block| block.columns == [column]).unwrap();
-            *own_block = Block::scalar(&[(column, 1.0)], prior).unwrap();
+            *own_block = Block::from_scalar(&[(column, 1.0)], prior).unwrap();
         }
         problem
     }
@@ -142,7 +142,7 @@ fn two_links_are_those_of_the_independent_implementation() {
                 let deviation = ours("deviations")[column];
                 close(values[column], ours("standard")[column], 1e-4 * deviation);
                 close(posterior.deviations[column], deviation, 1e-4 * deviation);
-                close(posterior.shares[column], ours("shares")[column], 1e-4);
+                close(posterior.data_shares[column], ours("shares")[column], 1e-4);
             }
             let divergences: Vec<f64> = minimum.point.factors.iter().map(divergence).collect();
             let sum: f64 = vector(&golden["divergences"]).iter().sum();
@@ -183,7 +183,7 @@ fn the_minimum_is_one_in_other_coordinates() {
         .map(|l| flip(&flip(&(l * l.transpose())).cholesky().unwrap().unpack()))
         .collect();
     let objective = |upper: &[DMatrix<f64>]| {
-        let mut values = DVector::zeros(problem.whitened.ncols());
+        let mut values = DVector::zeros(problem.whitened_columns.ncols());
         let mut far = 0.0;
         for (block, u) in problem.blocks.iter().zip(upper) {
             for (i, j) in (0..u.nrows()).flat_map(|i| (i..u.nrows()).map(move |j| (i, j))) {
@@ -191,10 +191,11 @@ fn the_minimum_is_one_in_other_coordinates() {
                 far += if i == j { (2.0 * d).exp() - 2.0 * d - 1.0 } else { u[(i, j)] * u[(i, j)] };
             }
             let half = &block.prior * u;
-            let added = &block.spread * super::block::vector(&(&half * half.transpose()));
+            let added =
+                &block.parameter_map * super::block::symmetric_vector(&(&half * half.transpose()));
             block.columns.iter().zip(added.iter()).for_each(|(&at, added)| values[at] += added);
         }
-        (&problem.whitened * values - &problem.target).norm_squared() + 2.0 * far
+        (&problem.whitened_columns * values - &problem.target).norm_squared() + 2.0 * far
     };
     let least = objective(&upper);
     close(least, problem.objective(&point, 2.0), 1e-12 * least);
@@ -221,7 +222,11 @@ fn where_values_come_from_follows_from_the_regrouping() {
         .map(|class| class.as_str().unwrap())
         .collect();
     for (column, expected) in turret.ours(&expected).into_iter().enumerate() {
-        assert_eq!(format!("{:?}", class(&rows, column)).to_lowercase(), expected, "{column}");
+        assert_eq!(
+            format!("{:?}", column_class(&rows, column)).to_lowercase(),
+            expected,
+            "{column}"
+        );
     }
 }
 
@@ -234,8 +239,8 @@ fn a_single_number_has_its_closed_form() {
     let unit = DMatrix::from_element(1, 1, 1.0);
     let values = DVector::from_element(1, number("beta"));
     let (whitened, target) = Problem::whiten(&unit, &values, &variance).unwrap();
-    let blocks = vec![Block::scalar(&[(0, 1.0)], number("prior")).unwrap()];
-    let problem = Problem { blocks, free: Vec::new(), whitened, target };
+    let blocks = vec![Block::from_scalar(&[(0, 1.0)], number("prior")).unwrap()];
+    let problem = Problem { blocks, free_columns: Vec::new(), whitened_columns: whitened, target };
     let minimum = problem.minimise(number("weight")).unwrap();
     close(problem.parameters(&minimum.point)[0] / number("solution"), 1.0, 1e-7);
 }
@@ -319,8 +324,11 @@ fn what_was_not_identified_is_named_or_absent_or_held() {
     assert_eq!(refused, FeasibilityError::LeftOut { names: vec!["mx2".into()] });
 
     let absent = without("fv2", &[]).unwrap();
-    assert_eq!(absent.absent, [parameters.column(ParameterKind::Fv, JointIndex::new(1)).unwrap()]);
-    assert_eq!(problem(&turret.robot, &absent, &turret.prior).unwrap().blocks.len(), 5);
+    assert_eq!(
+        absent.absent_columns,
+        [parameters.column(ParameterKind::Fv, JointIndex::new(1)).unwrap()]
+    );
+    assert_eq!(build_problem(&turret.robot, &absent, &turret.prior).unwrap().blocks.len(), 5);
 
     let fixed = FixedParameter { name: "mx2".into(), value: 1.0, deviation: 0.03 };
     let consistent = without("mx2", core::slice::from_ref(&fixed)).unwrap();

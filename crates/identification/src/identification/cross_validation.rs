@@ -23,7 +23,7 @@ pub struct CrossValidation {
     /// The samples of each block.
     pub blocks: Vec<Range<usize>>,
     /// Estimates without each block.
-    pub estimates: Vec<Estimate>,
+    pub fold_estimates: Vec<Estimate>,
 }
 
 /// Splits the counted samples into `blocks` consecutive parts of equal length, identifies without
@@ -73,7 +73,7 @@ pub fn cross_validate(
         let value =
             |name: &String| values.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
         let parameters = names.map(|name| value(name).unwrap_or(0.0)).collect::<Vec<f64>>();
-        let judged = context.judging(&DVector::from_vec(parameters));
+        let judged = context.with_final_loads(&DVector::from_vec(parameters));
         errors.add(&Rows::new(&judged)?, range, &values)
     };
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
@@ -87,8 +87,8 @@ pub fn cross_validate(
         add(&mut in_sample, range, &full_estimate)?;
         estimates.push(estimate);
     }
-    let (held_out, in_sample) = (held_out.relative(), in_sample.relative());
-    Ok(CrossValidation { held_out, in_sample, blocks: ranges, estimates })
+    let (held_out, in_sample) = (held_out.relative_error(), in_sample.relative_error());
+    Ok(CrossValidation { held_out, in_sample, blocks: ranges, fold_estimates: estimates })
 }
 
 fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
@@ -114,13 +114,13 @@ impl<'a> Rows<'a> {
 
 /// ‖y − Xθ‖² and ‖y‖² of every joint, and the rows of each.
 struct Errors {
-    sums: Vec<[f64; 2]>,
-    rows: usize,
+    sums_of_squares: Vec<[f64; 2]>,
+    row_counts: usize,
 }
 
 impl Errors {
     fn new(joints: usize) -> Self {
-        Self { sums: vec![[0.0; 2]; joints], rows: 0 }
+        Self { sums_of_squares: vec![[0.0; 2]; joints], row_counts: 0 }
     }
 
     /// Adds the rows of these samples.
@@ -139,29 +139,29 @@ impl Errors {
             })?;
             values[index] = *value;
         }
-        let (remainder, torque) = (equation.residuals(&values), equation.measured());
+        let (remainder, torque) = (equation.residuals(&values), equation.measured_values());
         let count = context.samples.len();
         let fold_rows: Vec<usize> = (context.samples.iter().enumerate())
             .filter(|(_, sample)| samples.contains(sample))
             .map(|(row, _)| row)
             .collect();
-        for (joint, [errors, torques]) in self.sums.iter_mut().enumerate() {
+        for (joint, [errors, torques]) in self.sums_of_squares.iter_mut().enumerate() {
             for row in fold_rows.iter().map(|row| joint * count + row) {
                 *errors += remainder[row].powi(2);
                 *torques += torque[row].powi(2);
             }
         }
-        self.rows += fold_rows.len();
+        self.row_counts += fold_rows.len();
         Ok(())
     }
 
-    fn relative(&self) -> PredictionError {
-        let (relative_error, relative_error_per_joint) = relative_errors(&self.sums);
-        let rms = |[errors, _]: &[f64; 2]| (errors / self.rows as f64).sqrt();
+    fn relative_error(&self) -> PredictionError {
+        let (relative_error, relative_error_per_joint) = relative_errors(&self.sums_of_squares);
+        let rms = |[errors, _]: &[f64; 2]| (errors / self.row_counts as f64).sqrt();
         PredictionError {
             relative_error,
             relative_error_per_joint,
-            rms_error_per_joint_nm: self.sums.iter().map(rms).collect(),
+            rms_error_per_joint_nm: self.sums_of_squares.iter().map(rms).collect(),
         }
     }
 }

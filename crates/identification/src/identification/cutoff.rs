@@ -25,7 +25,7 @@ pub fn choose_cutoff(
     options: &Options,
     mut tried: impl FnMut(),
 ) -> Result<ChosenCutoff, IdentificationError> {
-    let candidates = candidates(options, experiment.sample_rate_hz());
+    let candidates = cutoff_candidates(options, experiment.sample_rate_hz());
     let mut failure = None;
     let trial = |cutoff_hz| {
         let mut options = options.clone();
@@ -43,25 +43,27 @@ pub fn choose_cutoff(
     };
     let trials: Vec<CutoffTrial> = candidates.into_iter().filter_map(trial).collect();
     let least = trials.iter().map(|trial| trial.held_out).fold(f64::INFINITY, f64::min);
-    let chosen =
-        trials.iter().find(|trial| trial.held_out <= (1.0 + options.cutoff_search.tie) * least);
+    let chosen = trials
+        .iter()
+        .find(|trial| trial.held_out <= (1.0 + options.cutoff_search.tie_tolerance) * least);
     let nothing = || failure.unwrap_or(IdentificationError::NothingHeldOut);
     let cutoff_hz = chosen.ok_or_else(nothing)?.cutoff_hz;
     Ok(ChosenCutoff { cutoff_hz, trials })
 }
 
 /// In rising order \[Hz\].
-fn candidates(options: &Options, sample_rate_hz: f64) -> Vec<f64> {
+fn cutoff_candidates(options: &Options, sample_rate_hz: f64) -> Vec<f64> {
     let passband_hz = options.decimation_filter.cutoff_hz(sample_rate_hz);
     let search = &options.cutoff_search;
     let [low, high] = search.range.map(|share| share * passband_hz);
-    let high = high.min(search.highest * sample_rate_hz);
+    let high = high.min(search.highest_share * sample_rate_hz);
     let candidate = |step: f64, decade: i32| match decade {
         // Ten to a negative power is no round number.
         ..0 => step / 10_f64.powi(-decade),
         _ => step * 10_f64.powi(decade),
     };
-    let decades =
-        (-3..=5).flat_map(|decade| search.decade.iter().map(move |step| candidate(*step, decade)));
+    let decades = (-3..=5).flat_map(|decade| {
+        search.candidates_of_decade.iter().map(move |step| candidate(*step, decade))
+    });
     decades.filter(|hz| (low..=high).contains(hz)).collect()
 }

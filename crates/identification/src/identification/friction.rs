@@ -35,23 +35,29 @@ pub fn choose_friction(
         speeds.fold(0.0, f64::max)
     };
     let highest: Vec<f64> = (0..experiment.joints()).map(highest).collect();
-    let mut search =
-        Search { robot, experiment, options, tried, trials: 0, most_extrapolation: f64::INFINITY };
-    let first = search.first(base)?;
+    let mut search = Search {
+        robot,
+        experiment,
+        options,
+        report_trial: tried,
+        trial_count: 0,
+        most_extrapolation: f64::INFINITY,
+    };
+    let first = search.try_configured(base)?;
     search.most_extrapolation =
         first.score.extrapolation + options.friction_search.extrapolation_tie;
     let (before, mut best, mut gains) = (first.score, first, Vec::new());
-    let candidates = search.candidates(&highest);
-    for _ in 0..options.friction_search.rounds {
-        if !search.round(&mut best, &candidates, &mut gains) {
+    let candidates = search.list_changes(&highest);
+    for _ in 0..options.friction_search.max_rounds {
+        if !search.run_round(&mut best, &candidates, &mut gains) {
             break;
         }
     }
     let unrefined = best.held_out_error_per_joint.clone();
-    search.refine(&mut best, &gains);
+    search.refine_shapes(&mut best, &gains);
     // Each with the shape that it has in the end.
     for gain in &mut gains {
-        gain.change = refined(gain.change, &best.friction[gain.joint]);
+        gain.change = refined_change(gain.change, &best.friction[gain.joint]);
     }
     for (joint, (own, configured)) in best.friction.iter().zip(robot.own_friction()).enumerate() {
         if let Some(way_rad) = own
@@ -68,7 +74,7 @@ pub fn choose_friction(
         gains,
         before,
         after: best.score,
-        trials: search.trials,
+        trials: search.trial_count,
     })
 }
 
@@ -81,30 +87,30 @@ struct Trial {
     held_out_error_per_joint: Vec<f64>,
     /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose
     /// share of the load no gear has: another law in disguise.
-    disguised: Vec<bool>,
+    disguises_other_law: Vec<bool>,
 }
 
 struct Search<'a, T> {
     robot: &'a Robot,
     experiment: &'a Experiment,
     options: &'a Options,
-    tried: T,
-    trials: usize,
+    report_trial: T,
+    trial_count: usize,
     /// Largest accepted uncertainty of the torque outside the recorded motion.
     most_extrapolation: f64,
 }
 
 impl<T: FnMut()> Search<'_, T> {
     /// Tries the robot's own laws.
-    fn first(&mut self, base: &BaseParameters) -> Result<Trial, IdentificationError> {
+    fn try_configured(&mut self, base: &BaseParameters) -> Result<Trial, IdentificationError> {
         let estimate = self.identify(self.robot, base)?;
         let friction = self.robot.own_friction().to_vec();
-        scored(friction, &estimate, self.options.friction_search.most_of_load)
+        score_trial(friction, &estimate, self.options.friction_search.max_load_share)
             .ok_or(IdentificationError::NothingHeldOut)
     }
 
     /// Returns the changes to try, each with its law at every moving joint.
-    fn candidates(&self, highest: &[f64]) -> Vec<Vec<Option<FrictionChange>>> {
+    fn list_changes(&self, highest: &[f64]) -> Vec<Vec<Option<FrictionChange>>> {
         let search = &self.options.friction_search;
         let at_each = |change: &dyn Fn(f64) -> FrictionChange| {
             let of_joint = |speed: &f64| (*speed > 0.0).then(|| change(*speed));
@@ -114,16 +120,18 @@ impl<T: FnMut()> Search<'_, T> {
         let mut candidates: Vec<Vec<_>> =
             laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
         if self.robot.friction().coulomb {
-            candidates.push(self.by_load(highest));
+            candidates.push(self.is_by_load(highest));
             candidates.extend(search.sign_widths.iter().map(|share| {
                 at_each(&|speed| {
-                    FrictionChange::Sign(SignModel::Tanh { width_rad_s: rounded(share * speed) })
+                    FrictionChange::Sign(SignModel::Tanh {
+                        width_rad_s: round_speed(share * speed),
+                    })
                 })
             }));
             candidates.extend(search.stribeck_speeds.iter().map(|share| {
                 at_each(&|speed| {
                     FrictionChange::Law(FrictionLaw::Stribeck {
-                        speed_rad_s: rounded(share * speed),
+                        speed_rad_s: round_speed(share * speed),
                     })
                 })
             }));
@@ -133,7 +141,7 @@ impl<T: FnMut()> Search<'_, T> {
 
     /// Friction that grows with the load at the joints that move, where it is anything by itself:
     /// not where gravity does nothing, or always the same.
-    fn by_load(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
+    fn is_by_load(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
         let law = FrictionLaw::Load;
         let laws = self.robot.own_friction().iter().map(|own| own.with_law(law)).collect();
         let robot = self.robot.clone().with_friction(laws);
@@ -150,7 +158,7 @@ impl<T: FnMut()> Search<'_, T> {
 
     /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those
     /// of them that are still worth it one after the other. Returns true if a change was made.
-    fn round(
+    fn run_round(
         &mut self,
         best: &mut Trial,
         candidates: &[Vec<Option<FrictionChange>>],
@@ -163,9 +171,8 @@ impl<T: FnMut()> Search<'_, T> {
                 if trial.friction[joint] == best.friction[joint] {
                     continue;
                 }
-                let gain = best.gain(&trial, joint);
-                let Some(change) =
-                    change.filter(|_| gain >= self.options.friction_search.least_gain)
+                let gain = best.gain_over(&trial, joint);
+                let Some(change) = change.filter(|_| gain >= self.options.friction_search.min_gain)
                 else {
                     continue;
                 };
@@ -183,7 +190,7 @@ impl<T: FnMut()> Search<'_, T> {
             let mut alone = vec![None; best.friction.len()];
             alone[joint] = Some(change);
             let Some(trial) = self.try_changes(best, &alone) else { continue };
-            if best.gain(&trial, joint) < self.options.friction_search.least_gain
+            if best.gain_over(&trial, joint) < self.options.friction_search.min_gain
                 || !self.is_no_worse(&trial, best)
             {
                 continue;
@@ -197,16 +204,16 @@ impl<T: FnMut()> Search<'_, T> {
     }
 
     /// Moves the shapes that are not linear to where each joint is predicted best.
-    fn refine(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
+    fn refine_shapes(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
         // The speeds of a joint that was not changed stay as they are.
         let changed = |joint: usize| gains.iter().any(|gain| gain.joint == JointIndex::new(joint));
         let chain = self.robot.chain();
         let search = self.options.friction_search.clone();
         for factor in search.refinements {
-            let scaled = |v: f64| rounded(factor * v);
+            let scaled = |v: f64| round_speed(factor * v);
             let mut step = |of: &dyn Fn(usize, &JointFriction) -> JointFriction| {
                 let improved = |_: &usize| self.refine_by(of, best);
-                (0..search.most_refinements).take_while(improved).for_each(drop);
+                (0..search.max_refinements).take_while(improved).for_each(drop);
             };
             step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
             // Ways are stated by rule of thumb.
@@ -235,7 +242,7 @@ impl<T: FnMut()> Search<'_, T> {
         let chosen = (best.friction.iter().zip(laws).enumerate())
             .map(
                 |(joint, (own, scaled))| {
-                    if best.gain(&trial, joint) > 0.0 { scaled } else { own.clone() }
+                    if best.gain_over(&trial, joint) > 0.0 { scaled } else { own.clone() }
                 },
             )
             .collect();
@@ -265,19 +272,23 @@ impl<T: FnMut()> Search<'_, T> {
         one.score.held_out <= other.score.held_out
             && one.score.extrapolation <= self.most_extrapolation
             && one.applicable >= other.applicable
-            && one.disguised.iter().zip(&other.disguised).all(|(one, other)| one <= other)
+            && one
+                .disguises_other_law
+                .iter()
+                .zip(&other.disguises_other_law)
+                .all(|(one, other)| one <= other)
     }
 
     /// None where nothing differs.
     fn trial_of(&mut self, best: &Trial, friction: Vec<JointFriction>) -> Option<Trial> {
-        if friction == best.friction { None } else { self.trial(friction) }
+        if friction == best.friction { None } else { self.try_friction(friction) }
     }
 
-    fn trial(&mut self, friction: Vec<JointFriction>) -> Option<Trial> {
+    fn try_friction(&mut self, friction: Vec<JointFriction>) -> Option<Trial> {
         let robot = self.robot.clone().with_friction(friction.clone());
         let base = BaseParameters::compute(&Model::new(&robot)).ok()?;
         let estimate = self.identify(&robot, &base).ok()?;
-        scored(friction, &estimate, self.options.friction_search.most_of_load)
+        score_trial(friction, &estimate, self.options.friction_search.max_load_share)
     }
 
     fn identify(
@@ -285,15 +296,19 @@ impl<T: FnMut()> Search<'_, T> {
         robot: &Robot,
         base: &BaseParameters,
     ) -> Result<Estimate, IdentificationError> {
-        self.trials += 1;
+        self.trial_count += 1;
         let options = self.options.clone().with_friction(robot);
         let identified = identify(Method::IdimLs, robot, base, self.experiment, &options);
-        (self.tried)();
+        (self.report_trial)();
         Ok(identified?.estimate)
     }
 }
 
-fn scored(friction: Vec<JointFriction>, estimate: &Estimate, most_of_load: f64) -> Option<Trial> {
+fn score_trial(
+    friction: Vec<JointFriction>,
+    estimate: &Estimate,
+    most_of_load: f64,
+) -> Option<Trial> {
     let held_out = estimate.held_out.relative_error?;
     let score = FrictionScore { held_out, extrapolation: estimate.extrapolation.relative_error };
     let held_out_error_per_joint = estimate.held_out.relative_error_per_joint.clone();
@@ -314,13 +329,19 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate, most_of_load: f64) 
         })
         .collect();
     let applicable = estimate.verdict.applicable;
-    Some(Trial { friction, score, applicable, held_out_error_per_joint, disguised })
+    Some(Trial {
+        friction,
+        score,
+        applicable,
+        held_out_error_per_joint,
+        disguises_other_law: disguised,
+    })
 }
 
 impl Trial {
     /// Returns the share of a joint's held-out error that another removes; 0 without a law.
-    fn gain(&self, other: &Self, joint: usize) -> f64 {
-        if other.disguised[joint] {
+    fn gain_over(&self, other: &Self, joint: usize) -> f64 {
+        if other.disguises_other_law[joint] {
             return 0.0;
         }
         1.0 - other.held_out_error_per_joint[joint] / self.held_out_error_per_joint[joint]
@@ -328,7 +349,7 @@ impl Trial {
 }
 
 /// A change with the shape that it has at a joint.
-fn refined(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
+fn refined_change(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
     let same_kind = |law: FrictionLaw| friction.laws.iter().find(|own| own.kind() == law.kind());
     match change {
         FrictionChange::Sign(_) => FrictionChange::Sign(friction.sign),
@@ -337,7 +358,7 @@ fn refined(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
 }
 
 /// Rounds to three digits: a shape is not known better.
-fn rounded(speed: f64) -> f64 {
+fn round_speed(speed: f64) -> f64 {
     let digits = 10_f64.powf(2.0 - speed.abs().log10().floor());
     (speed * digits).round() / digits
 }

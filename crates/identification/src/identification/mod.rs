@@ -40,7 +40,7 @@ pub use equation_error::{
     idim_ls_unchecked,
 };
 pub use friction::choose_friction;
-pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, gains};
+pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
 pub use identify::identify;
 pub use judgement::{
     ChosenCutoff, ChosenFriction, ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial,
@@ -53,7 +53,7 @@ pub use judgement::{
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
     Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, LoadSums, Payload,
-    PayloadError, Presence, Uncertain, payload,
+    PayloadError, Presence, Uncertain, find_payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use problem::{

@@ -27,7 +27,7 @@ pub struct KnownModel<'a> {
     /// Identified base parameters by name, in SI units.
     pub parameters: &'a [(&'a str, f64)],
     /// Further parameters fixed at their nominal values. Every other is 0.
-    pub fixed: &'a [(&'a str, f64)],
+    pub fixed_parameters: &'a [(&'a str, f64)],
     /// Their uncertainty, if the result contains it.
     pub uncertainty: Option<&'a ModelUncertainty>,
 }
@@ -54,7 +54,7 @@ impl KnownModel<'_> {
         options: &'c Options,
     ) -> Result<(Context<'c>, DVector<f64>), IdentificationError> {
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
-        context.selection.keep(base, self.fixed.iter().copied())?;
+        context.selection.keep_values(base, self.fixed_parameters.iter().copied())?;
         let named = |name: &String| self.parameters.iter().find(|(own, _)| own == name);
         let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
         let parameters = DVector::from_iterator(self.parameters.len(), values);
@@ -63,7 +63,11 @@ impl KnownModel<'_> {
     }
 
     /// Returns the covariance of its parameters (b × b) in the order of the equation.
-    pub(super) fn ordered(&self, context: &Context<'_>, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn reorder_covariance(
+        &self,
+        context: &Context<'_>,
+        covariance: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
         let place = |name: &String| self.parameters.iter().position(|(own, _)| own == name);
         let order: Vec<usize> = context.selection.names().iter().filter_map(place).collect();
         covariance.select_rows(&order).select_columns(&order)
@@ -130,7 +134,7 @@ pub fn predict(
             uncertainty.expected_error(&context, &motion, &auxiliary, &observations, &parameters)?
         }
     };
-    let measured = observations.measured();
+    let measured = observations.measured_values();
     Ok(Prediction {
         error: PredictionError::from_residuals(&observations, &residuals),
         quantiles_per_joint: ResidualQuantiles::per_joint(

@@ -38,11 +38,11 @@ pub fn torque_along(
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
     let deviations = covariance.map(|covariance| {
         let x = equation.matrix().dense();
-        let spread = &x * model.ordered(&context, &covariance);
+        let spread = &x * model.reorder_covariance(&context, &covariance);
         let variance = spread.component_mul(&x).column_sum();
         equation.per_joint(&variance.map(|variance| variance.max(0.0).sqrt()))
     });
-    let torque = equation.measured().into_owned() - equation.residuals(&parameters);
+    let torque = equation.measured_values().into_owned() - equation.residuals(&parameters);
     Ok(TorqueAlong {
         time_s: context.time_s(),
         torque: equation.per_joint(&torque),

@@ -5,7 +5,7 @@ use core::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::observations::Observations;
-use super::products::product;
+use super::products::matrix_product;
 use super::row_filter::RowFilter;
 use super::solution::Solution;
 use super::spectra::{Basis, Spectra};
@@ -28,10 +28,10 @@ pub struct ResidualAnalysis<'a> {
 }
 
 impl<'a> ResidualAnalysis<'a> {
-    /// Analyses a solution of [`Observations::weighted`], whose rows have passed `filter`.
+    /// Analyses a solution of [`Observations::solve_weighted`], whose rows have passed `filter`.
     pub fn new(system: &'a Observations, solution: &'a Solution, filter: &'a RowFilter) -> Self {
         let (matrix, levels) = (system.matrix(), &solution.noise_levels);
-        let basis = Basis { matrix, levels, r_inverse: &solution.r_inverse };
+        let basis = Basis { matrix, noise_levels: levels, r_inverse: &solution.r_inverse };
         let basis_spectra = Spectra::of_product(filter, matrix, &solution.r_inverse, levels);
         let mut leverage = filter.zero_leverage(system.joints());
         basis_spectra.add_leverage(system.rows_per_joint(), &mut leverage);
@@ -63,13 +63,13 @@ impl<'a> ResidualAnalysis<'a> {
         let matrix = self.system.matrix();
         let factor = self.whole_covariance().select_rows(&matrix.columns_of(joint));
         let level = self.solution.noise_levels[joint];
-        product(&matrix.rows_of(joint, rows), &(factor / (level * level)))
+        matrix_product(&matrix.rows_of(joint, rows), &(factor / (level * level)))
     }
 
     /// Returns the shift of the estimate due to this change of y (r): Zᵀ times the change, with Z
     /// the [`influence`](Self::influence).
     pub fn estimate_shift(&self, change: &DVector<f64>) -> DVector<f64> {
-        let weighted = self.weighted(change);
+        let weighted = self.weighted_rows(change);
         &self.solution.r_inverse * self.basis.transposed_times(weighted.as_slice())
     }
 
@@ -84,7 +84,7 @@ impl<'a> ResidualAnalysis<'a> {
 
     /// `(XᵀΩ⁻¹X)⁻¹`.
     fn whole_covariance(&self) -> DMatrix<f64> {
-        product(&self.solution.r_inverse, &self.solution.r_inverse.transpose())
+        matrix_product(&self.solution.r_inverse, &self.solution.r_inverse.transpose())
     }
 
     /// Returns the covariance `ZᵀVZ` of the parameters (b × b), with V the covariance of the
@@ -94,7 +94,7 @@ impl<'a> ResidualAnalysis<'a> {
     }
 
     /// Returns the rows (r) of each joint divided by its noise level.
-    pub(super) fn weighted(&self, rows: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn weighted_rows(&self, rows: &DVector<f64>) -> DVector<f64> {
         let mut weighted = rows.clone();
         for (joint, level) in self.solution.noise_levels.iter().enumerate() {
             weighted.rows_range_mut(self.system.joint_rows(joint)).unscale_mut(*level);

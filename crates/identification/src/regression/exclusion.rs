@@ -27,7 +27,7 @@ impl ResidualAnalysis<'_> {
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the covariance cannot be inverted, and
     /// [`RegressionError::TooFewRows`] if no independent row remains.
-    pub fn excluding(
+    pub fn test_exclusion(
         &self,
         columns: &[usize],
         covariance: &DMatrix<f64>,

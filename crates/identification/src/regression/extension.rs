@@ -34,23 +34,23 @@ impl ResidualAnalysis<'_> {
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the covariance of the coefficients cannot be inverted.
-    pub fn extended(&self, further: &DVector<f64>) -> Result<Option<Extension>, RegressionError> {
+    pub fn extend(&self, further: &DVector<f64>) -> Result<Option<Extension>, RegressionError> {
         let levels = &self.solution.noise_levels;
-        let weighted = self.weighted(further);
+        let weighted = self.weighted_rows(further);
         let of_joint = |joint: usize| weighted.rows_range(self.system.joint_rows(joint));
         let mut outside = DMatrix::zeros(weighted.len(), levels.len());
         for joint in 0..levels.len() {
             let rows = self.system.joint_rows(joint);
             outside.view_mut((rows.start, joint), (rows.len(), 1)).copy_from(&of_joint(joint));
         }
-        let Parts { columns, outside } = independent_parts(self.basis, outside);
+        let Parts { columns, outside_basis: outside } = independent_parts(self.basis, outside);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
             return Ok(None);
         }
         // Part of the residuals along the new directions. The residuals are orthogonal to X.
-        let residuals = self.weighted(&self.solution.residuals);
+        let residuals = self.weighted_rows(&self.solution.residuals);
         let projection = outside.tr_mul(&residuals);
         let mut remaining = residuals - &outside * &projection;
         for (joint, level) in levels.iter().enumerate() {
@@ -82,7 +82,7 @@ struct Parts {
     /// Columns that are independent of the basis and of the columns before them.
     columns: Vec<usize>,
     /// Orthonormal basis of the contribution.
-    outside: DMatrix<f64>,
+    outside_basis: DMatrix<f64>,
 }
 
 /// Orthogonalises twice, for full accuracy (Kahan). If a column lies within an ill-conditioned
@@ -101,7 +101,7 @@ fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
         outside = outside.select_columns(&chosen);
     }
     orthonormalise(&mut outside, |_, _| true);
-    Parts { columns: chosen, outside }
+    Parts { columns: chosen, outside_basis: outside }
 }
 
 /// Orthonormalises the columns whose component outside the previous ones is large enough. `enough`

@@ -1,6 +1,6 @@
 //! Fourier transforms of real signals, several at once.
 
-use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
 /// Number of signals that are transformed side by side. Each has the same bits as alone.
 pub(super) const PARALLEL_SIGNALS: usize = WIDTH;
@@ -10,7 +10,7 @@ pub(super) const PARALLEL_SIGNALS: usize = WIDTH;
 const AT_ONCE: usize = 4096;
 const MAX_PARTS: usize = 128;
 
-/// `SIGNALS` complex numbers.
+/// `PARALLEL_SIGNALS` complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Complex {
     pub(super) re: Lanes<PARALLEL_SIGNALS>,
@@ -43,7 +43,7 @@ impl Complex {
 pub(super) struct Fourier {
     length: usize,
     /// `[cos, −sin]` of 2π k/length over half a turn.
-    turns: Vec<[f64; 2]>,
+    twiddle_factors: Vec<[f64; 2]>,
 }
 
 impl Fourier {
@@ -53,7 +53,7 @@ impl Fourier {
         let length = values.next_power_of_two().max(2);
         let angle = |k: usize| 2.0 * core::f64::consts::PI * k as f64 / length as f64;
         let turn = |k| [angle(k).cos(), -angle(k).sin()];
-        Self { length, turns: (0..length / 2).map(turn).collect() }
+        Self { length, twiddle_factors: (0..length / 2).map(turn).collect() }
     }
 
     /// Returns the number of values of a signal.
@@ -68,21 +68,21 @@ impl Fourier {
 
     /// Returns the number of classes of frequencies, which are transformed one at a time. The
     /// frequencies of a class leave the same remainder when they are divided by
-    /// [`parts`](Self::parts), or its negative.
-    pub(super) fn classes(&self) -> usize {
-        self.parts() / 2 + 1
+    /// [`part_count`](Self::part_count), or its negative.
+    pub(super) fn frequency_classes(&self) -> usize {
+        self.part_count() / 2 + 1
     }
 
     /// Returns the number of parts of a transform, more than one if its values would take much
     /// memory.
-    fn parts(&self) -> usize {
+    fn part_count(&self) -> usize {
         (self.length / AT_ONCE).clamp(1, MAX_PARTS)
     }
 
     /// Returns the frequencies of a class in the order of [`of_class`](Self::of_class), counted
     /// from 0 to Nyquist's. Each is in exactly one class, once.
     pub(super) fn frequencies_of(&self, class: usize) -> impl Iterator<Item = usize> + use<> {
-        let (length, parts) = (self.length, self.parts());
+        let (length, parts) = (self.length, self.part_count());
         let values = length / parts;
         let count = if class == 0 {
             values / 2 + 1
@@ -99,7 +99,7 @@ impl Fourier {
     }
 
     /// Returns the transforms at the frequencies from 0 to Nyquist's. `signals` are not longer than
-    /// the transform, and at most [`SIGNALS`] in number.
+    /// the transform, and at most [`PARALLEL_SIGNALS`] in number.
     pub(super) fn transform(&self, signals: &[&[f64]]) -> Vec<Complex> {
         self.of_real(signals, self.length)
     }
@@ -110,13 +110,13 @@ impl Fourier {
     /// With `N = P M` and k = P m + r, `X_k = Σ_i (Σ_p x_(i+Mp) e^{−j2πr(i+Mp)/N}) e^{−j2πmi/M}`: a
     /// transform of M values (decimation in frequency; Van Loan, section 1.9).
     pub(super) fn of_class(&self, class: usize, signals: &[&[f64]]) -> Vec<Complex> {
-        let values = self.length / self.parts();
+        let values = self.length / self.part_count();
         if class == 0 {
             return self.of_real(signals, values);
         }
         let longest = signals.iter().map(|signal| signal.len()).max().unwrap_or_default();
         let mut folded = vec![Complex::ZERO; values];
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 for first in (0..longest).step_by(values) {
@@ -124,7 +124,7 @@ impl Fourier {
                         signals.get(l).and_then(|signal| signal.get(first..)).unwrap_or_default()
                     });
                     for (i, folded) in folded.iter_mut().enumerate().take(longest - first) {
-                        let [cos, sin] = self.turn(class * (first + i));
+                        let [cos, sin] = self.twiddle_factor(class * (first + i));
                         let value = |l: usize| parts[l].get(i).copied().unwrap_or(0.0);
                         let value = Lanes::from_fn(value);
                         folded.re += value * Lanes::constant(cos);
@@ -132,7 +132,7 @@ impl Fourier {
                     }
                 }
                 let mut spare = vec![Complex::ZERO; values];
-                self.complex(&mut folded, &mut spare);
+                self.transform_complex(&mut folded, &mut spare);
             },
         );
         folded
@@ -140,9 +140,13 @@ impl Fourier {
 
     /// Returns `[cos, −sin]` of 2π k/length.
     #[inline(always)]
-    fn turn(&self, k: usize) -> [f64; 2] {
+    fn twiddle_factor(&self, k: usize) -> [f64; 2] {
         let (k, half) = (k % self.length, self.length / 2);
-        if k < half { self.turns[k] } else { self.turns[k - half].map(|value| -value) }
+        if k < half {
+            self.twiddle_factors[k]
+        } else {
+            self.twiddle_factors[k - half].map(|value| -value)
+        }
     }
 
     /// Transforms real signals that repeat after this number of values. The result has that many
@@ -161,11 +165,11 @@ impl Fourier {
             }
         }
         let mut spare = vec![Complex::ZERO; half];
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
-                self.complex(&mut packed, &mut spare);
-                self.unpacked(&packed)
+                self.transform_complex(&mut packed, &mut spare);
+                self.unpack_transform(&packed)
             },
         )
     }
@@ -174,14 +178,14 @@ impl Fourier {
     /// halves (Stockham; Van Loan, *Computational Frameworks for the Fast Fourier Transform*, 1992,
     /// section 1.7).
     #[inline(always)]
-    fn complex(&self, signal: &mut Vec<Complex>, spare: &mut Vec<Complex>) {
+    fn transform_complex(&self, signal: &mut Vec<Complex>, spare: &mut Vec<Complex>) {
         let (mut parts, mut stride) = (signal.len(), 1);
         let step = self.length / parts;
         while parts > 1 {
             let half = parts / 2;
             let (low, high) = signal.split_at(half * stride);
             let pairs = low.chunks_exact(stride).zip(high.chunks_exact(stride));
-            let turns = self.turns.iter().step_by(step * stride);
+            let turns = self.twiddle_factors.iter().step_by(step * stride);
             for (((low, high), to), turn) in
                 pairs.zip(spare.chunks_exact_mut(2 * stride)).zip(turns)
             {
@@ -201,7 +205,7 @@ impl Fourier {
     /// Unpacks the packed signal's transform Z. With the transforms E and O of the even and odd
     /// values, Z_k = E_k + i O_k, and X_k = E_k + e^{−jω} O_k.
     #[inline(always)]
-    fn unpacked(&self, packed: &[Complex]) -> Vec<Complex> {
+    fn unpack_transform(&self, packed: &[Complex]) -> Vec<Complex> {
         let half = packed.len();
         let step = self.length / (2 * half);
         let mut transforms = Vec::with_capacity(half + 1);
@@ -217,7 +221,7 @@ impl Fourier {
                 im: one_half * (mirrored.re - z.re),
             };
             // At the Nyquist frequency, half a turn.
-            let turn = self.turns.get(step * k).copied().unwrap_or([-1.0, 0.0]);
+            let turn = self.twiddle_factors.get(step * k).copied().unwrap_or([-1.0, 0.0]);
             transforms.push(even.plus(odd.rotated(turn)));
         }
         transforms
@@ -270,7 +274,7 @@ mod tests {
             let slices: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
             let expected = fourier.transform(&slices);
             let mut seen = vec![0; fourier.frequencies()];
-            for class in 0..fourier.classes() {
+            for class in 0..fourier.frequency_classes() {
                 let spectra = fourier.of_class(class, &slices);
                 for (frequency, found) in fourier.frequencies_of(class).zip(&spectra) {
                     seen[frequency] += 1;

@@ -16,7 +16,7 @@ pub trait FurtherColumns {
     fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>>;
 
     /// C η (r).
-    fn times(&self, nuisance: &DVector<f64>) -> DVector<f64>;
+    fn weighted_sum(&self, nuisance: &DVector<f64>) -> DVector<f64>;
 }
 
 /// Additional column in the rows of a joint.
@@ -43,13 +43,13 @@ impl FurtherColumns for ObservationMatrix {
             .collect()
     }
 
-    fn times(&self, nuisance: &DVector<f64>) -> DVector<f64> {
-        Self::times(self, nuisance)
+    fn weighted_sum(&self, nuisance: &DVector<f64>) -> DVector<f64> {
+        Self::times_parameters(self, nuisance)
     }
 }
 
 /// Returns `AᵀA` of the rows A = (X C) of one joint ((b + m) × (b + m)).
-pub(crate) fn gram(
+pub(crate) fn gram_matrix(
     matrix: &ObservationMatrix,
     further: &dyn FurtherColumns,
     joint: usize,
@@ -59,7 +59,7 @@ pub(crate) fn gram(
     let numbers = columns.iter().map(|column| width + column.number);
     let places: Vec<usize> = matrix.columns_of(joint).into_iter().chain(numbers).collect();
     let compact = gram_of_joint(matrix, joint, &columns);
-    spread(&compact, &places, width + further.count())
+    expand_columns(&compact, &places, width + further.count())
 }
 
 /// Returns the same for only the columns that act on the joint; `columns` are those of C.
@@ -86,7 +86,11 @@ pub(super) fn gram_of_joint(
 }
 
 /// Expands a symmetric matrix of some columns to all columns, with 0 for the others.
-pub(super) fn spread(compact: &DMatrix<f64>, places: &[usize], size: usize) -> DMatrix<f64> {
+pub(super) fn expand_columns(
+    compact: &DMatrix<f64>,
+    places: &[usize],
+    size: usize,
+) -> DMatrix<f64> {
     let mut expanded = DMatrix::zeros(size, size);
     for (j, to) in places.iter().enumerate() {
         for (i, from) in places.iter().enumerate() {

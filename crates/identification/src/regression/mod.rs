@@ -40,7 +40,7 @@ pub use autocorrelation::{NoiseAutocorrelation, autocorrelation};
 pub use error::RegressionError;
 pub use exclusion::Exclusion;
 pub use extension::Extension;
-pub(crate) use further::gram;
+pub(crate) use further::gram_matrix;
 pub use further::{FurtherColumn, FurtherColumns};
 pub use ljung_box::LjungBox;
 pub use observation_matrix::ObservationMatrix;

@@ -24,7 +24,7 @@ pub struct ObservationMatrix {
 struct Entry {
     column: usize,
     /// Position of its values.
-    at: usize,
+    position: usize,
 }
 
 impl ObservationMatrix {
@@ -42,7 +42,7 @@ impl ObservationMatrix {
     ) -> Self {
         let mut of_joints = vec![Vec::new(); joints];
         for (at, (joint, column)) in entries.into_iter().enumerate() {
-            of_joints[joint].push(Entry { column, at });
+            of_joints[joint].push(Entry { column, position: at });
         }
         for entries in &mut of_joints {
             entries.sort_by_key(|entry| entry.column);
@@ -57,11 +57,11 @@ impl ObservationMatrix {
         let per_joint = rows / joints.max(1);
         // The same memory, with the joints of a column as separate columns.
         let values = DMatrix::from_vec(per_joint, joints * columns, matrix.data.into());
-        let acts = |entry: &Entry| values.column(entry.at).iter().any(|value| *value != 0.0);
+        let acts = |entry: &Entry| values.column(entry.position).iter().any(|value| *value != 0.0);
         let of_joints = (0..joints)
             .map(|joint: usize| {
                 let candidates =
-                    (0..columns).map(|column| Entry { column, at: column * joints + joint });
+                    (0..columns).map(|column| Entry { column, position: column * joints + joint });
                 candidates.filter(acts).collect()
             })
             .collect();
@@ -113,7 +113,7 @@ impl ObservationMatrix {
             let rows = self.values.nrows();
             &self.values.as_slice()[at * rows..(at + 1) * rows]
         };
-        self.joints[joint].iter().map(move |entry| (entry.column, values(entry.at)))
+        self.joints[joint].iter().map(move |entry| (entry.column, values(entry.position)))
     }
 
     /// Returns true if a column acts on a joint.
@@ -132,7 +132,7 @@ impl ObservationMatrix {
     }
 
     /// X θ (r).
-    pub fn times(&self, parameters: &DVector<f64>) -> DVector<f64> {
+    pub fn times_parameters(&self, parameters: &DVector<f64>) -> DVector<f64> {
         let mut product = DVector::zeros(self.nrows());
         self.add_times(1.0, parameters, product.as_mut_slice());
         product
@@ -193,7 +193,7 @@ impl ObservationMatrix {
     }
 
     /// Returns `X_jᵀX_j` of the columns that act on a joint.
-    pub(crate) fn gram(&self, joint: usize) -> DMatrix<f64> {
+    pub(crate) fn gram_matrix(&self, joint: usize) -> DMatrix<f64> {
         let (rows, columns) = (self.rows_per_joint(), self.joints[joint].len());
         let mut gram = DMatrix::zeros(columns, columns);
         for first in (0..rows).step_by(ROWS_AT_ONCE) {
@@ -204,9 +204,9 @@ impl ObservationMatrix {
     }
 
     /// Sets a row of a joint to 0.
-    pub(crate) fn silence(&mut self, joint: usize, row: usize) {
+    pub(crate) fn zero_row(&mut self, joint: usize, row: usize) {
         for entry in &self.joints[joint] {
-            self.values[(row, entry.at)] = 0.0;
+            self.values[(row, entry.position)] = 0.0;
         }
     }
 
@@ -235,9 +235,9 @@ mod tests {
         assert_eq!(matrix.dense(), dense);
         assert_eq!((matrix.shape(), matrix.columns_of(2)), (dense.shape(), vec![2, 3]));
         let parameters = DVector::from_fn(columns, |k, _| k as f64 - 1.5);
-        assert_eq!(matrix.times(&parameters), &dense * &parameters);
+        assert_eq!(matrix.times_parameters(&parameters), &dense * &parameters);
         let block = dense.view((2 * rows, 2), (rows, 2));
-        assert_eq!(matrix.gram(2), block.tr_mul(&block));
+        assert_eq!(matrix.gram_matrix(2), block.tr_mul(&block));
         let values: Vec<f64> = (0..rows).map(|k| (k % 7) as f64).collect();
         let mut product = DVector::zeros(columns);
         matrix.add_transposed_times(2, 2.0, &values, &mut product);
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(product.as_slice(), [0.0, 0.0, expected[0], expected[1]]);
         assert_eq!(matrix.selected_rows_of(2, &[7, 4]).row(0), block.row(7));
         let mut silenced = matrix.clone();
-        silenced.silence(1, 3);
+        silenced.zero_row(1, 3);
         assert!(silenced.dense().row(rows + 3).iter().all(|value| *value == 0.0));
     }
 }

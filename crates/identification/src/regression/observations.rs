@@ -135,7 +135,7 @@ impl Observations {
 
     /// Returns the measured values (r): the measurements plus the part that was subtracted from
     /// them.
-    pub fn measured(&self) -> Cow<'_, DVector<f64>> {
+    pub fn measured_values(&self) -> Cow<'_, DVector<f64>> {
         match &self.known_torque {
             None => Cow::Borrowed(&self.measurements),
             Some(known_names) => Cow::Owned(&self.measurements + known_names),
@@ -144,7 +144,7 @@ impl Observations {
 
     /// Predicts the measured values (r): `X θ` plus the known part.
     pub fn predicted(&self, parameters: &DVector<f64>) -> DVector<f64> {
-        let predicted = self.matrix.times(parameters);
+        let predicted = self.matrix.times_parameters(parameters);
         match &self.known_torque {
             None => predicted,
             Some(known_names) => predicted + known_names,
@@ -157,7 +157,7 @@ impl Observations {
     }
 
     /// Returns the triangles of the joints' rows, computed once.
-    pub(super) fn triangles(&self) -> &Triangles {
+    pub(super) fn joint_triangles(&self) -> &Triangles {
         self.triangles.get_or_init(|| Triangles::new(&self.matrix, &self.measurements))
     }
 

@@ -4,8 +4,8 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
-use super::further::{FurtherColumns, gram_of_joint, spread};
-use super::products::{product, symmetric_product};
+use super::further::{FurtherColumns, expand_columns, gram_of_joint};
+use super::products::{matrix_product, symmetric_product};
 use super::spectra::Spectra;
 use super::spectrum::ResidualSpectrum;
 
@@ -20,7 +20,7 @@ const MIN_CERTAINTY: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub struct JointSolution {
     /// Change of θ by the nuisance parameters (b).
-    pub change: DVector<f64>,
+    pub parameter_change: DVector<f64>,
     /// η, in its prior standard deviations (m).
     pub nuisance_parameters: DVector<f64>,
     /// Covariance of θ and η together ((b + m) × (b + m)), η in the same unit.
@@ -29,17 +29,18 @@ pub struct JointSolution {
     pub noise: DMatrix<f64>,
     /// Uncertainty of the parameters due to the colour of the residual, relative to white noise of
     /// the same size. It is the median, and at least 1.
-    pub colour: f64,
+    pub colour_factor: f64,
 }
 
 impl JointSolution {
-    /// Returns the covariance of θ (b × b) with coloured noise. The [`colour`](Self::colour) scales
-    /// the uncertainty by noise relative to white noise, but not that of the prior. The information
-    /// of data and prior is N = A + D. The covariance is
-    /// `N⁻¹ (c² A + D) N⁻¹ = c² N⁻¹ − (c² − 1) N⁻¹ D N⁻¹`. D is 1 for each nuisance parameter.
+    /// Returns the covariance of θ (b × b) with coloured noise. The
+    /// [`colour_factor`](Self::colour_factor) scales the uncertainty by noise relative to white
+    /// noise, but not that of the prior. The information of data and prior is N = A + D. The
+    /// covariance is `N⁻¹ (c² A + D) N⁻¹ = c² N⁻¹ − (c² − 1) N⁻¹ D N⁻¹`. D is 1 for each nuisance
+    /// parameter.
     pub(crate) fn coloured_covariance(&self) -> DMatrix<f64> {
-        let (own, nuisance) = (self.change.len(), self.nuisance_parameters.len());
-        let square = self.colour * self.colour;
+        let (own, nuisance) = (self.parameter_change.len(), self.nuisance_parameters.len());
+        let square = self.colour_factor * self.colour_factor;
         let prior_covariance = self.covariance.view((0, own), (own, nuisance));
         let white = self.covariance.view((0, 0), (own, own));
         white * square - prior_covariance * prior_covariance.transpose() * (square - 1.0)
@@ -55,12 +56,12 @@ impl JointSolution {
     #[must_use]
     pub(crate) fn without_contradicted(&self, configured: &[bool], limit: f64) -> Self {
         let mut solution = self.clone();
-        let width = solution.change.len();
+        let width = solution.parameter_change.len();
         let mut remaining: Vec<usize> = (0..configured.len()).filter(|k| configured[*k]).collect();
         loop {
             let deviations = |k: &usize| {
                 let certainty = 1.0 - solution.covariance[(width + k, width + k)];
-                let variance = solution.colour.powi(2) * (1.0 - certainty) / certainty;
+                let variance = solution.colour_factor.powi(2) * (1.0 - certainty) / certainty;
                 let value = solution.nuisance_parameters[*k] / certainty;
                 // If the data are nearly uninformative, rounding would decide.
                 if certainty > MIN_CERTAINTY { value.abs() / (1.0 + variance).sqrt() } else { 0.0 }
@@ -72,7 +73,7 @@ impl JointSolution {
             let column = solution.covariance.column(width + k).into_owned();
             let certainty = 1.0 - column[width + k];
             let further = solution.nuisance_parameters[k] / certainty;
-            solution.change.axpy(further, &column.rows(0, width), 1.0);
+            solution.parameter_change.axpy(further, &column.rows(0, width), 1.0);
             solution.nuisance_parameters.axpy(
                 further,
                 &column.rows(width, column.len() - width),
@@ -90,7 +91,7 @@ impl JointSolution {
         rows: DMatrixView<'_, f64>,
         further: DMatrixView<'_, f64>,
     ) -> f64 {
-        let off = rows * &self.change + further * &self.nuisance_parameters;
+        let off = rows * &self.parameter_change + further * &self.nuisance_parameters;
         // Many columns act on other joints alone.
         let all_columns = rows.column_iter().chain(further.column_iter()).enumerate();
         let acts = all_columns.filter(|(_, column)| column.iter().any(|value| *value != 0.0));
@@ -111,10 +112,11 @@ impl JointSolution {
     /// approximate distribution of estimates of variance components*, 1946). Wilson and Hilferty
     /// (*The distribution of chi-square*, 1931) give its median.
     pub(crate) fn median_squared_error(&self, gram: &DMatrix<f64>) -> f64 {
-        let off: Vec<f64> = self.change.iter().chain(&self.nuisance_parameters).copied().collect();
+        let off: Vec<f64> =
+            self.parameter_change.iter().chain(&self.nuisance_parameters).copied().collect();
         let off = DVector::from_vec(off);
         let along = gram * &off;
-        let spread = product(gram, &self.covariance);
+        let spread = matrix_product(gram, &self.covariance);
         let mean = spread.trace() + off.dot(&along);
         let squares = spread.component_mul(&spread.transpose()).sum();
         let variance = 2.0 * squares + 4.0 * along.dot(&(&self.covariance * &along));
@@ -134,11 +136,11 @@ pub struct JointProducts {
     /// the residuals ρ last. The noise there is assumed to be white, without the colour of the
     /// residuals. The model error is at the frequencies of the motion. It is not noise that other
     /// frequencies could outweigh.
-    passed: Vec<DMatrix<f64>>,
+    passband_products: Vec<DMatrix<f64>>,
     /// `CᵀC` of each joint (m × m).
-    pub squares: Vec<DMatrix<f64>>,
+    pub column_products: Vec<DMatrix<f64>>,
     /// K, the sensitivity: the shift of the estimate by a unit of each column (b × m).
-    pub shifted: DMatrix<f64>,
+    pub sensitivity: DMatrix<f64>,
 }
 
 impl ResidualAnalysis<'_> {
@@ -148,9 +150,9 @@ impl ResidualAnalysis<'_> {
         let matrix = self.system.matrix();
         let (own, count) = (matrix.ncols(), further.count());
         let mut products = JointProducts {
-            passed: Vec::new(),
-            squares: Vec::new(),
-            shifted: DMatrix::zeros(own, count),
+            passband_products: Vec::new(),
+            column_products: Vec::new(),
+            sensitivity: DMatrix::zeros(own, count),
         };
         for joint in 0..self.system.joints() {
             let columns = further.of_joint(joint);
@@ -167,18 +169,18 @@ impl ResidualAnalysis<'_> {
             let numbers: Vec<usize> = columns.iter().map(|column| column.number).collect();
             let places = acting.iter().copied().chain(numbers.iter().map(|number| own + number));
             let places: Vec<usize> = places.chain([own + count]).collect();
-            products.passed.push(spread(&passed, &places, own + count + 1));
+            products.passband_products.push(expand_columns(&passed, &places, own + count + 1));
 
             let gram = gram_of_joint(matrix, joint, &columns);
             let with_own = gram.view((0, acting.len()), (acting.len(), columns.len()));
             let shifts = self.estimate_shifts(joint, &with_own.into_owned());
             for (shift, column) in shifts.column_iter().zip(&numbers) {
-                let mut target = products.shifted.column_mut(*column);
+                let mut target = products.sensitivity.column_mut(*column);
                 target += shift;
             }
             let first = acting.len();
             let among = gram.view((first, first), (columns.len(), columns.len())).into_owned();
-            products.squares.push(spread(&among, &numbers, count));
+            products.column_products.push(expand_columns(&among, &numbers, count));
         }
         products
     }
@@ -203,7 +205,8 @@ impl ResidualAnalysis<'_> {
         let width = self.system.matrix().ncols();
         let mut before = self.spectrum().clone();
         before.raise_to(floors);
-        let Solved { change, nuisance, covariance } = solved(products, width, &before, repeats)?;
+        let Solved { parameter_change: change, nuisance_parameters: nuisance, covariance } =
+            solve_with_prior(products, width, &before, repeats)?;
         // The information on the nuisance parameters uses up as many rows.
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
         let rows = before.independent_rows() - width as f64;
@@ -211,18 +214,25 @@ impl ResidualAnalysis<'_> {
         let share = ((rows - certainty) / rows).clamp(MIN_RESIDUAL_SHARE, 1.0);
         let mut remaining = self.solution.residuals.clone();
         self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
-        remaining -= further.times(&nuisance);
+        remaining -= further.weighted_sum(&nuisance);
         remaining /= share.sqrt();
         let spectrum = ResidualSpectrum::fit(self.system, &self.leverage, &remaining, self.filter);
         drop(remaining);
         let mut raised = spectrum.clone();
         raised.raise_to(floors);
-        let covariances = self.covariances_by(&[&spectrum, &raised.whitened(), &raised]);
+        let covariances = self.covariances_by(&[&spectrum, &raised.to_white(), &raised]);
         let colour = median_ratio(&covariances[0], &covariances[1]);
         let noise = &covariances[2] * repeats;
         // Solved again with the noise that remains after the nuisance parameters.
-        let Solved { change, nuisance, covariance } = solved(products, width, &raised, repeats)?;
-        Ok(JointSolution { change, nuisance_parameters: nuisance, covariance, noise, colour })
+        let Solved { parameter_change: change, nuisance_parameters: nuisance, covariance } =
+            solve_with_prior(products, width, &raised, repeats)?;
+        Ok(JointSolution {
+            parameter_change: change,
+            nuisance_parameters: nuisance,
+            covariance,
+            noise,
+            colour_factor: colour,
+        })
     }
 
     /// Returns `ZᵀVZ` with the noise of each of these spectra.
@@ -240,7 +250,8 @@ impl ResidualAnalysis<'_> {
         of_basis
             .into_iter()
             .map(|of_basis: DMatrix<f64>| {
-                let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
+                let covariance =
+                    matrix_product(&matrix_product(r_inverse, &of_basis), &r_inverse.transpose());
                 (&covariance + covariance.transpose()) * 0.5
             })
             .collect()
@@ -249,22 +260,22 @@ impl ResidualAnalysis<'_> {
 
 /// Solution for all parameters together.
 struct Solved {
-    change: DVector<f64>,
-    nuisance: DVector<f64>,
+    parameter_change: DVector<f64>,
+    nuisance_parameters: DVector<f64>,
     covariance: DMatrix<f64>,
 }
 
 /// Returns the change of the parameters, the nuisance parameters and their covariance. The noise of
 /// each joint is white, with its mean power.
-fn solved(
+fn solve_with_prior(
     products: &JointProducts,
     own: usize,
     spectrum: &ResidualSpectrum<'_>,
     repeats: f64,
 ) -> Result<Solved, RegressionError> {
-    let width = own + products.shifted.ncols();
+    let width = own + products.sensitivity.ncols();
     let mut gram = DMatrix::zeros(width + 1, width + 1);
-    for (joint, of_joint) in products.passed.iter().enumerate() {
+    for (joint, of_joint) in products.passband_products.iter().enumerate() {
         gram += of_joint / (spectrum.mean_power(joint) * repeats);
     }
     let right = gram.view((0, width), (width, 1)).into_owned();
@@ -285,7 +296,11 @@ fn solved(
         column.scale_mut(*by);
     }
     let (change, nuisance) = (solution.rows(0, own), solution.rows(own, width - own));
-    Ok(Solved { change: change.into_owned(), nuisance: nuisance.into_owned(), covariance })
+    Ok(Solved {
+        parameter_change: change.into_owned(),
+        nuisance_parameters: nuisance.into_owned(),
+        covariance,
+    })
 }
 
 /// Returns the median ratio of the standard deviations of two covariances, at least 1.
@@ -316,18 +331,18 @@ mod tests {
             let covariance = total.try_inverse().unwrap();
             let mean = &covariance * &right;
             JointSolution {
-                change: mean.rows(0, 1).into_owned(),
+                parameter_change: mean.rows(0, 1).into_owned(),
                 nuisance_parameters: mean.rows(1, 2).into_owned(),
                 covariance,
                 noise: DMatrix::zeros(0, 0),
-                colour: 1.0,
+                colour_factor: 1.0,
             }
         };
         let (before, alone) = (solved([0.0, 1.0, 1.0]), solved([0.0, 0.0, 1.0]));
         let reduced = before.without_contradicted(&[true, true], 3.0);
         assert!((reduced.covariance - &alone.covariance).amax() < 1e-12);
         assert!((reduced.nuisance_parameters - &alone.nuisance_parameters).amax() < 1e-12);
-        assert!((reduced.change - &alone.change).amax() < 1e-12);
+        assert!((reduced.parameter_change - &alone.parameter_change).amax() < 1e-12);
         for same in [
             before.without_contradicted(&[false, true], 3.0),
             before.without_contradicted(&[true, true], 30.0),
@@ -340,11 +355,11 @@ mod tests {
     #[test]
     fn few_open_combinations_have_a_median_below_the_mean() {
         let solution = |size: usize, off: f64| JointSolution {
-            change: DVector::from_element(size, off),
+            parameter_change: DVector::from_element(size, off),
             nuisance_parameters: DVector::zeros(0),
             covariance: DMatrix::identity(size, size) * 4.0,
             noise: DMatrix::zeros(0, 0),
-            colour: 1.0,
+            colour_factor: 1.0,
         };
         let median = |size: usize, off: f64| {
             solution(size, off).median_squared_error(&DMatrix::identity(size, size))

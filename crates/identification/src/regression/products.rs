@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use nalgebra::DMatrix;
 
-use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
 /// Number of values of a column that are computed side by side.
 const VALUES_AT_ONCE: usize = WIDTH;
@@ -14,7 +14,7 @@ const VALUES_AT_ONCE: usize = WIDTH;
 /// at the beginning or end of columns save time.
 pub(crate) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.ncols(), b.ncols());
-    vectorised(
+    with_vector_instructions(
         #[inline(always)]
         || {
             // Two columns of each matrix at a time. The last one counts twice if their number is
@@ -28,7 +28,8 @@ pub(crate) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f
                     let rows = of_left.start.max(of_right.start).min(end)..end;
                     let first_columns = pair(a, i);
                     let right = right.map(|column| &column[rows.clone()]);
-                    let dots = dots(first_columns.map(|column| &column[rows.clone()]), right);
+                    let dots =
+                        dot_products(first_columns.map(|column| &column[rows.clone()]), right);
                     for (j, dots) in (j..b.ncols()).zip(dots) {
                         for (i, dot) in (i..a.ncols()).zip(dots) {
                             product[(i, j)] = dot;
@@ -66,7 +67,7 @@ fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
 
 /// Returns the products of each right column with each left column.
 #[inline(always)]
-fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
+fn dot_products([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
     let mut sums = [[Lanes::zero(); 2]; 2];
     let ((a, a_rest), (b, b_rest)) =
         (a.as_chunks::<VALUES_AT_ONCE>(), b.as_chunks::<VALUES_AT_ONCE>());
@@ -106,7 +107,7 @@ fn dot(remaining: &[f64], right: &[f64]) -> f64 {
 
 /// Their product.
 pub(super) fn dot_of(one: &[f64], right: &[f64]) -> f64 {
-    vectorised(
+    with_vector_instructions(
         #[inline(always)]
         || dot(one, right),
     )
@@ -114,7 +115,7 @@ pub(super) fn dot_of(one: &[f64], right: &[f64]) -> f64 {
 
 /// Subtracts from `vector` its component along a vector of length 1.
 pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
-    vectorised(
+    with_vector_instructions(
         #[inline(always)]
         || {
             let share = dot(of, vector);
@@ -130,7 +131,7 @@ pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b
     /// Number of rows at a time. The same number of columns of A stays in the nearest cache.
     const ROWS_AT_ONCE: usize = 64;
     let rows = a.nrows();
-    vectorised(
+    with_vector_instructions(
         #[inline(always)]
         || {
             for first in (0..rows).step_by(ROWS_AT_ONCE) {
@@ -150,7 +151,7 @@ pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b
 }
 
 /// A B.
-pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn matrix_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut c = DMatrix::zeros(a.nrows(), b.ncols());
     add_product(&mut c, 1.0, a, b);
     c
@@ -177,7 +178,7 @@ mod tests {
             let expected = &c - &a * &b;
             add_product(&mut c, -1.0, &a, &b);
             assert!((c - expected).amax() < 1e-13, "{rows}");
-            assert!((product(&a, &b) - &a * &b).amax() < 1e-13, "{rows}");
+            assert!((matrix_product(&a, &b) - &a * &b).amax() < 1e-13, "{rows}");
             let symmetric = symmetric_product(&a, &a);
             assert!((&symmetric - a.transpose() * &a).amax() < 1e-13, "{rows}");
             assert_eq!(symmetric, symmetric.transpose());

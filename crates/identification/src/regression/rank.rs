@@ -28,7 +28,7 @@ const MAX_SVD_ITERATIONS: usize = 10_000;
 /// NumPy) or below the filters' rounding of 0. R has the column norms and the singular values of
 /// the tall matrix of `rows` rows it came from. If R has an inverse, it shows for most matrices
 /// without singular values that they are not deficient.
-pub(super) fn check(
+pub(super) fn check_rank(
     r: &DMatrix<f64>,
     inverse: Option<&DMatrix<f64>>,
     rows: usize,

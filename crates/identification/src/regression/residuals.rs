@@ -30,7 +30,7 @@ impl Observations {
 
     /// Returns the statistics of residuals of this system.
     pub fn residual_statistics(&self, residuals: &DVector<f64>) -> ResidualStatistics {
-        let y = &*self.measured();
+        let y = &*self.measured_values();
         let per_joint = |figure: &dyn Fn(&[f64], &[f64]) -> f64| -> Vec<f64> {
             let figures = (0..self.joints()).map(|joint| {
                 let (rho, y) = (self.joint_of(residuals, joint), self.joint_of(y, joint));

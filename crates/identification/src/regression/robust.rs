@@ -64,12 +64,12 @@ impl RobustLoss {
     }
 
     /// Returns Huber's loss with the usual tuning.
-    pub fn huber() -> Self {
+    pub fn default_huber() -> Self {
         Self::Huber { tuning: Self::huber_tuning() }
     }
 
     /// Returns Tukey's bisquare with the usual tuning.
-    pub fn bisquare() -> Self {
+    pub fn default_bisquare() -> Self {
         Self::Bisquare { tuning: Self::bisquare_tuning() }
     }
 
@@ -132,7 +132,7 @@ impl RobustLoss {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobustSolution {
     /// Equation with the pseudo-values as measurements.
-    pub pseudo: Observations,
+    pub pseudo_equation: Observations,
     /// Its weighted solution.
     pub solution: Solution,
     /// Number of rows of each joint of whose residual less than half counts; one in a hundred for
@@ -144,26 +144,27 @@ pub struct RobustSolution {
 
 impl Observations {
     /// Returns the M-estimate with one noise level σ_j per joint, which weights the joints as in
-    /// [`weighted`](Self::weighted). The scale s_j of a joint's residuals is their median absolute
-    /// value over 0.6745. A few large residuals do not change it.
+    /// [`solve_weighted`](Self::solve_weighted). The scale s_j of a joint's residuals is their
+    /// median absolute value over 0.6745. A few large residuals do not change it.
     ///
     /// # Errors
-    /// Those of [`weighted`](Self::weighted), [`Tuning`](RegressionError::Tuning) and
+    /// Those of [`solve_weighted`](Self::solve_weighted), [`Tuning`](RegressionError::Tuning) and
     /// [`NotSettled`](RegressionError::NotSettled).
-    pub fn robust(
+    pub fn fit_robust(
         &self,
         loss: RobustLoss,
         noise_levels: &[f64],
     ) -> Result<RobustSolution, RegressionError> {
         loss.validate()?;
-        let first = self.weighted(noise_levels)?.parameters;
+        let first = self.solve_weighted(noise_levels)?.parameters;
         match loss {
-            RobustLoss::Huber { .. } => self.settled(loss, noise_levels, first),
+            RobustLoss::Huber { .. } => self.iterate_to_convergence(loss, noise_levels, first),
             // Its criterion has several minima. The one next to Huber's is taken, because Huber's
             // has only one.
             RobustLoss::Bisquare { .. } => {
-                let near = self.settled(RobustLoss::huber(), noise_levels, first)?;
-                self.settled(loss, noise_levels, near.solution.parameters)
+                let near =
+                    self.iterate_to_convergence(RobustLoss::default_huber(), noise_levels, first)?;
+                self.iterate_to_convergence(loss, noise_levels, near.solution.parameters)
             }
         }
     }
@@ -171,14 +172,14 @@ impl Observations {
     /// Returns noise levels that a few rows cannot raise: those of the M-estimate without weights.
     ///
     /// # Errors
-    /// Those of [`robust`](Self::robust).
+    /// Those of [`fit_robust`](Self::fit_robust).
     pub fn robust_noise_levels(&self, loss: RobustLoss) -> Result<Vec<f64>, RegressionError> {
-        let fit = self.robust(loss, &vec![1.0; self.joints()])?;
-        Ok(fit.pseudo.noise_levels(&fit.solution.residuals))
+        let fit = self.fit_robust(loss, &vec![1.0; self.joints()])?;
+        Ok(fit.pseudo_equation.noise_levels(&fit.solution.residuals))
     }
 
     /// Alternates pseudo-values and least squares until the parameters converge.
-    fn settled(
+    fn iterate_to_convergence(
         &self,
         loss: RobustLoss,
         noise_levels: &[f64],
@@ -188,15 +189,16 @@ impl Observations {
         for step in 0..MAX_STEPS {
             let residuals = self.residuals(&parameters);
             if step < RESCALED_STEPS {
-                let joints = (0..self.joints()).map(|joint| self.scaling(loss, joint, &residuals));
+                let joints =
+                    (0..self.joints()).map(|joint| self.joint_scaling(loss, joint, &residuals));
                 scalings = joints.collect::<Result<_, _>>()?;
             }
             let (values, downweighted_rows_per_joint) =
                 self.pseudo_values(loss, &residuals, &scalings);
             let pseudo = Self::from_dense(self.matrix().clone(), values)?
                 .with_known(self.known_torque().cloned());
-            let solution = pseudo.weighted(noise_levels)?;
-            let change = self.matrix().times(&(&solution.parameters - &parameters));
+            let solution = pseudo.solve_weighted(noise_levels)?;
+            let change = self.matrix().times_parameters(&(&solution.parameters - &parameters));
             let still = |(joint, scaling): (usize, &Scaling)| {
                 self.joint_of(&change, joint).norm() <= CHANGE_TOLERANCE * scaling.scale
             };
@@ -208,7 +210,7 @@ impl Observations {
                         .unscale_mut(scaling.scale);
                 }
                 return Ok(RobustSolution {
-                    pseudo,
+                    pseudo_equation: pseudo,
                     solution,
                     downweighted_rows_per_joint,
                     scaled_residuals,
@@ -220,7 +222,7 @@ impl Observations {
     }
 
     /// Returns s_j and K_j/m_j of residuals.
-    fn scaling(
+    fn joint_scaling(
         &self,
         loss: RobustLoss,
         joint: usize,

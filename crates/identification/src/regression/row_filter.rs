@@ -12,7 +12,7 @@ pub struct RowFilter {
     /// Power at each frequency of the transform, from 0 to the Nyquist frequency.
     pub(super) power: Vec<f64>,
     /// Number of frequencies within the passband.
-    pub(super) inside: usize,
+    pub(super) passband_frequencies: usize,
     /// Passband as a separate band. Its end represents everything outside.
     pub(super) band: Band,
 }
@@ -30,7 +30,7 @@ impl RowFilter {
         let phases = ratios().map(|ratio| core::f64::consts::PI * (ratio / passband).min(1.0));
         let band = Band::new(inside, phases);
         let power = ratios().map(power).collect();
-        Self { passband, fourier, power, inside, band }
+        Self { passband, fourier, power, passband_frequencies: inside, band }
     }
 
     /// Returns the transforms of this number of rows of each joint at the informative frequencies,
@@ -38,15 +38,15 @@ impl RowFilter {
     /// [`Fourier::of_class`]).
     pub(super) fn transforms(&self, columns: &[f64], rows: usize) -> Vec<[Vec<f64>; 2]> {
         let signals: Vec<&[f64]> = columns.chunks_exact(rows.max(1)).collect();
-        let none = || vec![0.0; self.inside];
+        let none = || vec![0.0; self.passband_frequencies];
         let mut all_transforms: Vec<_> = signals.iter().map(|_| [none(), none()]).collect();
-        for class in 0..self.fourier.classes() {
+        for class in 0..self.fourier.frequency_classes() {
             for (signals, to) in
                 signals.chunks(PARALLEL_SIGNALS).zip(all_transforms.chunks_mut(PARALLEL_SIGNALS))
             {
                 let transforms = self.fourier.of_class(class, signals);
                 let of_class = self.fourier.frequencies_of(class).zip(&transforms);
-                for (frequency, value) in of_class.filter(|(k, _)| *k < self.inside) {
+                for (frequency, value) in of_class.filter(|(k, _)| *k < self.passband_frequencies) {
                     for (signal, [re, im]) in to.iter_mut().enumerate() {
                         (re[frequency], im[frequency]) = (value.re.0[signal], value.im.0[signal]);
                     }
@@ -58,11 +58,11 @@ impl RowFilter {
 
     /// Returns zero leverage at the informative frequencies.
     pub(super) fn zero_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
-        vec![vec![0.0; self.inside]; joints]
+        vec![vec![0.0; self.passband_frequencies]; joints]
     }
 
     /// Returns frequency `k` as a ratio of the Nyquist frequency.
-    fn ratio(&self, k: usize) -> f64 {
+    fn frequency_ratio(&self, k: usize) -> f64 {
         k as f64 / (self.fourier.frequencies() - 1) as f64
     }
 
@@ -78,13 +78,13 @@ impl RowFilter {
         for (k, value) in self.power.iter().enumerate() {
             let share = self.multiplicity(k) * value;
             power += share;
-            neighbours += share * (core::f64::consts::PI * self.ratio(k)).cos();
+            neighbours += share * (core::f64::consts::PI * self.frequency_ratio(k)).cos();
         }
         2.0 * (1.0 - neighbours / power)
     }
 
     /// Returns the number of independent values among this number of rows.
-    pub(super) fn independent(&self, rows: usize) -> f64 {
+    pub(super) fn independent_rows(&self, rows: usize) -> f64 {
         self.passband * rows as f64
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
 use super::observations::Observations;
-use super::products::product;
+use super::products::matrix_product;
 use super::triangles::Factor;
 
 /// Parameters with their covariance, and how well the matrix determined them.
@@ -56,8 +56,8 @@ impl Observations {
     /// [`ZeroColumns`](RegressionError::ZeroColumns),
     /// [`DependentColumns`](RegressionError::DependentColumns),
     /// [`OutOfRange`](RegressionError::OutOfRange).
-    pub fn ordinary(&self) -> Result<Solution, RegressionError> {
-        ordinary(self)
+    pub fn solve_ordinary(&self) -> Result<Solution, RegressionError> {
+        from_ordinary(self)
     }
 
     /// Solves by weighted least squares with one noise level σ_j per joint: each joint's rows are
@@ -65,27 +65,28 @@ impl Observations {
     /// those of `Ω^{-1/2} X`.
     ///
     /// # Errors
-    /// Those of [`ordinary`](Self::ordinary), and [`NoiseLevel`](RegressionError::NoiseLevel).
-    pub fn weighted(&self, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
-        weighted(self, noise_levels)
+    /// Those of [`solve_ordinary`](Self::solve_ordinary), and
+    /// [`NoiseLevel`](RegressionError::NoiseLevel).
+    pub fn solve_weighted(&self, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
+        from_weighted(self, noise_levels)
     }
 }
 
 /// Solves equation 9 with the sandwich covariance.
-fn ordinary(system: &Observations) -> Result<Solution, RegressionError> {
-    let triangles = system.triangles();
+fn from_ordinary(system: &Observations) -> Result<Solution, RegressionError> {
+    let triangles = system.joint_triangles();
     let even = vec![1.0; system.joints()];
     let factor = triangles.factor(system.matrix().nrows(), &even)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹ = R⁻¹ (ZᵀZ) R⁻ᵀ with Z = Ω^{1/2} X R⁻¹, or Ω^{1/2} of the triangles.
     let z = triangles.scaled(&system.noise_levels(&residuals));
-    let z = product(&z.columns(0, factor.r_inverse.nrows()).into_owned(), &factor.r_inverse);
-    let half = product(&factor.r_inverse, &z.transpose());
+    let z = matrix_product(&z.columns(0, factor.r_inverse.nrows()).into_owned(), &factor.r_inverse);
+    let half = matrix_product(&factor.r_inverse, &z.transpose());
     finish(factor, &half, residuals, even)
 }
 
 /// Solves equations 10 to 12.
-fn weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
+fn from_weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
     let (rows, columns) = system.matrix().shape();
     if noise_levels.len() != system.joints() {
         let (measurements, joints) = (rows, noise_levels.len());
@@ -97,7 +98,7 @@ fn weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution, Reg
         }
     }
     let weights: Vec<f64> = noise_levels.iter().map(|level| 1.0 / level).collect();
-    let factor = system.triangles().factor(rows, &weights)?;
+    let factor = system.joint_triangles().factor(rows, &weights)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀΩ⁻¹X)⁻¹ = R⁻¹ R⁻ᵀ
     let half = factor.r_inverse.clone();
@@ -111,7 +112,7 @@ fn finish(
     residuals: DVector<f64>,
     noise_levels: Vec<f64>,
 ) -> Result<Solution, RegressionError> {
-    let covariance = product(half, &half.transpose());
+    let covariance = matrix_product(half, &half.transpose());
     let finite = factor.parameters.iter().chain(covariance.iter()).all(|x| x.is_finite());
     if !finite || !residuals.norm_squared().is_finite() {
         return Err(RegressionError::OutOfRange);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::fourier::PARALLEL_SIGNALS;
 use super::observation_matrix::ObservationMatrix;
-use super::products::{product, symmetric_product};
+use super::products::{matrix_product, symmetric_product};
 use super::row_filter::RowFilter;
 
 /// Number of frequencies at a time.
@@ -17,7 +17,7 @@ pub(super) struct Spectra<'a> {
     filter: &'a RowFilter,
     joints: Vec<OfJoint<'a>>,
     /// Blocks of the only class, if there is no other.
-    fixed: Option<Vec<Block>>,
+    only_blocks: Option<Vec<Block>>,
 }
 
 /// Transforms at some frequencies.
@@ -34,7 +34,7 @@ struct OfJoint<'a> {
     signals: Vec<&'a [f64]>,
     /// Combinations of the signals that form the columns (signals × columns), if the columns are
     /// not the signals themselves.
-    combined: Option<DMatrix<f64>>,
+    combination: Option<DMatrix<f64>>,
 }
 
 impl<'a> Spectra<'a> {
@@ -54,7 +54,7 @@ impl<'a> Spectra<'a> {
                 .map(|(joint, level): (usize, &f64)| {
                     let combined = factor.select_rows(&matrix.columns_of(joint)) / *level;
                     let signals = matrix.of_joint(joint).map(|(_, values)| values).collect();
-                    OfJoint { signals, combined: Some(combined) }
+                    OfJoint { signals, combination: Some(combined) }
                 })
                 .collect(),
         )
@@ -75,7 +75,7 @@ impl<'a> Spectra<'a> {
                     let signals = columns_of_all
                         .map(|column| &column[joint * rows..(joint + 1) * rows])
                         .collect();
-                    OfJoint { signals, combined: None }
+                    OfJoint { signals, combination: None }
                 })
                 .collect(),
         )
@@ -83,25 +83,25 @@ impl<'a> Spectra<'a> {
 
     /// Creates the spectra of signals of one joint.
     pub(super) fn of_signals(filter: &'a RowFilter, signals: Vec<&'a [f64]>) -> Self {
-        Self::new(filter, vec![OfJoint { signals, combined: None }])
+        Self::new(filter, vec![OfJoint { signals, combination: None }])
     }
 
     fn new(filter: &'a RowFilter, joints: Vec<OfJoint<'a>>) -> Self {
-        let mut spectra = Self { filter, joints, fixed: None };
-        if filter.fourier.classes() == 1 {
+        let mut spectra = Self { filter, joints, only_blocks: None };
+        if filter.fourier.frequency_classes() == 1 {
             let mut blocks = Vec::new();
             spectra.for_each_block_of(0, |block| blocks.push(block));
-            spectra.fixed = Some(blocks);
+            spectra.only_blocks = Some(blocks);
         }
         spectra
     }
 
     /// Calls `visit` with one block of frequencies after the other.
     pub(super) fn for_each_block(&self, mut visit: impl FnMut(&Block)) {
-        match &self.fixed {
+        match &self.only_blocks {
             Some(fixed) => fixed.iter().for_each(visit),
             None => {
-                for class in 0..self.filter.fourier.classes() {
+                for class in 0..self.filter.fourier.frequency_classes() {
                     self.for_each_block_of(class, |block| visit(&block));
                 }
             }
@@ -123,8 +123,8 @@ impl<'a> Spectra<'a> {
                         let values = parts.flat_map(|part| &part[some.clone()]).copied();
                         let values =
                             DMatrix::from_iterator(2 * some.len(), joint.signals.len(), values);
-                        match &joint.combined {
-                            Some(combined) => product(&values, combined),
+                        match &joint.combination {
+                            Some(combined) => matrix_product(&values, combined),
                             None => values,
                         }
                     })
@@ -159,7 +159,7 @@ impl<'a> Spectra<'a> {
         let count = self.joints.iter().map(|joint| joint.signals.len()).sum();
         let mut gram = DMatrix::zeros(count, count);
         self.for_each_block(|Block { frequencies, of_joints }| {
-            let inside = |k: &usize| *k < filter.inside;
+            let inside = |k: &usize| *k < filter.passband_frequencies;
             let weights: Vec<f64> = (frequencies.iter())
                 .filter(|k| inside(k))
                 .map(|k| (filter.multiplicity(*k) / length).sqrt())
@@ -201,7 +201,7 @@ impl<'a> Spectra<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Basis<'a> {
     pub(super) matrix: &'a ObservationMatrix,
-    pub(super) levels: &'a [f64],
+    pub(super) noise_levels: &'a [f64],
     pub(super) r_inverse: &'a DMatrix<f64>,
 }
 
@@ -210,7 +210,7 @@ impl Basis<'_> {
     pub(super) fn transposed_times(&self, rows: &[f64]) -> DVector<f64> {
         let per_joint = self.matrix.rows_per_joint();
         let mut sums = DVector::zeros(self.matrix.ncols());
-        for (joint, level) in self.levels.iter().enumerate() {
+        for (joint, level) in self.noise_levels.iter().enumerate() {
             let joint_rows = &rows[joint * per_joint..(joint + 1) * per_joint];
             self.matrix.add_transposed_times(joint, 1.0 / level, joint_rows, &mut sums);
         }
@@ -221,7 +221,7 @@ impl Basis<'_> {
     pub(super) fn take_out_of(&self, rows: &mut [f64]) {
         let parameters = self.r_inverse * self.transposed_times(rows);
         let per_joint = self.matrix.rows_per_joint();
-        for (joint, level) in self.levels.iter().enumerate() {
+        for (joint, level) in self.noise_levels.iter().enumerate() {
             let target = &mut rows[joint * per_joint..(joint + 1) * per_joint];
             self.matrix.add_joint_times(joint, -1.0 / level, &parameters, target);
         }

@@ -15,7 +15,7 @@ use super::products::symmetric_product;
 use super::row_filter::RowFilter;
 use super::spectra::{Block, Spectra};
 use super::spectrum_shape::SmoothSpectrum;
-use didim_dynamics::numeric::vectorised;
+use didim_dynamics::numeric::with_vector_instructions;
 
 /// Largest share that the parameters may take out of the residuals at a frequency. The rest still
 /// allows a judgement.
@@ -39,7 +39,7 @@ struct JointSpectrum {
     shape: Arc<[f64]>,
     factor: f64,
     /// Power at the informative frequencies, if it is the same at all of them.
-    flat: Option<f64>,
+    flat_power: Option<f64>,
     /// Autocorrelations from lag 1 without the filter's own colour.
     autocorrelations: Vec<f64>,
 }
@@ -47,7 +47,7 @@ struct JointSpectrum {
 impl JointSpectrum {
     /// Returns the power at a frequency. The first `inside` frequencies are informative.
     fn power(&self, frequency: usize, inside: usize) -> f64 {
-        match self.flat {
+        match self.flat_power {
             Some(power) if frequency < inside => power,
             _ => self.factor * self.shape[frequency],
         }
@@ -55,7 +55,7 @@ impl JointSpectrum {
 
     /// Returns the power of all frequencies, including mirror images.
     fn total(&self, filter: &RowFilter) -> f64 {
-        let power = (0..self.shape.len()).map(|k| (k, self.power(k, filter.inside)));
+        let power = (0..self.shape.len()).map(|k| (k, self.power(k, filter.passband_frequencies)));
         power.map(|(k, power)| filter.multiplicity(k) * power).sum()
     }
 }
@@ -84,7 +84,7 @@ impl<'a> ResidualSpectrum<'a> {
                 })
                 .collect();
             let mut shape =
-                SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent(rows));
+                SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent_rows(rows));
             // An exact fit leaves rounding errors, which are not zero.
             let measured = system.measurements().rows_range(system.joint_rows(joint));
             let rounding = measured.norm_squared() / rows as f64 * f64::EPSILON.powi(2);
@@ -100,7 +100,12 @@ impl<'a> ResidualSpectrum<'a> {
             }
             whitened.push(parts);
             let autocorrelations = shape.autocorrelations;
-            joints.push(JointSpectrum { shape: power, factor: 1.0, flat: None, autocorrelations });
+            joints.push(JointSpectrum {
+                shape: power,
+                factor: 1.0,
+                flat_power: None,
+                autocorrelations,
+            });
         }
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
@@ -127,7 +132,7 @@ impl<'a> ResidualSpectrum<'a> {
         let columns = of_joints.first().map_or(0, DMatrix::ncols);
         let weighted = |((joint, level), values): ((&JointSpectrum, &f64), &DMatrix<f64>)| {
             let root = |k: &usize| {
-                let power = joint.power(*k, self.filter.inside);
+                let power = joint.power(*k, self.filter.passband_frequencies);
                 (self.filter.multiplicity(*k) * power / length).sqrt() / level
             };
             let roots: Vec<f64> = frequencies.iter().map(root).collect();
@@ -143,7 +148,7 @@ impl<'a> ResidualSpectrum<'a> {
         let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
         for (i, of_joint) in weighted.iter().enumerate() {
             // Part that all joints have in common with this one.
-            vectorised(
+            with_vector_instructions(
                 #[inline(always)]
                 || {
                     common.fill(0.0);
@@ -168,23 +173,23 @@ impl<'a> ResidualSpectrum<'a> {
             let raised = deviation * deviation * length / joint.total(self.filter);
             if raised > 1.0 {
                 joint.factor *= raised;
-                joint.flat = joint.flat.map(|power| power * raised);
+                joint.flat_power = joint.flat_power.map(|power| power * raised);
             }
         }
     }
 
     /// Returns a spectrum with the same power of each joint, equal at all informative frequencies.
-    pub(super) fn whitened(&self) -> Self {
+    pub(super) fn to_white(&self) -> Self {
         let mut white = self.clone();
         for (joint, of_joint) in white.joints.iter_mut().enumerate() {
-            of_joint.flat = Some(self.mean_power(joint));
+            of_joint.flat_power = Some(self.mean_power(joint));
         }
         white
     }
 
     /// Returns the mean power of a joint's errors over the informative frequencies.
     pub(super) fn mean_power(&self, joint: usize) -> f64 {
-        let inside = self.filter.inside;
+        let inside = self.filter.passband_frequencies;
         let power = (0..inside).map(|k| self.joints[joint].power(k, inside));
         power.sum::<f64>() / inside as f64
     }
@@ -192,7 +197,7 @@ impl<'a> ResidualSpectrum<'a> {
     /// Returns the number of independent rows of all joints, by the filter alone: rows times the
     /// passband.
     pub(super) fn independent_rows(&self) -> f64 {
-        self.filter.independent(self.rows) * self.joints.len() as f64
+        self.filter.independent_rows(self.rows) * self.joints.len() as f64
     }
 
     /// Returns the number of independent rows that each joint's rows are worth for a mean:
@@ -204,7 +209,7 @@ impl<'a> ResidualSpectrum<'a> {
         self.joints
             .iter()
             .map(|joint: &JointSpectrum| {
-                let at_zero = joint.power(0, self.filter.inside);
+                let at_zero = joint.power(0, self.filter.passband_frequencies);
                 self.rows as f64 * (joint.total(self.filter) / length / at_zero).min(1.0)
             })
             .collect()
@@ -213,7 +218,7 @@ impl<'a> ResidualSpectrum<'a> {
     /// Tests every joint for whiteness. The test uses the autocorrelations without the filter's own
     /// colour, over as many independent samples as rows times the passband.
     pub fn ljung_box_per_joint(&self) -> Vec<LjungBox> {
-        let samples = self.filter.independent(self.rows);
+        let samples = self.filter.independent_rows(self.rows);
         self.joints
             .iter()
             .map(|joint| LjungBox::from_autocorrelations(&joint.autocorrelations, samples))

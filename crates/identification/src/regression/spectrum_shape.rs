@@ -1,6 +1,6 @@
 //! Shape of a power spectrum from few numbers: linear prediction on a part of the band.
 
-use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, vectorised};
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
 /// Least number of rows per coefficient, so that a short record does not choose its own shape.
 const ROWS_PER_COEFFICIENT: f64 = 8.0;
@@ -24,7 +24,7 @@ const LAG_GROUPS: usize = (if MAX_ORDER > TESTED_LAG_COUNT { MAX_ORDER } else { 
 pub(super) struct Band {
     /// cos(π k/K) over a full revolution, where K + 1 is the number of frequencies of a
     /// periodogram.
-    turn: Vec<f64>,
+    cosines: Vec<f64>,
     /// cos φ and sin φ of the required spectrum values, and their number.
     directions: Vec<[Lanes<VALUES_AT_ONCE>; 2]>,
     count: usize,
@@ -43,14 +43,14 @@ impl Band {
                 |which: usize| Lanes::from_fn(|l| phases.get(l).map_or(1.0, |phi| phi[which]));
             [part(0), part(1)]
         });
-        Self { turn, directions: directions.collect(), count: phases.len() }
+        Self { cosines: turn, directions: directions.collect(), count: phases.len() }
     }
 
     /// Returns `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, with the ends of the sum halved.
     fn autocovariances(&self, periodogram: &[f64], lag_count: usize) -> Vec<f64> {
         let last = periodogram.len().saturating_sub(1);
         let mut sums = [Lanes::<VALUES_AT_ONCE>::zero(); LAG_GROUPS];
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 for (k, power) in periodogram.iter().enumerate() {
@@ -61,9 +61,13 @@ impl Band {
                     for sum in &mut sums {
                         *sum += power
                             * Lanes::from_fn(|_| {
-                                let cosine = self.turn[place];
+                                let cosine = self.cosines[place];
                                 place += k;
-                                place -= if place >= self.turn.len() { self.turn.len() } else { 0 };
+                                place -= if place >= self.cosines.len() {
+                                    self.cosines.len()
+                                } else {
+                                    0
+                                };
                                 cosine
                             });
                     }
@@ -146,7 +150,7 @@ impl SmoothSpectrum {
     /// Returns g(φ) at the φ of the band.
     pub(super) fn values(&self, band: &Band) -> Vec<f64> {
         let mut values = Vec::with_capacity(band.directions.len() * VALUES_AT_ONCE);
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 for &[cos, sin] in &band.directions {

@@ -63,7 +63,7 @@ impl Triangles {
         let (r, rhs) = (triangle.view((0, 0), (columns, columns)), triangle.column(columns));
         let (r, rhs) = (r.into_owned(), rhs.rows(0, columns));
         let r_inverse = r.solve_upper_triangular(&DMatrix::identity(columns, columns));
-        rank::check(&r, r_inverse.as_ref(), rows)?;
+        rank::check_rank(&r, r_inverse.as_ref(), rows)?;
         let singular_values = rank::singular_values(&r)?;
         match (r.solve_upper_triangular(&rhs), r_inverse) {
             (Some(parameters), Some(r_inverse)) => {

@@ -24,7 +24,7 @@ impl ComplexLanes {
     }
 
     #[inline(always)]
-    pub(super) fn times(&self, other: &Self) -> Self {
+    pub(super) fn product(&self, other: &Self) -> Self {
         Self {
             re: self.re * other.re - self.im * other.im,
             im: self.re * other.im + self.im * other.re,
@@ -32,12 +32,12 @@ impl ComplexLanes {
     }
 
     #[inline(always)]
-    pub(super) fn plus(&self, other: &Self) -> Self {
+    pub(super) fn sum_with(&self, other: &Self) -> Self {
         Self { re: self.re + other.re, im: self.im + other.im }
     }
 
     #[inline(always)]
-    pub(super) fn minus(&self, other: &Self) -> Self {
+    pub(super) fn difference_from(&self, other: &Self) -> Self {
         Self { re: self.re - other.re, im: self.im - other.im }
     }
 
@@ -49,18 +49,18 @@ impl ComplexLanes {
     /// Returns the real part of the sum of the products.
     #[inline(always)]
     pub(super) fn dot(&self, other: &Self) -> f64 {
-        sum(self.re * other.re - self.im * other.im)
+        lane_sum(self.re * other.re - self.im * other.im)
     }
 
     /// Applies the recursion of a pole p to one more sample: p z + x.
     #[inline(always)]
     pub(super) fn step(&self, pole: &Self, sample: f64) -> Self {
-        let Self { re, im } = self.times(pole);
+        let Self { re, im } = self.product(pole);
         Self { re: re + Lanes::constant(sample), im }
     }
 }
 
 #[inline(always)]
-fn sum(Lanes(x): Lanes<WIDTH>) -> f64 {
+fn lane_sum(Lanes(x): Lanes<WIDTH>) -> f64 {
     (x[0] + x[2]) + (x[1] + x[3])
 }

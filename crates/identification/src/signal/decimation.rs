@@ -6,7 +6,7 @@ use core::ops::Range;
 use nalgebra::DMatrix;
 
 use super::design::chebyshev1_low_pass;
-use super::difference::neighbours;
+use super::difference::difference_neighbours;
 use super::error::SignalError;
 use super::record::{Group, Record};
 use super::sections::SecondOrderSections;
@@ -47,7 +47,7 @@ impl ParallelDecimation {
 
     /// Creates a decimation without filter that keeps every sample: the paper's strict output error
     /// framework.
-    pub fn none() -> Self {
+    pub fn identity() -> Self {
         Self { filter: None, factor: 1, cutoff_ratio: 1.0 }
     }
 
@@ -129,7 +129,7 @@ impl ParallelDecimation {
     ) -> Result<DMatrix<f64>, SignalError> {
         let rows_kept = self.kept_rows(samples, &counted);
         if let Some(filter) = &self.filter {
-            let [rows, _] = filtered(filter, [samples, signals], rows_kept, read, false)?;
+            let [rows, _] = filter_and_keep(filter, [samples, signals], rows_kept, read, false)?;
             return Ok(rows);
         }
         let mut rows = DMatrix::zeros(rows_kept.len(), signals);
@@ -165,13 +165,14 @@ impl ParallelDecimation {
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let rows_kept = self.kept_rows(samples, &counted);
         if let Some(filter) = &self.filter {
-            return filtered(filter, [samples, signals], rows_kept, read, true);
+            return filter_and_keep(filter, [samples, signals], rows_kept, read, true);
         }
         let first = rows_kept.start.saturating_sub(1);
         let rows = self.decimate_groups(samples, signals, first..rows_kept.end + 1, read)?;
         let differences =
             DMatrix::from_fn(rows_kept.len(), signals, |row: usize, signal: usize| {
-                let (before, after, factor) = neighbours(rows_kept.start + row, samples, 2.0);
+                let (before, after, factor) =
+                    difference_neighbours(rows_kept.start + row, samples, 2.0);
                 (rows[(after - first, signal)] - rows[(before - first, signal)]) * factor
             });
         Ok([rows.rows(rows_kept.start - first, rows_kept.len()).into_owned(), differences])
@@ -188,7 +189,7 @@ impl ParallelDecimation {
     ///
     /// # Errors
     /// Those of [`decimate_groups`](Self::decimate_groups).
-    pub fn decimate(
+    pub fn decimate_signals(
         &self,
         samples: usize,
         signals: usize,
@@ -206,10 +207,11 @@ impl ParallelDecimation {
         })
     }
 
-    /// Does the same as [`decimate`](Self::decimate) for signals in memory, samples × m.
+    /// Does the same as [`decimate_signals`](Self::decimate_signals) for signals in memory,
+    /// samples × m.
     ///
     /// # Errors
-    /// Those of [`decimate`](Self::decimate).
+    /// Those of [`decimate_signals`](Self::decimate_signals).
     pub fn decimate_columns(
         &self,
         signals: &DMatrix<f64>,
@@ -227,7 +229,7 @@ impl ParallelDecimation {
 
 /// Returns the kept rows of these samples and signals behind a filter. The differences are empty
 /// unless requested.
-fn filtered(
+fn filter_and_keep(
     (filter, decimator): &(SecondOrderSections, ZeroPhaseDecimator),
     [samples, signals]: [usize; 2],
     fixed: Range<usize>,
@@ -236,6 +238,6 @@ fn filtered(
 ) -> Result<[DMatrix<f64>; 2], SignalError> {
     let padding = filter.default_padding();
     let capacity = decimator.capacity(padding.samples);
-    let record = Record::open(samples, signals, padding, capacity, read)?;
+    let record = Record::open_signals(samples, signals, padding, capacity, read)?;
     decimator.filter_zero_phase(record, fixed, with_differences)
 }

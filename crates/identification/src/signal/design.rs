@@ -19,7 +19,7 @@ pub fn butterworth_low_pass(
     order: usize,
     cutoff_ratio: f64,
 ) -> Result<SecondOrderSections, SignalError> {
-    check(order, cutoff_ratio)?;
+    check_design(order, cutoff_ratio)?;
     Ok(low_pass(order, cutoff_ratio, Ellipse { real: 1.0, imaginary: 1.0 }, 1.0))
 }
 
@@ -36,7 +36,7 @@ pub fn chebyshev1_low_pass(
     ripple_db: f64,
     cutoff_ratio: f64,
 ) -> Result<SecondOrderSections, SignalError> {
-    check(order, cutoff_ratio)?;
+    check_design(order, cutoff_ratio)?;
     if !(RIPPLE_RANGE_DB.0..=RIPPLE_RANGE_DB.1).contains(&ripple_db) {
         return Err(SignalError::Ripple { ripple_db });
     }
@@ -55,7 +55,7 @@ struct Ellipse {
     imaginary: f64,
 }
 
-fn check(order: usize, cutoff_ratio: f64) -> Result<(), SignalError> {
+fn check_design(order: usize, cutoff_ratio: f64) -> Result<(), SignalError> {
     if !(1..=MAX_ORDER).contains(&order) {
         return Err(SignalError::Order { order });
     }

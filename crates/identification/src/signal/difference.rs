@@ -38,7 +38,11 @@ pub fn central_difference(
 /// Returns the samples whose difference, times the factor, is the [`central_difference`] at one
 /// sample of a signal. It avoids the differences of the complete signal.
 #[inline(always)]
-pub(crate) fn neighbours(sample: usize, samples: usize, rate_hz: f64) -> (usize, usize, f64) {
+pub(crate) fn difference_neighbours(
+    sample: usize,
+    samples: usize,
+    rate_hz: f64,
+) -> (usize, usize, f64) {
     let (before, after) = (sample.saturating_sub(1), (sample + 1).min(samples - 1));
     let inside = after - before == 2;
     (before, after, if inside { 0.5 * rate_hz } else { rate_hz })

@@ -22,7 +22,7 @@ mod zero_phase_decimation;
 pub use decimation::ParallelDecimation;
 pub use design::{butterworth_low_pass, chebyshev1_low_pass};
 pub use difference::central_difference;
-pub(crate) use difference::neighbours;
+pub(crate) use difference::difference_neighbours;
 pub use error::SignalError;
 pub use interpolation::delay_linear;
 pub use limits::MAX_ORDER;

@@ -20,9 +20,9 @@ struct Weights {
 pub(super) struct ModeGroup {
     pub(super) pole: ComplexLanes,
     /// pⁿ.
-    pub(super) over: ComplexLanes,
+    pub(super) pole_power: ComplexLanes,
     /// Contribution of both passes' amplitude to a real signal.
-    pub(super) share: ComplexLanes,
+    pub(super) amplitude: ComplexLanes,
     /// The same for the difference between the samples after and before: p − 1/p times the share.
     pub(super) slope: ComplexLanes,
     /// Weights of the first half of the samples.
@@ -52,12 +52,17 @@ impl ModeGroup {
             pole: ComplexLanes::from_numbers(
                 &modes.iter().map(|mode| mode.pole).collect::<Vec<_>>(),
             ),
-            over: ComplexLanes::from_numbers(
+            pole_power: ComplexLanes::from_numbers(
                 &powers.iter().map(|powers| powers[samples]).collect::<Vec<_>>(),
             ),
-            share: ComplexLanes::from_numbers(&modes.iter().map(Mode::share).collect::<Vec<_>>()),
+            amplitude: ComplexLanes::from_numbers(
+                &modes.iter().map(Mode::real_amplitude).collect::<Vec<_>>(),
+            ),
             slope: ComplexLanes::from_numbers(
-                &modes.iter().map(|mode| mode.share() * mode.step_across()).collect::<Vec<_>>(),
+                &modes
+                    .iter()
+                    .map(|mode| mode.real_amplitude() * mode.step_across())
+                    .collect::<Vec<_>>(),
             ),
             weights: (0..samples.div_ceil(2)).map(weights).collect(),
         }
@@ -65,13 +70,13 @@ impl ModeGroup {
 
     /// Returns `Σ p^(n−1−i) x_i` and `Σ p^i x_i` over the n samples x.
     #[inline(always)]
-    pub(super) fn sums(&self, samples: &[f64]) -> [ComplexLanes; 2] {
+    pub(super) fn power_sums(&self, samples: &[f64]) -> [ComplexLanes; 2] {
         let (mut even, mut odd) = (ComplexLanes::ZERO, ComplexLanes::ZERO);
         for ((weights, front), back) in self.weights.iter().zip(samples).zip(samples.iter().rev()) {
             let (front, back) = (Lanes::constant(*front), Lanes::constant(*back));
-            even = even.plus(&weights.sum.scaled(front + back));
-            odd = odd.plus(&weights.difference.scaled(front - back));
+            even = even.sum_with(&weights.sum.scaled(front + back));
+            odd = odd.sum_with(&weights.difference.scaled(front - back));
         }
-        [even.plus(&odd), even.minus(&odd)]
+        [even.sum_with(&odd), even.difference_from(&odd)]
     }
 }

@@ -10,13 +10,13 @@ use super::sections::SecondOrderSections;
 pub(super) struct Mode {
     pub(super) pole: Complex<f64>,
     /// 1 − p, which keeps all its digits if p is nearly 1.
-    distance: Complex<f64>,
+    one_minus_pole: Complex<f64>,
     /// r: the pole's contribution to one pass.
-    forward: Complex<f64>,
+    one_pass_amplitude: Complex<f64>,
     /// c: its contribution to both passes.
-    both: Complex<f64>,
+    two_pass_amplitude: Complex<f64>,
     /// H(1/p).
-    mirrored: Complex<f64>,
+    mirrored_response: Complex<f64>,
     /// 2 for a pair.
     poles: f64,
 }
@@ -31,9 +31,9 @@ pub(super) struct Mode {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Modes {
     /// K.
-    direct: f64,
+    direct_gain: f64,
     /// g_0.
-    pub(super) centre: f64,
+    pub(super) centre_gain: f64,
     pub(super) modes: Vec<Mode>,
 }
 
@@ -63,27 +63,33 @@ impl Modes {
             let forward = others.fold(zeros(q), |share, other| share / (other - q));
             let mirrored =
                 all_modes.iter().fold(zeros(q), |h, other| h / one_less_product(q, *other));
-            Mode { pole: 1.0 - q, distance: q, forward, both: forward * mirrored, mirrored, poles }
+            Mode {
+                pole: 1.0 - q,
+                one_minus_pole: q,
+                one_pass_amplitude: forward,
+                two_pass_amplitude: forward * mirrored,
+                mirrored_response: mirrored,
+                poles,
+            }
         };
         let modes: Vec<Mode> = distances.iter().map(mode).collect();
-        let mut filter = Self { direct, centre: 0.0, modes };
+        let mut filter = Self { direct_gain: direct, centre_gain: 0.0, modes };
         // Σ h_m² = K² + Σ r Σ_m p^m h_(m+1).
-        let forward: Vec<_> = filter.modes.iter().map(|mode| mode.forward).collect();
-        let energy = filter
-            .modes
-            .iter()
-            .map(|mode| mode.poles * (mode.forward * filter.overlap(mode, &forward)).re);
-        filter.centre = direct * direct + energy.sum::<f64>();
+        let forward: Vec<_> = filter.modes.iter().map(|mode| mode.one_pass_amplitude).collect();
+        let energy = filter.modes.iter().map(|mode| {
+            mode.poles * (mode.one_pass_amplitude * filter.overlap_sum(mode, &forward)).re
+        });
+        filter.centre_gain = direct * direct + energy.sum::<f64>();
         filter
     }
 
     /// Returns `Σ_m p^m x_m` with the sum x_m of all modes, one amplitude each.
-    fn overlap(&self, mode: &Mode, amplitudes: &[Complex<f64>]) -> Complex<f64> {
-        let amplitude_of = |amplitude, q| amplitude / one_less_product(mode.distance, q);
+    fn overlap_sum(&self, mode: &Mode, amplitudes: &[Complex<f64>]) -> Complex<f64> {
+        let amplitude_of = |amplitude, q| amplitude / one_less_product(mode.one_minus_pole, q);
         let terms = self.modes.iter().zip(amplitudes).map(|(other, amplitude)| {
-            let response = amplitude_of(*amplitude, other.distance);
+            let response = amplitude_of(*amplitude, other.one_minus_pole);
             if other.poles > 1.0 {
-                response + amplitude_of(amplitude.conj(), other.distance.conj())
+                response + amplitude_of(amplitude.conj(), other.one_minus_pole.conj())
             } else {
                 response
             }
@@ -93,16 +99,19 @@ impl Modes {
 
     /// Returns `g_0 − Σ c/p`. Direct contribution of sample k + 1 to y[k+1] − y[k−1], in addition
     /// to that of the modes.
-    pub(super) fn flank(&self) -> f64 {
-        self.centre - self.modes.iter().map(|mode| (mode.share() / mode.pole).re).sum::<f64>()
+    pub(super) fn flank_gain(&self) -> f64 {
+        self.centre_gain
+            - self.modes.iter().map(|mode| (mode.real_amplitude() / mode.pole).re).sum::<f64>()
     }
 
     /// Returns the output of one pass for a sample and for the mode states of the samples before
     /// it.
-    pub(super) fn forward(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
+    pub(super) fn one_pass_output(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
         let shares = self.modes.iter().zip(states);
-        self.direct * sample
-            + shares.map(|(mode, state)| mode.poles * (mode.forward * state).re).sum::<f64>()
+        self.direct_gain * sample
+            + shares
+                .map(|(mode, state)| mode.poles * (mode.one_pass_amplitude * state).re)
+                .sum::<f64>()
     }
 
     /// Returns the states in which the backward pass begins: as if the forward one, which ends with
@@ -113,10 +122,15 @@ impl Modes {
         end_value: f64,
         states: &[Complex<f64>],
     ) -> Vec<Complex<f64>> {
-        let decaying: Vec<_> =
-            self.modes.iter().zip(states).map(|(mode, state)| mode.forward * state).collect();
+        let decaying: Vec<_> = self
+            .modes
+            .iter()
+            .zip(states)
+            .map(|(mode, state)| mode.one_pass_amplitude * state)
+            .collect();
         let backward = self.modes.iter().map(|mode| {
-            (mode.settled() * end_value - self.overlap(mode, &decaying)) / mode.mirrored
+            (mode.settled_state() * end_value - self.overlap_sum(mode, &decaying))
+                / mode.mirrored_response
         });
         backward.collect()
     }
@@ -124,19 +138,19 @@ impl Modes {
 
 impl Mode {
     /// Returns `Σ p^(m−1)` over the past of a constant 1.
-    pub(super) fn settled(&self) -> Complex<f64> {
-        self.distance.inv()
+    pub(super) fn settled_state(&self) -> Complex<f64> {
+        self.one_minus_pole.inv()
     }
 
     /// Returns the contribution of c to a real signal. For a pair of poles it is twice that of one
     /// pole, of which the real part is taken.
-    pub(super) fn share(&self) -> Complex<f64> {
-        self.both * self.poles
+    pub(super) fn real_amplitude(&self) -> Complex<f64> {
+        self.two_pass_amplitude * self.poles
     }
 
     /// Returns p − 1/p, by the distance of p from 1.
     pub(super) fn step_across(&self) -> Complex<f64> {
-        -self.distance * (2.0 - self.distance) / self.pole
+        -self.one_minus_pole * (2.0 - self.one_minus_pole) / self.pole
     }
 }
 

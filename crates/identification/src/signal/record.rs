@@ -19,9 +19,9 @@ pub(super) struct Record<'a> {
     /// Number of samples of each continuation.
     pub(super) padding: usize,
     /// First sample of each signal in this section.
-    first: usize,
+    first_sample: usize,
     /// Number of samples that have been read.
-    read: usize,
+    samples_read: usize,
     stride: usize,
     values: Vec<f64>,
     group: Vec<Group>,
@@ -29,7 +29,7 @@ pub(super) struct Record<'a> {
 
 impl<'a> Record<'a> {
     /// Opens the record with a capacity of this number of samples at once.
-    pub(super) fn open(
+    pub(super) fn open_signals(
         samples: usize,
         signals: usize,
         padding: OddPadding,
@@ -46,8 +46,8 @@ impl<'a> Record<'a> {
             samples,
             signals,
             padding: padding.samples,
-            first: 0,
-            read: 0,
+            first_sample: 0,
+            samples_read: 0,
             stride,
             values: vec![0.0; signals * stride],
             group: vec![Lanes([0.0; WIDTH]); signals],
@@ -57,24 +57,24 @@ impl<'a> Record<'a> {
     /// Advances to the section that begins with sample `first` and has the wanted number of
     /// samples.
     pub(super) fn advance(&mut self, first: usize, wanted: usize) {
-        let (from, stored) = (first - self.first, self.read - first);
+        let (from, stored) = (first - self.first_sample, self.samples_read - first);
         for values in self.values.chunks_exact_mut(self.stride) {
             values.copy_within(from..from + stored, 0);
         }
-        self.first = first;
-        while self.read < (first + wanted).min(self.samples) {
-            (self.source)(self.read, &mut self.group);
-            let inside = WIDTH.min(self.samples - self.read);
-            let place = self.read - self.first;
+        self.first_sample = first;
+        while self.samples_read < (first + wanted).min(self.samples) {
+            (self.source)(self.samples_read, &mut self.group);
+            let inside = WIDTH.min(self.samples - self.samples_read);
+            let place = self.samples_read - self.first_sample;
             for (values, group) in self.values.chunks_exact_mut(self.stride).zip(&self.group) {
                 values[place..place + WIDTH].copy_from_slice(&group.0);
             }
-            self.read += inside;
+            self.samples_read += inside;
         }
     }
 
     /// Returns the section of every signal, followed by values that do not count.
-    pub(super) fn stretches(&self) -> impl Iterator<Item = &[f64]> {
+    pub(super) fn section_slices(&self) -> impl Iterator<Item = &[f64]> {
         self.values.chunks_exact(self.stride)
     }
 
@@ -82,8 +82,8 @@ impl<'a> Record<'a> {
     /// not finite.
     pub(super) fn check_finite(&self, wanted: usize) -> Result<(), SignalError> {
         let bad = |signal: &[f64]| signal[..wanted].iter().position(|value| !value.is_finite());
-        match self.stretches().filter_map(bad).min() {
-            Some(position) => Err(SignalError::NotFinite { index: self.first + position }),
+        match self.section_slices().filter_map(bad).min() {
+            Some(position) => Err(SignalError::NotFinite { index: self.first_sample + position }),
             None => Ok(()),
         }
     }

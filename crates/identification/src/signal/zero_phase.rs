@@ -2,7 +2,7 @@
 
 use super::error::SignalError;
 use super::sections::{SecondOrderSections, Section};
-use didim_dynamics::numeric::{Lanes, vectorised};
+use didim_dynamics::numeric::{Lanes, with_vector_instructions};
 
 /// Number of samples that pass all sections before the next ones, small enough for the nearest
 /// cache.
@@ -85,18 +85,18 @@ impl SecondOrderSections {
         let mut head: Vec<[f64; L]> =
             signal[1..=pad].iter().rev().map(|&x| mirrored(first, x)).collect();
 
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
-                let mut state = State::settled(self, mirrored(first, signal[pad]));
-                state.forward(&mut head);
-                state.forward(signal);
-                state.forward(&mut tail);
+                let mut state = State::settled_at(self, mirrored(first, signal[pad]));
+                state.filter_forward(&mut head);
+                state.filter_forward(signal);
+                state.filter_forward(&mut tail);
 
                 let end = tail.last().or(signal.last()).copied().unwrap_or(last);
-                let mut state = State::settled(self, end);
-                state.backward(&mut tail);
-                state.backward(signal);
+                let mut state = State::settled_at(self, end);
+                state.filter_backward(&mut tail);
+                state.filter_backward(signal);
             },
         );
         Ok(())
@@ -111,7 +111,7 @@ struct State<'a, const L: usize> {
 
 impl<'a, const L: usize> State<'a, L> {
     /// Creates the state that a constant input of `level` settles to.
-    fn settled(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
+    fn settled_at(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
         let z = filter
             .sections
             .iter()
@@ -127,7 +127,7 @@ impl<'a, const L: usize> State<'a, L> {
 
     /// Filters samples in place, in the order of the slice.
     #[inline(always)]
-    fn forward(&mut self, samples: &mut [[f64; L]]) {
+    fn filter_forward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.chunks_mut(BLOCK_SAMPLES) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut());
@@ -137,7 +137,7 @@ impl<'a, const L: usize> State<'a, L> {
 
     /// Filters samples in place, last one first.
     #[inline(always)]
-    fn backward(&mut self, samples: &mut [[f64; L]]) {
+    fn filter_backward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.rchunks_mut(BLOCK_SAMPLES) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut().rev());

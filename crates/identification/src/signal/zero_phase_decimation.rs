@@ -22,7 +22,7 @@ use super::mode_group::ModeGroup;
 use super::modes::Modes;
 use super::record::Record;
 use super::sections::SecondOrderSections;
-use didim_dynamics::numeric::{WIDTH, vectorised};
+use didim_dynamics::numeric::{WIDTH, with_vector_instructions};
 
 /// Largest share of its initial state that a mode may keep after the start of the backward pass.
 const MAX_INITIAL_SHARE: f64 = 1e-18;
@@ -35,12 +35,12 @@ const BACKWARD_BLOCK: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ZeroPhaseDecimator {
     modes: Modes,
-    flank: f64,
+    flank_gain: f64,
     /// Number of samples of a block without its first, which is the kept one.
     samples: usize,
     groups: Vec<ModeGroup>,
     /// Number of blocks after which no mode depends on its initial state.
-    memory: usize,
+    memory_blocks: usize,
 }
 
 impl ZeroPhaseDecimator {
@@ -57,7 +57,7 @@ impl ZeroPhaseDecimator {
             reason = "above 0, and casts saturate"
         )]
         let memory = blocks.ceil().max(1.0) as usize;
-        Self { flank: modes.flank(), modes, samples, groups, memory }
+        Self { flank_gain: modes.flank_gain(), modes, samples, groups, memory_blocks: memory }
     }
 
     /// Returns the number of samples that a section of a record has to hold: a block, or the
@@ -92,51 +92,54 @@ impl ZeroPhaseDecimator {
         let blocks = (record.samples - record.padding - 1) / factor;
         record.advance(0, record.padding + 1);
         let starts =
-            record.stretches().flat_map(|signal| self.initial_states(signal, record.padding));
+            record.section_slices().flat_map(|signal| self.initial_states(signal, record.padding));
         let mut states: Vec<ComplexLanes> = starts.collect();
         // Sample before the next one; the first comes from the continuation.
-        let mut before: Vec<f64> = record.stretches().map(|x| 2.0 * x[0] - x[1]).collect();
+        let mut before: Vec<f64> = record.section_slices().map(|x| 2.0 * x[0] - x[1]).collect();
 
         let signals = record.signals;
         let mut rows = Rows {
             output: DMatrix::zeros(wanted.len(), signals),
             differences: DMatrix::zeros(wanted.len(), if with_differences { signals } else { 0 }),
-            wanted,
+            requested_rows: wanted,
         };
-        let at_once = self.memory.saturating_mul(BACKWARD_BLOCK).min(blocks);
+        let at_once = self.memory_blocks.saturating_mul(BACKWARD_BLOCK).min(blocks);
         let mut passed = Passed {
-            begin: 0,
-            unfiltered: Vec::with_capacity(at_once * signals),
-            returns: Vec::with_capacity(at_once * signals * count),
+            first_block: 0,
+            first_samples: Vec::with_capacity(at_once * signals),
+            backward_contributions: Vec::with_capacity(at_once * signals * count),
         };
         for block in 0..blocks {
-            if block - passed.begin == at_once {
+            if block - passed.first_block == at_once {
                 let mut nothing = vec![ComplexLanes::ZERO; signals * count];
-                let end = block - self.memory;
+                let end = block - self.memory_blocks;
                 self.go_back(&passed, block, end, &mut nothing, &mut rows);
                 passed.forget_before(end, signals, count);
             }
             record.advance(block * factor, factor + 1);
             let mut finite = true;
             let row = rows.row_of(block);
-            vectorised(
+            with_vector_instructions(
                 #[inline(always)]
                 || {
-                    let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+                    let stretches = record.section_slices().zip(states.chunks_exact_mut(count));
                     for (signal, (values, states)) in stretches.enumerate() {
                         let sample = values[0];
-                        let mut filtered = self.modes.centre * sample;
-                        let mut difference = self.flank * (values[1] - before[signal]);
+                        let mut filtered = self.modes.centre_gain * sample;
+                        let mut difference = self.flank_gain * (values[1] - before[signal]);
                         for (of, state) in self.groups.iter().zip(states) {
-                            filtered += of.share.dot(state);
+                            filtered += of.amplitude.dot(state);
                             difference += of.slope.dot(state);
-                            let [sums, mirrored] = of.sums(&values[1..factor]);
-                            *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
-                            passed.returns.push(mirrored);
+                            let [sums, mirrored] = of.power_sums(&values[1..factor]);
+                            *state = of
+                                .pole_power
+                                .product(&state.step(&of.pole, sample))
+                                .sum_with(&sums);
+                            passed.backward_contributions.push(mirrored);
                             // No weight hides a value that is not finite.
                             finite &= sums.re.0[0].is_finite();
                         }
-                        passed.unfiltered.push(sample);
+                        passed.first_samples.push(sample);
                         before[signal] = values[factor - 1];
                         if let Some(row) = row {
                             rows.add(row, signal, [filtered, difference]);
@@ -169,7 +172,7 @@ impl ZeroPhaseDecimator {
         rows: &mut Rows,
     ) {
         let count = self.groups.len();
-        let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+        let stretches = record.section_slices().zip(states.chunks_exact_mut(count));
         for (signal, (values, states)) in stretches.enumerate() {
             let values = &values[..remaining];
             let mut add = |position: usize, both: [f64; 2]| {
@@ -195,20 +198,21 @@ impl ZeroPhaseDecimator {
         rows: &mut Rows,
     ) {
         let (signals, count) = (rows.output.ncols(), self.groups.len());
-        for block in (passed.begin.max(rows.wanted.start)..from).rev() {
+        for block in (passed.first_block.max(rows.requested_rows.start)..from).rev() {
             let row = rows.row_of(block).filter(|_| block < end);
-            let first = (block - passed.begin) * signals;
-            vectorised(
+            let first = (block - passed.first_block) * signals;
+            with_vector_instructions(
                 #[inline(always)]
                 || {
-                    let returns = passed.returns[first * count..].chunks_exact(count);
-                    let samples = passed.unfiltered[first..].iter();
+                    let returns =
+                        passed.backward_contributions[first * count..].chunks_exact(count);
+                    let samples = passed.first_samples[first..].iter();
                     let of_signals = samples.zip(states.chunks_exact_mut(count)).zip(returns);
                     for (signal, ((sample, states), returns)) in of_signals.enumerate() {
                         let (mut filtered, mut difference) = (0.0, 0.0);
                         for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
-                            *state = of.over.times(state).plus(back);
-                            filtered += of.share.dot(state);
+                            *state = of.pole_power.product(state).sum_with(back);
+                            filtered += of.amplitude.dot(state);
                             difference += of.slope.dot(state);
                             *state = state.step(&of.pole, *sample);
                         }
@@ -226,7 +230,8 @@ impl ZeroPhaseDecimator {
     fn initial_states(&self, samples: &[f64], padding: usize) -> Vec<ComplexLanes> {
         let before = |k: usize| 2.0 * samples[0] - samples[k];
         let level = before(padding);
-        let settled: Vec<_> = self.modes.modes.iter().map(|mode| mode.settled() * level).collect();
+        let settled: Vec<_> =
+            self.modes.modes.iter().map(|mode| mode.settled_state() * level).collect();
         let states = settled.chunks(WIDTH).zip(&self.groups).map(|(settled, of)| {
             let after = |state: ComplexLanes, k| state.step(&of.pole, before(k));
             (1..=padding).rev().fold(ComplexLanes::from_numbers(settled), after)
@@ -255,18 +260,18 @@ impl ZeroPhaseDecimator {
         let shares = |states: &[ComplexLanes]| {
             let states = self.groups.iter().zip(states);
             states.fold([0.0, 0.0], |[value, difference], (of, state)| {
-                [value + of.share.dot(state), difference + of.slope.dot(state)]
+                [value + of.amplitude.dot(state), difference + of.slope.dot(state)]
             })
         };
         let (mut latest, mut before) = (0.0, before);
         for (position, &sample) in continued.iter().enumerate() {
             let [value, difference] = shares(states);
             let after = continued.get(position + 1).unwrap_or(&sample);
-            let difference = self.flank * (after - before) + difference;
-            add(position, [self.modes.centre * sample + value, difference]);
+            let difference = self.flank_gain * (after - before) + difference;
+            add(position, [self.modes.centre_gain * sample + value, difference]);
             before = sample;
             if position + 1 == continued.len() {
-                latest = self.modes.forward(sample, &numbers(states));
+                latest = self.modes.one_pass_output(sample, &numbers(states));
             }
             for (of, state) in self.groups.iter().zip(&mut *states) {
                 *state = state.step(&of.pole, sample);
@@ -291,13 +296,13 @@ struct Rows {
     output: DMatrix<f64>,
     /// Without columns unless requested.
     differences: DMatrix<f64>,
-    wanted: Range<usize>,
+    requested_rows: Range<usize>,
 }
 
 impl Rows {
     /// Returns the row of a block, if it is wanted.
     fn row_of(&self, block: usize) -> Option<usize> {
-        self.wanted.contains(&block).then(|| block - self.wanted.start)
+        self.requested_rows.contains(&block).then(|| block - self.requested_rows.start)
     }
 
     #[inline(always)]
@@ -312,18 +317,18 @@ impl Rows {
 /// Blocks that the forward pass has covered and the backward pass has not.
 struct Passed {
     /// The first of them.
-    begin: usize,
+    first_block: usize,
     /// First sample of each block, unfiltered, and the contribution of its other samples to the
     /// backward pass.
-    unfiltered: Vec<f64>,
-    returns: Vec<ComplexLanes>,
+    first_samples: Vec<f64>,
+    backward_contributions: Vec<ComplexLanes>,
 }
 
 impl Passed {
     fn forget_before(&mut self, block: usize, signals: usize, count: usize) {
-        let done = (block - self.begin) * signals;
-        self.unfiltered.drain(..done);
-        self.returns.drain(..done * count);
-        self.begin = block;
+        let done = (block - self.first_block) * signals;
+        self.first_samples.drain(..done);
+        self.backward_contributions.drain(..done * count);
+        self.first_block = block;
     }
 }

@@ -104,7 +104,7 @@ impl Arm {
         let robot = Robot::from_toml(text).unwrap();
         let model = Model::new(&robot);
         let base = BaseParameters::compute(&model).unwrap();
-        let truth = robot.nominal().unwrap().standard().to_vec();
+        let truth = robot.nominal().unwrap().standard_parameters().to_vec();
         Self { robot, model, base, truth, text: text.to_owned() }
     }
 
@@ -280,7 +280,7 @@ impl Arm {
 
     /// What a perfect identification finds.
     pub(crate) fn true_base(&self) -> Vec<f64> {
-        self.base.regroup(&self.truth)
+        self.base.to_base(&self.truth)
     }
 }
 

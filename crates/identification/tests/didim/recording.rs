@@ -33,7 +33,7 @@ fn a_stiff_loop_along_the_reconstructed_reference_gives_the_result_of_idim_ls() 
         .unwrap()
         .with_counted(300..37_401)
         .unwrap();
-    let names = robot.nominal().unwrap().listed().iter().map(|(name, _)| name.clone());
+    let names = robot.nominal().unwrap().given_values().iter().map(|(name, _)| name.clone());
     let mut options = Options::new(
         PositionFilter { order: 4, cutoff_hz: 50.0 },
         DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 100 },

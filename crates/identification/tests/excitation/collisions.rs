@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::Robot;
 use didim_identification::excitation::{
-    Bounds, Corners, ExcitationError, Margins, Other, Shapes, Task, design, predicted,
+    Bounds, Corners, ExcitationError, Margins, Other, Shapes, Task, design, predict_result,
 };
 
 use super::{TX40, designed, robot, task, task_within};
@@ -19,7 +19,7 @@ fn shaped() -> Robot {
 const BOX: Corners = [[-0.45, -0.45, 0.0], [0.45, 0.45, 0.7]];
 
 fn within(robot: &Robot, inside: Option<Corners>, duration_s: f64) -> Task {
-    let nominal = robot.nominal().unwrap().standard().to_vec();
+    let nominal = robot.nominal().unwrap().standard_parameters().to_vec();
     let bounds = Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap();
     task_within(robot, duration_s, bounds.with_shapes(Shapes::new(robot, inside)))
 }
@@ -28,17 +28,17 @@ fn within(robot: &Robot, inside: Option<Corners>, duration_s: f64) -> Task {
 fn a_motion_stays_separate_and_inside() {
     let robot = shaped();
     let free = designed(&task(&robot, 3.0), 1, 30);
-    assert!(free.nearest.is_none());
+    assert!(free.narrowest_gap.is_none());
     let bounded = within(&robot, Some(BOX), 3.0);
     let motion = designed(&bounded, 1, 30);
-    let nearest = |of: &Task, motion| of.bounds.nearest(&of.model, motion, 5000.0).unwrap();
+    let nearest = |of: &Task, motion| of.bounds.narrowest_gap(&of.model, motion, 5000.0).unwrap();
     let gap = nearest(&bounded, &motion.series).gap_m;
     assert!(gap >= 0.02, "{gap}");
-    assert_eq!(motion.nearest, Some(nearest(&bounded, &motion.series)));
+    assert_eq!(motion.narrowest_gap, Some(nearest(&bounded, &motion.series)));
     // What nothing holds goes through.
     assert!(nearest(&bounded, &free.series).gap_m < 0.0);
     // It still tells something of every parameter.
-    assert!(predicted(&bounded, &motion.series).is_ok());
+    assert!(predict_result(&bounded, &motion.series).is_ok());
 }
 
 /// The wrist's axes meet: those of its links that no joint connects are near wherever the arm is,
@@ -48,7 +48,7 @@ fn what_is_near_in_every_posture_is_named() {
     let shapes = Shapes::new(&shaped(), Some(BOX)).unwrap();
     assert!(shapes.always_near.contains(&(4, Other::Link(6))), "{:?}", shapes.always_near);
     assert!(!shapes.always_near.iter().any(|(_, other)| *other == Other::Side));
-    assert!(shapes.boxed && shapes.shapeless.is_empty());
+    assert!(shapes.has_box && shapes.links_without_shape.is_empty());
     assert_eq!(Shapes::new(&robot(TX40), Some(BOX)), None);
 }
 

@@ -8,7 +8,7 @@ mod sweeps;
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::excitation::{
-    Aim, Bounds, Design, ExcitationError, LimitKind, Margins, Noise, Task, design, predicted,
+    Aim, Bounds, Design, ExcitationError, LimitKind, Margins, Noise, Task, design, predict_result,
 };
 use nalgebra::DMatrix;
 
@@ -20,7 +20,7 @@ fn robot(file: &str) -> Robot {
 }
 
 fn task(robot: &Robot, duration_s: f64) -> Task {
-    let nominal = robot.nominal().map(|nominal| nominal.standard().to_vec());
+    let nominal = robot.nominal().map(|nominal| nominal.standard_parameters().to_vec());
     task_within(robot, duration_s, Bounds::new(robot, Margins::default(), None, nominal).unwrap())
 }
 
@@ -34,11 +34,11 @@ pub(crate) fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Tas
         model,
         bounds,
         duration_s,
-        moving: vec![true; robot.joints()],
+        moving_joints: vec![true; robot.joints()],
         columns,
-        before: DMatrix::zeros(count, count),
-        noise: Noise { levels, rows_per_s: 40.0 },
-        aim: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
+        prior_information: DMatrix::zeros(count, count),
+        noise: Noise { deviations: levels, rows_per_s: 40.0 },
+        objective: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
     }
 }
 
@@ -89,7 +89,7 @@ fn no_limit_is_left_at_ten_times_the_output_rate() {
             // Motor 6 turns with both joints, and has the speed limit of its own.
             let motor = speeds.iter().map(|speed| (speed[4] + speed[5]).abs()).fold(0.0, f64::max);
             assert!(motor < 0.5 * limits[5].velocity_max.unwrap(), "{motor}");
-            let parameters = robot.nominal().unwrap().standard();
+            let parameters = robot.nominal().unwrap().standard_parameters();
             let mut workspace = Workspace::new();
             let torques = states.iter().map(|s| {
                 let mut torque = vec![0.0; n];
@@ -116,7 +116,7 @@ fn task_seed_and_steps_decide() {
     let robot = robot(PANDA);
     let task = task(&robot, 3.0);
     let mut steps = Vec::new();
-    let first = design(&task, 1, 10, |progress| steps.push(progress.step)).unwrap();
+    let first = design(&task, 1, 10, |progress| steps.push(progress.steps)).unwrap();
     assert_eq!(steps, (1..=10).collect::<Vec<_>>());
     assert_eq!(first, designed(&task, 1, 10));
     assert_ne!(first.series, designed(&task, 2, 10).series);
@@ -134,32 +134,33 @@ fn what_is_wanted_and_not_known_is_reported() {
         task_of_all.columns.iter().position(|own| *own == column).unwrap()
     };
     let inertia = place("ia3");
-    let task_of_one = Task { aim: Aim::Deviations(vec![(inertia, 0.0)]), ..task_of_all.clone() };
+    let task_of_one =
+        Task { objective: Aim::Deviations(vec![(inertia, 0.0)]), ..task_of_all.clone() };
     let of_one = designed(&task_of_one, 1, 30).series;
-    let deviation = |motion| predicted(&task_of_all, motion).unwrap().deviations[inertia];
+    let deviation = |motion| predict_result(&task_of_all, motion).unwrap().deviations[inertia];
     assert!(deviation(&of_one) < 0.8 * deviation(&of_all));
 
-    let well_known = predicted(&task_of_all, &of_all).unwrap();
-    let mut before = task_of_all.before.clone();
+    let well_known = predict_result(&task_of_all, &of_all).unwrap();
+    let mut before = task_of_all.prior_information.clone();
     for (k, deviation) in well_known.deviations.iter().enumerate() {
         before[(k, k)] = 1.0 / (0.01 * deviation).powi(2);
     }
     before[(inertia, inertia)] = 0.0;
-    let remaining = Task { before, ..task_of_all.clone() };
-    let prediction = predicted(&remaining, &of_all).unwrap().deviations;
+    let remaining = Task { prior_information: before, ..task_of_all.clone() };
+    let prediction = predict_result(&remaining, &of_all).unwrap().deviations;
     assert!(prediction.iter().zip(&well_known.deviations).all(|(with, alone)| with <= alone));
     // Alone it is identified better, with all others known.
     assert!(prediction[inertia] < 0.9 * well_known.deviations[inertia]);
     let next = designed(&remaining, 1, 30).series;
-    assert!(predicted(&remaining, &next).unwrap().deviations[inertia] < prediction[inertia]);
+    assert!(predict_result(&remaining, &next).unwrap().deviations[inertia] < prediction[inertia]);
 }
 
 #[test]
 fn a_condition_number_is_made_small() {
     let robot = robot(PANDA);
-    let task = Task { aim: Aim::ConditionNumber, ..task(&robot, 5.0) };
+    let task = Task { objective: Aim::ConditionNumber, ..task(&robot, 5.0) };
     let [first, last] = [1, 60].map(|steps| designed(&task, 1, steps));
-    let number = |of: &Design| predicted(&task, &of.series).unwrap().condition_number;
+    let number = |of: &Design| predict_result(&task, &of.series).unwrap().condition_number;
     assert!(number(&last) < 0.5 * number(&first), "{} {}", number(&last), number(&first));
     // Its logarithm, but for the sums that stand for the largest and the smallest.
     assert!((last.value - number(&last).ln()).abs() < 0.5);
@@ -168,7 +169,7 @@ fn a_condition_number_is_made_small() {
 #[test]
 fn what_cannot_be_designed_is_refused() {
     let tx40 = robot(TX40);
-    let nominal = tx40.nominal().unwrap().standard().to_vec();
+    let nominal = tx40.nominal().unwrap().standard_parameters().to_vec();
     let bounds =
         |margins, accelerations, parameters| Bounds::new(&tx40, margins, accelerations, parameters);
     let unheld = bounds(Margins::default(), None, None);

@@ -5,7 +5,7 @@ use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::Robot;
 use didim_dynamics::trajectory::Reference;
 use didim_identification::excitation::{
-    Aim, Bounds, LimitKind, Margins, Noise, Task, design, predicted, simulated,
+    Aim, Bounds, LimitKind, Margins, Noise, Task, design, predict_result, simulate_record,
 };
 use didim_identification::identification::{Experiment, Method, ParameterEstimate, identify};
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +36,7 @@ fn task_of(file: &str, duration_s: f64) -> (Robot, Task) {
     let is_configured =
         robot.nominal().is_some() || robot.limits().all(|l| l.acceleration_max.is_some());
     let accelerations = (!is_configured).then(|| vec![ACCELERATION; robot.joints()]);
-    let nominal = robot.nominal().map(|nominal| nominal.standard().to_vec());
+    let nominal = robot.nominal().map(|nominal| nominal.standard_parameters().to_vec());
     let bounds = Bounds::new(&robot, Margins::default(), accelerations.as_deref(), nominal);
     let task = task_within(&robot, duration_s, bounds.unwrap());
     (robot, task)
@@ -72,7 +72,14 @@ impl Quintics {
             (0..=50).all(|i| {
                 let [mut q, mut dq, mut ddq, mut tau] = [(); 4].map(|()| vec![0.0; n]);
                 alone.evaluate(of.length_s * f64::from(i) / 50.0, &mut q, &mut dq, &mut ddq);
-                model.inverse_dynamics(&mut workspace, nominal.standard(), &q, &dq, &ddq, &mut tau);
+                model.inverse_dynamics(
+                    &mut workspace,
+                    nominal.standard_parameters(),
+                    &q,
+                    &dq,
+                    &ddq,
+                    &mut tau,
+                );
                 robot
                     .limits()
                     .zip(tau)
@@ -157,14 +164,14 @@ fn against_random_moves() {
                 .min_by(|a, b| a.value.total_cmp(&b.value))
                 .unwrap();
             let time_s = begin.elapsed().as_secs_f64() / 2.0;
-            let prediction = predicted(&task, &designed.series).unwrap();
-            let conditioned = Task { aim: Aim::ConditionNumber, ..task.clone() };
+            let prediction = predict_result(&task, &designed.series).unwrap();
+            let conditioned = Task { objective: Aim::ConditionNumber, ..task.clone() };
             let best = design(&conditioned, 1, STEPS, |_| ()).unwrap();
-            let best = predicted(&task, &best.series).unwrap().condition_number;
+            let best = predict_result(&task, &best.series).unwrap().condition_number;
             let of_moves: Vec<_> = (0..SEQUENCES)
                 .filter_map(|seed| {
                     let moves = Quintics::draw(&robot, &task.model, duration_s, seed);
-                    predicted(&task, &moves).ok()
+                    predict_result(&task, &moves).ok()
                 })
                 .collect();
             let ratios: Vec<f64> = (prediction.deviations.iter().enumerate())
@@ -198,14 +205,14 @@ fn why_the_openarm_gains_little() {
         let (robot, task) = task_of(ROBOTS[5].1, duration_s);
         let draw = |seed| Quintics::draw(&robot, &task.model, duration_s, seed);
         let of_moves: Vec<_> = (0..SEQUENCES)
-            .filter_map(|seed| Some(predicted(&task, &draw(seed)).ok()?.deviations))
+            .filter_map(|seed| Some(predict_result(&task, &draw(seed)).ok()?.deviations))
             .collect();
         let means = of_moves.iter().map(|of| mean(of));
         let [low, high] = means.fold([f64::MAX, f64::MIN], |[a, b], of| [a.min(of), b.max(of)]);
         println!("{duration_s} s: mean ln σ of the moves {low:.2} to {high:.2}");
         for (seed, steps) in [(1, STEPS), (2, STEPS), (3, STEPS), (1, 4 * STEPS)] {
             let designed = design(&task, seed, steps, |_| ()).unwrap();
-            let prediction = predicted(&task, &designed.series).unwrap().deviations;
+            let prediction = predict_result(&task, &designed.series).unwrap().deviations;
             let ratio =
                 |k: usize| median(of_moves.iter().map(|of| of[k] / prediction[k]).collect());
             let gain = median((0..prediction.len()).map(ratio).collect());
@@ -214,7 +221,7 @@ fn why_the_openarm_gains_little() {
                 designed_used: &[didim_identification::excitation::Used],
             ) -> Vec<String> {
                 let of_kind = designed_used.iter().filter(|used| used.kind == kind);
-                of_kind.map(|used| format!("{:.2}", used.share)).collect()
+                of_kind.map(|used| format!("{:.2}", used.used_share)).collect()
             }
             println!(
                 "start {seed}, {steps} steps: mean ln σ {:.2}, median {gain:.2} times smaller; \
@@ -246,17 +253,17 @@ fn what_is_predicted_comes() {
         for duration_s in [10.0, 20.0] {
             let (robot, mut task) = task_of(file, duration_s);
             if name == "tiago" {
-                task.noise.levels = OF_TIAGO.to_vec();
+                task.noise.deviations = OF_TIAGO.to_vec();
             }
             let base = BaseParameters::compute(&task.model).unwrap();
             let motion = design(&task, 1, STEPS, |_| ()).unwrap().series;
-            let predicted = predicted(&task, &motion).unwrap().deviations;
-            let standard = robot.nominal().map(|nominal| nominal.standard().to_vec());
+            let predicted = predict_result(&task, &motion).unwrap().deviations;
+            let standard = robot.nominal().map(|nominal| nominal.standard_parameters().to_vec());
             let standard =
                 standard.unwrap_or_else(|| vec![0.0; robot.parameters().parameters().len()]);
-            let quiet = Noise { levels: vec![0.0; robot.joints()], ..task.noise.clone() };
+            let quiet = Noise { deviations: vec![0.0; robot.joints()], ..task.noise.clone() };
             let quiet = Task { noise: quiet, ..task.clone() };
-            let [position, torque] = simulated(&quiet, &standard, &motion, RATE_HZ, REST);
+            let [position, torque] = simulate_record(&quiet, &standard, &motion, RATE_HZ, REST);
             let samples_per_row = RATE_HZ / task.noise.rows_per_s;
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "ten")]
             let options = options(20.0, 0.8, samples_per_row as usize);
@@ -266,7 +273,7 @@ fn what_is_predicted_comes() {
                     let mut random = Random(seed);
                     let torque = torque
                         .iter()
-                        .zip(&task.noise.levels)
+                        .zip(&task.noise.deviations)
                         .map(|(torque, level): (&Vec<f64>, &f64)| {
                             let level = level * samples_per_row.sqrt();
                             torque.iter().map(|torque| torque + level * random.normal()).collect()
@@ -283,7 +290,7 @@ fn what_is_predicted_comes() {
             let mean_of = |k: usize, value: &dyn Fn(&ParameterEstimate) -> f64| {
                 estimates.iter().map(|estimate| value(&estimate[k])).sum::<f64>() / count
             };
-            let truth = base.regroup(&standard);
+            let truth = base.to_base(&standard);
             let scatter =
                 |k: usize| mean_of(k, &|own| (own.value - truth[k]).powi(2)).sqrt() / predicted[k];
             let said = |k: usize| mean_of(k, &|own| own.standard_deviation) / predicted[k];

@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::{FrictionLaw, JointIndex, ParameterKind};
 use didim_identification::excitation::{
-    Bounds, Course, Margins, Noise, SweptJoint, Task, Term, sweep, terms,
+    Bounds, Course, Margins, Noise, SweptJoint, Task, Term, predict_terms, sweep,
 };
 use didim_identification::identification::{Experiment, Method, Motion, choose_friction, identify};
 use nalgebra::DMatrix;
@@ -20,10 +20,10 @@ fn swept(arm: &Arm) -> (Motion, SweptJoint) {
     let bounds = Bounds::new(&arm.robot, Margins::default(), Some(&[10.0]), truth).unwrap();
     // The rows that are counted have less noise than samples, and are fewer: together they tell as
     // much.
-    let noise = Noise { levels: vec![NOISE_NM], rows_per_s: RATE_HZ };
+    let noise = Noise { deviations: vec![NOISE_NM], rows_per_s: RATE_HZ };
     let task = Task { noise, ..task_within(&arm.robot, DURATION_S, bounds) };
     let swept = sweep(&task, &[0]).unwrap();
-    let swept_joint = terms(&task, &arm.robot, &swept.sweep).remove(0);
+    let swept_joint = predict_terms(&task, &arm.robot, &swept.sweep).remove(0);
     let times = (0..).map(|k| f64::from(k) / RATE_HZ);
     let times = times.take_while(|time_s| *time_s < swept.sweep.duration_s());
     let states: Vec<_> = times.map(|time_s| swept.sweep.state(time_s)).collect();
@@ -50,7 +50,7 @@ fn largest(arm: &Arm, law: FrictionLaw, motion: &Motion) -> f64 {
 #[test]
 fn laws_that_a_sweep_shows_are_found_with_the_deviation_that_it_predicts() {
     let plain = Arm::random(&mut Random(70), 1);
-    let SweptJoint { stribeck, .. } = swept(&plain).1;
+    let SweptJoint { stribeck_speed: stribeck, .. } = swept(&plain).1;
     for (law, size) in [
         (FrictionLaw::Load, 0.3),
         (FrictionLaw::Stribeck { speed_rad_s: stribeck }, 0.5),
@@ -59,7 +59,7 @@ fn laws_that_a_sweep_shows_are_found_with_the_deviation_that_it_predicts() {
         let arm = plain.clone().with_law(0, law, size);
         let (motion, reported) = swept(&arm);
         let term = reported.terms.iter().find(|of| of.kind == law.kind()).unwrap();
-        let predicted = term.alone.unwrap() / largest(&arm, law, &motion);
+        let predicted = term.separate_deviation.unwrap() / largest(&arm, law, &motion);
         let torque = arm.torques(&motion).remove(0);
         let position: Vec<f64> = motion.position.iter().copied().collect();
         let mut random = Random(71);
@@ -114,7 +114,8 @@ fn what_a_sweep_does_not_show_is_other_friction() {
              = 0.1\n"
         ));
         let (motion, reported) = swept(&arm);
-        let is_identifiable = |term: &Term| (term.alone.is_some(), term.together.is_some());
+        let is_identifiable =
+            |term: &Term| (term.separate_deviation.is_some(), term.joint_deviation.is_some());
         for term in &reported.terms {
             let expected = term.kind != ParameterKind::FcLoad;
             assert_eq!(is_identifiable(term), (expected, expected), "{kind}: {term:?}");

@@ -48,7 +48,7 @@ fn what_the_data_know_is_kept_and_every_link_is_a_body() {
         }
         // What the arm as a whole has of it: a mass matrix that is positive definite, couplings and
         // drives included, and viscous friction that takes power.
-        let (model, standard) = (Model::new(&case.robot), outcome.standard());
+        let (model, standard) = (Model::new(&case.robot), outcome.standard_values());
         for [q, dq, _] in &seen[..10] {
             let mass = mass_matrix(&model, &standard, q);
             assert!(DMatrix::from_row_slice(n, n, &mass).cholesky().is_some());
@@ -61,11 +61,13 @@ fn what_the_data_know_is_kept_and_every_link_is_a_body() {
             let torque = inverse(&model, &viscous, q, dq, &vec![0.0; n]);
             assert!(torque.iter().zip(dq).map(|(tau, dq)| tau * dq).sum::<f64>() >= 0.0);
         }
-        assert!(outcome.least_cost < 0.03 * 10.0 * n as f64 && outcome.negative.is_empty());
+        assert!(
+            outcome.least_cost < 0.03 * 10.0 * n as f64 && outcome.negative_parameters.is_empty()
+        );
         assert_ne!(outcome.judgement, Judgement::Infeasible);
         let others = states(&mut random, n, 50);
         let expected = torques(&case.robot, &truth, &others);
-        let off = (torques(&case.robot, &outcome.standard(), &others) - &expected).norm();
+        let off = (torques(&case.robot, &outcome.standard_values(), &others) - &expected).norm();
         worst = worst.max(off / expected.norm());
         most_steps = most_steps.max(outcome.steps);
     }

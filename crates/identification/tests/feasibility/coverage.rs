@@ -81,7 +81,7 @@ fn coverage_study() {
                     let off = torques(case_robot, standard, others) - expected;
                     100.0 * off.norm() / expected.norm()
                 }
-                of_bodies.push(off(&consistent.standard(), &others, &expected, &case.robot));
+                of_bodies.push(off(&consistent.standard_values(), &others, &expected, &case.robot));
                 plain.push(off(&of_base, &others, &expected, &case.robot));
             }
             let [data, sums, prior] = &errors;

@@ -3,7 +3,7 @@
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::Robot;
 use didim_identification::feasibility::{
-    Estimate, FeasibilityError, FeasibilityLimits, Outcome, Prior, consistent,
+    Estimate, FeasibilityError, FeasibilityLimits, Outcome, Prior, fit_consistent,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -68,7 +68,7 @@ impl Example {
         prior: &Prior,
         weight: f64,
     ) -> Result<Outcome, FeasibilityError> {
-        consistent(
+        fit_consistent(
             &self.robot,
             &self.base,
             &self.estimate(),

@@ -1,7 +1,7 @@
 //! What cannot be used is an error that says what to do.
 
 use didim_identification::feasibility::{
-    Estimate, FeasibilityError, FeasibilityLimits, Prior, consistent,
+    Estimate, FeasibilityError, FeasibilityLimits, Prior, fit_consistent,
 };
 
 use super::estimates::{Example, states, torques};
@@ -10,7 +10,7 @@ use crate::arms::{Random, tx40, tx40_physical};
 fn example() -> Example {
     let robot = tx40_physical();
     let seen = states(&mut Random(3), 6, 100);
-    let exact = torques(&robot, robot.nominal().unwrap().standard(), &seen);
+    let exact = torques(&robot, robot.nominal().unwrap().standard_parameters(), &seen);
     Example::fit(robot, &seen, &exact, 1.0)
 }
 
@@ -38,7 +38,7 @@ fn weights_and_estimates_have_to_be_numbers() {
     example.values = good;
 
     let fewer = Estimate { values: &example.values[1..], ..example.estimate() };
-    let refused = consistent(
+    let refused = fit_consistent(
         &example.robot,
         &example.base,
         &fewer,
@@ -51,7 +51,7 @@ fn weights_and_estimates_have_to_be_numbers() {
     let mut names = example.names.clone();
     names[0] = "zz9".into();
     let other = Estimate { names: &names, ..example.estimate() };
-    let refused = consistent(
+    let refused = fit_consistent(
         &example.robot,
         &example.base,
         &other,

@@ -3,7 +3,7 @@
 use didim_dynamics::robot::Robot;
 use didim_identification::feasibility::{
     Class, Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Judgement, Outcome,
-    Prior, PriorSource, StandardParameter, consistent as solve,
+    Prior, PriorSource, StandardParameter, fit_consistent as solve,
 };
 use nalgebra::DVector;
 
@@ -17,7 +17,7 @@ fn measured(robot: Robot, wrong: impl Fn(usize, f64) -> f64) -> Example {
     let mut random = Random(7);
     let seen = states(&mut random, 6, 300);
     let arm = tx40_physical();
-    let exact = torques(&arm, arm.nominal().unwrap().standard(), &seen);
+    let exact = torques(&arm, arm.nominal().unwrap().standard_parameters(), &seen);
     let noise = 0.05 * exact.norm() / (exact.len() as f64).sqrt();
     let mut normal = || (0..12).map(|_| random.uniform(-0.5, 0.5)).sum::<f64>();
     let torques =
@@ -44,7 +44,7 @@ fn its_estimate_is_feasible_and_says_what_of_it_is_the_priors() {
     );
     assert_eq!(outcome.judgement, Judgement::Feasible);
     assert_eq!(outcome.prior, PriorSource::Geometry { total_mass_kg: TOTAL_MASS_KG });
-    assert!(outcome.negative.is_empty() && outcome.least_cost < 20.0);
+    assert!(outcome.negative_parameters.is_empty() && outcome.least_cost < 20.0);
     // Six offsets, and what is known of the set without them.
     let count = |class| outcome.parameters.iter().filter(|own| own.class == class).count();
     let classes = [Class::Data, Class::Combination, Class::Prior, Class::Absent].map(count);
@@ -70,7 +70,7 @@ fn nominal_bodies_are_a_prior() {
     assert_eq!((outcome.prior, outcome.weight), (PriorSource::Nominal, 22.0));
     assert_eq!(outcome.judgement, Judgement::Feasible);
     assert!(outcome.divergence_per_link.iter().sum::<f64>() < 2.0, "{outcome:?}");
-    let (found, truth) = (&outcome.parameters, case.robot.nominal().unwrap().standard());
+    let (found, truth) = (&outcome.parameters, case.robot.nominal().unwrap().standard_parameters());
     for (own, truth) in found.iter().zip(truth) {
         assert!((own.value - truth).abs() < 4.0 * own.deviation + 1e-12, "{own:?}, {truth}");
     }
@@ -83,7 +83,8 @@ fn a_reversed_torque_is_infeasible_and_shows_in_friction_first() {
         let outcome = consistent(&case);
         println!("joint {joint}: least J {}, {} steps", outcome.least_cost, outcome.steps);
         assert_eq!(outcome.judgement, Judgement::Infeasible);
-        let names: Vec<&str> = outcome.negative.iter().map(|own| own.name.as_str()).collect();
+        let names: Vec<&str> =
+            outcome.negative_parameters.iter().map(|own| own.name.as_str()).collect();
         let [fv, fc] = ["fv", "fc"].map(|kind| format!("{kind}{}", joint + 1));
         assert!(names.contains(&fv.as_str()) && names.contains(&fc.as_str()), "{names:?}");
         assert!(outcome.link_bodies.iter().all(|body| body.is_possible()));
@@ -113,8 +114,8 @@ fn another_unit_of_mass_changes_nothing() {
     case.values.iter_mut().for_each(|value| *value *= 1000.0);
     case.covariance *= 1e6;
     let grams = consistent_of(&case);
-    let scaled: Vec<f64> = kilograms.standard().iter().map(|value| 1000.0 * value).collect();
-    assert!(difference(&scaled, &grams.standard()) < 1e-7);
+    let scaled: Vec<f64> = kilograms.standard_values().iter().map(|value| 1000.0 * value).collect();
+    assert!(difference(&scaled, &grams.standard_values()) < 1e-7);
     assert!((kilograms.objective / grams.objective - 1.0).abs() < 1e-9);
     assert_eq!(kilograms.judgement, grams.judgement);
 }

@@ -59,7 +59,7 @@ fn the_right_model_predicts_as_well_as_it_fits() {
     }
     let ratio = validation.held_out.relative_error / validation.in_sample.relative_error;
     assert!((1.0..1.1).contains(&ratio), "{ratio}");
-    assert_eq!((validation.blocks.len(), validation.estimates.len()), (BLOCKS, BLOCKS));
+    assert_eq!((validation.blocks.len(), validation.fold_estimates.len()), (BLOCKS, BLOCKS));
     assert_eq!(validation.blocks[0].start, 100);
     assert_eq!(validation.blocks[BLOCKS - 1].end, 11_900);
     assert!(validation.blocks.windows(2).all(|pair| pair[0].end == pair[1].start));

@@ -1,7 +1,7 @@
 //! Friction laws that the data choose: those that the arm has, and none that it has not.
 
 use didim_dynamics::robot::{FrictionLaw, ParameterKind, SignModel};
-use didim_identification::excitation::{Bounds, Course, Margins, sweep, terms};
+use didim_identification::excitation::{Bounds, Course, Margins, predict_terms, sweep};
 use didim_identification::identification::{
     ChosenFriction, Experiment, FrictionChange, Method, Motion, Options, choose_friction,
     filtered_motion, identify,
@@ -201,12 +201,13 @@ fn a_sweep_shows_the_law_that_a_fast_motion_hides() {
         Bounds::new(&configured.robot, Margins::default(), Some(&[10.0; 3]), None).unwrap();
     let task = task_within(&configured.robot, 25.0, bounds);
     let swept = sweep(&task, &[JOINT]).unwrap();
-    assert!(swept.used.iter().all(|used| used.share <= 1.0), "{:?}", swept.used);
+    assert!(swept.used.iter().all(|used| used.used_share <= 1.0), "{:?}", swept.used);
     assert_eq!(swept.sweep.passes.len(), 6);
-    let terms_found = terms(&task, &configured.robot, &swept.sweep);
+    let terms_found = predict_terms(&task, &configured.robot, &swept.sweep);
     let stribeck = terms_found[0].terms.iter().find(|of| of.kind == ParameterKind::Fs).unwrap();
     assert!(
-        stribeck.alone.is_some_and(|of| of < 0.3) && stribeck.alone < stribeck.together,
+        stribeck.separate_deviation.is_some_and(|of| of < 0.3)
+            && stribeck.separate_deviation < stribeck.joint_deviation,
         "{terms_found:?}"
     );
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
@@ -234,7 +235,7 @@ fn a_sweep_shows_the_law_that_a_fast_motion_hides() {
     }
     assert_eq!(chosen(&fast, &options, &configured.robot, &configured.base), [[], [], []]);
     let laws = chosen(
-        &Experiment::joined(&[fast, slow]).unwrap(),
+        &Experiment::join(&[fast, slow]).unwrap(),
         &options,
         &configured.robot,
         &configured.base,

@@ -68,8 +68,9 @@ fn ordinary_and_weighted_deviations_cover_white_noise() {
         let noisy =
             DVector::from_fn(exact.len(), |k, _| exact[k] + NOISE[k / rows] * random.normal());
         let observations = Observations::new(matrix.clone(), noisy, 3).unwrap();
-        let first = observations.ordinary().unwrap();
-        let second = observations.weighted(&observations.noise_levels(&first.residuals)).unwrap();
+        let first = observations.solve_ordinary().unwrap();
+        let second =
+            observations.solve_weighted(&observations.noise_levels(&first.residuals)).unwrap();
         for (scatter, solution) in [(&mut ordinary, first), (&mut weighted, second)] {
             let sigma = solution.standard_deviations();
             let values = solution.parameters.iter().copied().zip(sigma.iter().copied());

@@ -37,7 +37,7 @@ fn bench(seed: u64, recordings: usize) -> Bench {
 
 impl Bench {
     fn identify(&self, recordings: &[Experiment]) -> Estimate {
-        let joined = Experiment::joined(recordings).unwrap();
+        let joined = Experiment::join(recordings).unwrap();
         let (robot, base) = (&self.arm.robot, &self.arm.base);
         identify(Method::IdimLs, robot, base, &joined, &self.options).unwrap().estimate
     }
@@ -46,8 +46,8 @@ impl Bench {
 #[test]
 fn one_recording_is_itself() {
     let bench = bench(1, 1);
-    assert_eq!(Experiment::joined(&bench.recordings).unwrap(), bench.recordings[0]);
-    assert_eq!(Experiment::joined(&[]), Err(ExperimentError::Empty));
+    assert_eq!(Experiment::join(&bench.recordings).unwrap(), bench.recordings[0]);
+    assert_eq!(Experiment::join(&[]), Err(ExperimentError::Empty));
 }
 
 /// The filters end with each recording: rows and parameters do not depend on what comes before, and
@@ -119,6 +119,6 @@ fn recordings_that_do_not_go_together_are_refused() {
     let first = &bench(5, 1).recordings[0];
     let positions = vec![vec![0.0; 100]; 3];
     let other = Experiment::joint_side(signals(500.0, positions.clone(), positions)).unwrap();
-    let refused = Experiment::joined(&[first.clone(), other]).unwrap_err();
+    let refused = Experiment::join(&[first.clone(), other]).unwrap_err();
     assert_eq!(refused, ExperimentError::Different { recording: 2, what: "sample rate" });
 }

@@ -1,7 +1,9 @@
 //! Steps that are held to bodies which can be.
 
 use didim_dynamics::robot::ParameterKind;
-use didim_identification::feasibility::{Estimate, FeasibilityLimits, Outcome, Prior, consistent};
+use didim_identification::feasibility::{
+    Estimate, FeasibilityLimits, Outcome, Prior, fit_consistent,
+};
 use didim_identification::identification::{
     BodiesFrom, Experiment, Identification, IdentificationError, KeptParameters, Method, Options,
     Start, identify,
@@ -48,7 +50,7 @@ fn link_bodies(looped: &Looped, values: &[f64], covariance: &DMatrix<f64>) -> Ou
     let names = looped.arm.base.names();
     let estimate = Estimate { names, values, covariance, fixed: &[] };
     let prior = Prior::geometric(&looped.arm.robot, mass(looped)).unwrap();
-    consistent(
+    fit_consistent(
         &looped.arm.robot,
         &looped.arm.base,
         &estimate,

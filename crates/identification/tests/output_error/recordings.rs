@@ -36,7 +36,7 @@ fn a_recording_given_twice_says_what_it_says_once() {
         signals.torque_nm.iter_mut().flatten().for_each(|t| *t += 0.05 * random.normal());
         signals.position_rad.iter_mut().flatten().for_each(|q| *q += 1e-5 * random.normal());
     });
-    let twice = Experiment::joined(&[once.clone(), once.clone()]).unwrap();
+    let twice = Experiment::join(&[once.clone(), once.clone()]).unwrap();
     let exact = SIMULATING.map(|method| (method, Exact));
     for (method, from) in exact.into_iter().chain([(Method::Clie, Differences)]) {
         let [once, twice] =
@@ -89,7 +89,7 @@ fn a_recording_begins_where_it_was_recorded_and_not_where_the_last_one_ended() {
     let second = looped.record(ZERO_ORDER_HOLD).with_counted(counted).unwrap();
     let distance = second.position_rad().row(0) - first.position_rad().row(samples - 1);
     assert!(distance.norm() > 0.1, "{distance}");
-    let recordings = Experiment::joined(&[first.clone(), second.clone()]).unwrap();
+    let recordings = Experiment::join(&[first.clone(), second.clone()]).unwrap();
     let continued = run_together(&first, &second);
     for method in SIMULATING {
         let [alone, together, continued] =

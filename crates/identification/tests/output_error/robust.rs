@@ -33,7 +33,7 @@ fn didim_does_not_follow_spikes() {
             .unwrap()
             .estimate
     };
-    let (plain, robust) = (identify(None), identify(Some(RobustLoss::bisquare())));
+    let (plain, robust) = (identify(None), identify(Some(RobustLoss::default_bisquare())));
     let furthest = |estimate: &Estimate| {
         let pairs = estimate.parameters.iter().zip(&robust.parameters).zip(&truth);
         let deviations = pairs.map(|((p, r), t)| (p.value - t).abs() / r.standard_deviation);
@@ -51,7 +51,7 @@ fn didim_does_not_follow_spikes() {
 fn what_has_no_robust_weights_says_so() {
     let looped = Looped::random(41, 2, sampled(0.0), pd);
     let mut options = loops::options(&looped);
-    options.robust = Some(RobustLoss::huber());
+    options.robust = Some(RobustLoss::default_huber());
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
     let error = identify(Method::Clie, robot, base, &spoilt(&looped), &options).unwrap_err();
     assert!(matches!(error, IdentificationError::NotRobust { .. }), "{error}");

@@ -41,7 +41,7 @@ impl From<PredictionError> for TorqueErrors {
 impl HeldOut {
     pub(super) fn new(input: ComparisonInput<'_>, method: Method, blocks: usize) -> Self {
         let cell = input.cell_in(Framework::Decimated);
-        let (measurement, counted) = (input.measurement, input.counted.clone());
+        let (measurement, counted) = (input.measurement, input.counted_samples.clone());
         match cross_validate_measurement(&cell, method, measurement, counted, blocks) {
             Ok(found) => Self {
                 method,

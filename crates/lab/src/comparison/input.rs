@@ -15,7 +15,7 @@ pub struct ComparisonInput<'a> {
     /// The measurement.
     pub measurement: &'a Measurement,
     /// The samples that count; the others are margin for the edges of the filters.
-    pub counted: &'a Range<usize>,
+    pub counted_samples: &'a Range<usize>,
     /// The true parameters of a simulated arm.
     pub truth: Option<&'a [(String, f64)]>,
 }

@@ -27,7 +27,7 @@ pub struct Limit {
     /// The method.
     pub method: Method,
     /// The framework; decimated by default.
-    #[serde(default = "decimated")]
+    #[serde(default = "default_framework")]
     pub framework: Framework,
     /// The method to compare with; the figure is then a ratio. The default for estimates is
     /// IDIM-LS.
@@ -68,7 +68,7 @@ pub enum Figure {
     TorqueError,
 }
 
-fn decimated() -> Framework {
+fn default_framework() -> Framework {
     Framework::Decimated
 }
 
@@ -83,7 +83,7 @@ pub struct Outcome<'a> {
 
 impl Outcome<'_> {
     /// Returns true if the figure is present and within its limit.
-    pub fn holds(&self) -> bool {
+    pub fn is_met(&self) -> bool {
         let (least, most) = (self.limit.at_least, self.limit.at_most);
         self.found.is_some_and(|found| {
             least.is_none_or(|least| found >= least) && most.is_none_or(|most| found <= most)
@@ -108,7 +108,7 @@ impl Limits {
     }
 
     /// Returns the outcome of every limit.
-    pub fn check<'a>(&'a self, comparison: &Comparison) -> Vec<Outcome<'a>> {
+    pub fn check_all<'a>(&'a self, comparison: &Comparison) -> Vec<Outcome<'a>> {
         let outcome = |limit: &'a Limit| Outcome { limit, found: limit.figure_of(comparison) };
         self.limits.iter().map(outcome).collect()
     }
@@ -125,7 +125,10 @@ impl Limit {
         }
         check_names(available, self.parameters.iter().flatten())?;
         let methods = core::iter::once(self.method).chain(self.against);
-        match methods.map(|method| self.trial(method)).find(|trial| !trials.contains(trial)) {
+        match methods
+            .map(|method| self.trial_of_method(method))
+            .find(|trial| !trials.contains(trial))
+        {
             Some(trial) => Err(format!(
                 "{trial} does not run; name it in --methods, add --strict where it is strict, or \
                 leave the limit out"
@@ -134,15 +137,15 @@ impl Limit {
         }
     }
 
-    fn trial(&self, method: Method) -> Trial {
+    fn trial_of_method(&self, method: Method) -> Trial {
         // IDIM-LS always runs after the decimation filter.
         let framework = if method.simulates() { self.framework } else { Framework::Decimated };
         Trial { method, framework }
     }
 
     fn figure_of(&self, comparison: &Comparison) -> Option<f64> {
-        let estimate = comparison.estimate(self.trial(self.method))?;
-        let against = self.against.map(|method| comparison.estimate(self.trial(method)));
+        let estimate = comparison.estimate(self.trial_of_method(self.method))?;
+        let against = self.against.map(|method| comparison.estimate(self.trial_of_method(method)));
         if matches!(self.figure, Figure::Inside | Figure::MeanDeviation) {
             return self.of_estimates(estimate, against.unwrap_or_else(|| comparison.reference())?);
         }
@@ -230,12 +233,12 @@ impl fmt::Display for Figure {
 
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.trial(self.method), self.figure)?;
+        write!(f, "{}: {}", self.trial_of_method(self.method), self.figure)?;
         if let Some(parameters) = &self.parameters {
             write!(f, " of {}", parameters.join(" "))?;
         }
         match (self.against, self.figure) {
-            (Some(method), _) => write!(f, ", against {}", self.trial(method)),
+            (Some(method), _) => write!(f, ", against {}", self.trial_of_method(method)),
             (None, Figure::Inside | Figure::MeanDeviation) => {
                 write!(f, ", against {}", Trial::REFERENCE)
             }
@@ -300,8 +303,8 @@ mod tests {
         let text = format!("[[limits]]\n{limit}");
         let limits = read(&text).unwrap();
         let comparison = comparison();
-        let outcome = limits.check(&comparison).remove(0);
-        (outcome.found, outcome.holds())
+        let outcome = limits.check_all(&comparison).remove(0);
+        (outcome.found, outcome.is_met())
     }
 
     #[test]

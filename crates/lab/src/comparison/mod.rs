@@ -23,5 +23,5 @@ pub use limits::{Figure, Limit, Limits, Outcome};
 pub use method_comparison::{Comparison, SCHEMA, TrueParameter};
 pub use published::{Published, PublishedErrors, PublishedFigures, PublishedSingularValues};
 pub use result::MethodResult;
-pub use run::{Progress, Task, compare, tasks};
+pub use run::{Progress, Task, compare, list_tasks};
 pub use trial::{Framework, Trial, title, trials};

@@ -51,7 +51,7 @@ pub enum Progress {
 }
 
 /// Returns the tasks of a comparison, in order. Fewer than two blocks give no held-out tasks.
-pub fn tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
+pub fn list_tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
     let held_out = trials
         .iter()
         .filter(|trial| blocks > 1 && trial.framework == Framework::Decimated)
@@ -70,14 +70,14 @@ pub fn compare(
     blocks: usize,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Comparison {
-    let tasks = tasks(trials, blocks);
+    let tasks = list_tasks(trials, blocks);
     let done: Vec<Mutex<Option<Done>>> = tasks.iter().map(|_| Mutex::default()).collect();
     // The last tasks start first. They take longest: many identifications, or one without
     // decimation.
     let remaining = AtomicUsize::new(tasks.len());
     let work = || {
         while let Ok(tasks_left) =
-            remaining.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less_one)
+            remaining.fetch_update(Ordering::Relaxed, Ordering::Relaxed, without_task)
         {
             let (Some(task), Some(place)) = (tasks.get(tasks_left - 1), done.get(tasks_left - 1))
             else {
@@ -134,7 +134,7 @@ enum Done {
     HeldOut(HeldOut),
 }
 
-fn less_one(remaining: usize) -> Option<usize> {
+fn without_task(remaining: usize) -> Option<usize> {
     remaining.checked_sub(1)
 }
 
@@ -143,7 +143,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
     let identified = too_large(input, trial).map_or_else(
         || {
             let cell = input.cell_in(trial.framework);
-            let counted = input.counted.clone();
+            let counted = input.counted_samples.clone();
             identify_measurement(&cell, trial.method, input.measurement, counted)
                 .map_err(|error| (error.to_string(), error.failure()))
         },
@@ -162,7 +162,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
 fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let cell = input.cell;
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
-    let samples = input.counted.len();
+    let samples = input.counted_samples.len();
     let most = MAX_ENTRIES / (cell.robot.joints() * parameters).max(1);
     (trial.framework == Framework::Strict && samples > most).then(|| {
         format!(

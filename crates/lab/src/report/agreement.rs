@@ -18,9 +18,9 @@ pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
         .enumerate()
         .map(|(k, one): (usize, &Trial)| {
             let cells = trials.iter().map(|other| {
-                pair(view, *one, *other).map_or_else(Cell::none, |pair| Cell {
+                pair(view, *one, *other).map_or_else(Cell::missing, |pair| Cell {
                     text: format!("{}/{}", pair.inside, pair.compared),
-                    marked: pair.inside < pair.compared,
+                    is_marked: pair.inside < pair.compared,
                 })
             });
             core::iter::once(numbered(k, one).into()).chain(cells).collect()
@@ -44,9 +44,9 @@ pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
 /// Returns the number of true values within 3 σ of a method's estimates.
 fn against_truth(view: &View<'_>, trial: Trial) -> Cell {
     let missed = view.comparison.outside_of_truth(trial).zip(view.comparison.estimate(trial));
-    missed.map_or_else(Cell::none, |(outside, estimate)| {
+    missed.map_or_else(Cell::missing, |(outside, estimate)| {
         let count = estimate.parameters.len();
-        Cell { text: format!("{}/{count}", count - outside.len()), marked: !outside.is_empty() }
+        Cell { text: format!("{}/{count}", count - outside.len()), is_marked: !outside.is_empty() }
     })
 }
 

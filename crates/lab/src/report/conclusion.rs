@@ -8,7 +8,7 @@ const TIE_TOLERANCE: f64 = 1e-3;
 
 /// Names the methods that agree with IDIM-LS in every parameter, those that predict best, and those
 /// without a result. Methods without the decimation filter are for comparison only.
-pub(super) fn sentence(view: &View<'_>) -> Option<String> {
+pub(super) fn conclusion_sentence(view: &View<'_>) -> Option<String> {
     let comparison = view.comparison;
     let (found, none): (Vec<_>, Vec<_>) =
         comparison.results(Framework::Decimated).partition(|of| of.estimate.is_some());
@@ -32,22 +32,22 @@ pub(super) fn sentence(view: &View<'_>) -> Option<String> {
             ),
             (differ, "differs from IDIM-LS", "differ from IDIM-LS"),
         ] {
-            parts.extend(said(&which, one, several));
+            parts.extend(methods_clause(&which, one, several));
         }
     }
-    parts.extend(best(view));
-    parts.extend(said(&none, "has no result", "have no result"));
+    parts.extend(best_predictors(view));
+    parts.extend(methods_clause(&none, "has no result", "have no result"));
     (!parts.is_empty()).then(|| format!("{}.", parts.join("; ")))
 }
 
-fn said(which: &[&MethodResult], one: &str, several: &str) -> Option<String> {
-    let names = listed(&which.iter().map(|of| title(of.trial.method)).collect::<Vec<_>>());
+fn methods_clause(which: &[&MethodResult], one: &str, several: &str) -> Option<String> {
+    let names = join_names(&which.iter().map(|of| title(of.trial.method)).collect::<Vec<_>>());
     let said = if which.len() == 1 { one } else { several };
     (!which.is_empty()).then(|| format!("{names} {said}"))
 }
 
 /// Names the methods with the smallest held-out error, if more than one has such an error.
-fn best(view: &View<'_>) -> Option<String> {
+fn best_predictors(view: &View<'_>) -> Option<String> {
     let held_out = view.comparison.held_out.iter();
     let errors: Vec<(String, f64)> = held_out
         .filter_map(|of| Some((title(of.method), of.held_out.as_ref()?.relative_error)))
@@ -58,13 +58,13 @@ fn best(view: &View<'_>) -> Option<String> {
     let best: Vec<String> = best.map(|(name, _)| name.clone()).collect();
     let error = format!("{:.2} % on what was held out", 100.0 * least);
     (errors.len() > 1).then(|| match best.len() {
-        1 => format!("{} predicts best, {error}", listed(&best)),
-        _ => format!("{} predict alike, {error}", listed(&best)),
+        1 => format!("{} predicts best, {error}", join_names(&best)),
+        _ => format!("{} predict alike, {error}", join_names(&best)),
     })
 }
 
 /// Joins names: `A, B and C`.
-fn listed(names: &[String]) -> String {
+fn join_names(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [one] => one.clone(),

@@ -2,7 +2,7 @@
 
 use didim_identification::identification::ParameterEstimate;
 
-use super::table::{Cell, Table, number, percent};
+use super::table::{Cell, Table, number_text, percent_text};
 use super::view::{Column, View, framework_name};
 use crate::comparison::{Framework, lies_in};
 use didim::report::estimate::short_value;
@@ -24,9 +24,9 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
             let mut row = vec![Cell::from(*name), unit(&columns, name)];
             if has_truth {
                 let truth = view.comparison.truth_of(name);
-                row.push(truth.map_or_else(Cell::none, |value| number(value, 4).into()));
+                row.push(truth.map_or_else(Cell::missing, |value| number_text(value, 4).into()));
             }
-            row.extend(columns.iter().flat_map(|column| cells(view, column, name)));
+            row.extend(columns.iter().flat_map(|column| estimate_cells(view, column, name)));
             row
         })
         .collect();
@@ -45,34 +45,38 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
 
 fn unit(columns: &[Column<'_>], name: &str) -> Cell {
     let mut parameters = columns.iter().flat_map(|column| &column.estimate.parameters);
-    parameters.find(|found| found.name == name).map_or_else(Cell::none, |found| found.unit.into())
+    parameters
+        .find(|found| found.name == name)
+        .map_or_else(Cell::missing, |found| found.unit.into())
 }
 
-fn cells(view: &View<'_>, column: &Column<'_>, name: &str) -> impl Iterator<Item = Cell> {
+fn estimate_cells(view: &View<'_>, column: &Column<'_>, name: &str) -> impl Iterator<Item = Cell> {
     let of_name = |parameters: &&ParameterEstimate| parameters.name == name;
     let parameter = column.estimate.parameters.iter().find(of_name);
     let reference = view.comparison.reference().filter(|_| !column.is_reference());
     let reference = reference.and_then(|reference| reference.parameters.iter().find(of_name));
-    let cell = parameter.map_or_else(Cell::none, |p| Cell {
-        text: shown(p),
-        marked: reference.is_some_and(|interval| !lies_in(p.value, interval)),
+    let cell = parameter.map_or_else(Cell::missing, |p| Cell {
+        text: estimate_text(p),
+        is_marked: reference.is_some_and(|interval| !lies_in(p.value, interval)),
     });
     let published = column.published.map(|published| {
         let figures = published.estimates.get(name);
-        figures.map_or_else(Cell::none, |(value, percent)| printed(*value, *percent).into())
+        figures.map_or_else(Cell::missing, |(value, percent)| {
+            value_and_percent(*value, *percent).into()
+        })
     });
     [Some(cell), published].into_iter().flatten()
 }
 
-fn shown(p: &ParameterEstimate) -> String {
+fn estimate_text(p: &ParameterEstimate) -> String {
     if !p.value.is_finite() {
         return "–".to_owned();
     }
-    format!("{} ({})", short_value(p, DIGITS), percent(p.relative_standard_deviation, 2))
+    format!("{} ({})", short_value(p, DIGITS), percent_text(p.relative_standard_deviation, 2))
 }
 
 /// Formats like the paper: at least two decimals of a value, three digits of a percentage.
-fn printed(value: f64, percent: f64) -> String {
+fn value_and_percent(value: f64, percent: f64) -> String {
     let two = format!("{value:.2}");
     let value = match two.parse::<f64>() {
         Ok(same) if (same - value).abs() < 1e-12 => two,

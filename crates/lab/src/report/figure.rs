@@ -100,7 +100,8 @@ fn draw_panel(svg: &mut String, residual: &[f64], fit: &Fit) {
     };
     let _ = write!(
         svg,
-        r#"<rect class="frame" x="{CURVE_MARGIN}" y="{CURVE_MARGIN}" width="{wide}" height="{tall}"/>"#
+        "<rect class=\"frame\" x=\"{CURVE_MARGIN}\" y=\"{CURVE_MARGIN}\" width=\"{wide}\" \
+         height=\"{tall}\"/>"
     );
     let mut stems = String::new();
     let mut x = CURVE_MARGIN + 0.75 * step;
@@ -128,7 +129,8 @@ fn draw_panel(svg: &mut String, residual: &[f64], fit: &Fit) {
     let zero = height(0.0);
     let _ = write!(
         svg,
-        r#"<line class="axis" x1="{CURVE_MARGIN}" x2="{:.1}" y1="{zero:.1}" y2="{zero:.1}"/>{stems}"#,
+        "<line class=\"axis\" x1=\"{CURVE_MARGIN}\" x2=\"{:.1}\" y1=\"{zero:.1}\" \
+         y2=\"{zero:.1}\"/>{stems}",
         CURVE_MARGIN + wide
     );
 }

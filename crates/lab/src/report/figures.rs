@@ -3,7 +3,7 @@
 
 use didim_identification::identification::{Estimate, SingularValues};
 
-use super::table::{Cell, Table, number, percent};
+use super::table::{Cell, Table, number_text, percent_text};
 use super::view::{Column, View, framework_name};
 use crate::comparison::{Framework, PublishedFigures, mean};
 
@@ -13,38 +13,38 @@ type Row = (&'static str, fn(&Estimate) -> Option<String>, fn(&PublishedFigures)
 const FIGURE_ROWS: &[Row] = &[
     (
         "μ max",
-        |e| Some(number(e.unweighted_singular_values.max, 4)),
-        |p| Some(number(SingularValues::from(p.singular_values?).max, 3)),
+        |e| Some(number_text(e.unweighted_singular_values.max, 4)),
+        |p| Some(number_text(SingularValues::from(p.singular_values?).max, 3)),
     ),
     (
         "μ min",
-        |e| Some(number(e.unweighted_singular_values.min, 4)),
-        |p| Some(number(SingularValues::from(p.singular_values?).min, 3)),
+        |e| Some(number_text(e.unweighted_singular_values.min, 4)),
+        |p| Some(number_text(SingularValues::from(p.singular_values?).min, 3)),
     ),
     (
         "condition number",
-        |e| Some(number(e.unweighted_condition_number, 4)),
-        |p| Some(number(p.condition_number?, 4)),
+        |e| Some(number_text(e.unweighted_condition_number, 4)),
+        |p| Some(number_text(p.condition_number?, 4)),
     ),
     ("linear steps", |e| Some(e.iterations.to_string()), |_| None),
     ("simulations", |e| Some(e.simulations.to_string()), |_| None),
     (
         "‖q − q_s‖/‖q‖",
-        |e| Some(percent(mean(e.relative_position_error_per_joint.as_ref()?)?, 2)),
+        |e| Some(percent_text(mean(e.relative_position_error_per_joint.as_ref()?)?, 2)),
         |p| Some(format!("{} %", p.errors?.position_percent)),
     ),
     (
         "‖τ − τ_s‖/‖τ‖",
-        |e| Some(percent(mean(e.simulated_torque_error_per_joint.as_ref()?)?, 3)),
+        |e| Some(percent_text(mean(e.simulated_torque_error_per_joint.as_ref()?)?, 3)),
         |p| Some(format!("{} %", p.errors?.torque_percent)),
     ),
-    ("‖τ − Xθ‖/‖τ‖", |e| Some(percent(mean(&e.relative_error_per_joint)?, 3)), |_| None),
-    ("Durbin–Watson", |e| Some(number(mean(&e.durbin_watson_per_joint)?, 3)), |_| None),
-    ("expected", |e| Some(number(e.durbin_watson_expected, 3)), |_| None),
-    ("white noise, P", |e| Some(probability(smallest(&e.whiteness_per_joint)?)), |_| None),
+    ("‖τ − Xθ‖/‖τ‖", |e| Some(percent_text(mean(&e.relative_error_per_joint)?, 3)), |_| None),
+    ("Durbin–Watson", |e| Some(number_text(mean(&e.durbin_watson_per_joint)?, 3)), |_| None),
+    ("expected", |e| Some(number_text(e.durbin_watson_expected, 3)), |_| None),
+    ("white noise, P", |e| Some(probability(smallest_value(&e.whiteness_per_joint)?)), |_| None),
     ("rows per joint", |e| Some(rows(e).to_string()), |_| None),
-    ("effective", |e| Some(number(mean(&e.effective_rows_per_joint)?, 3)), |_| None),
-    ("classical σ / σ", |e| Some(number(mean(&classical_shares(e))?, 2)), |_| None),
+    ("effective", |e| Some(number_text(mean(&e.effective_rows_per_joint)?, 3)), |_| None),
+    ("classical σ / σ", |e| Some(number_text(mean(&classical_shares(e))?, 2)), |_| None),
 ];
 
 pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
@@ -55,11 +55,11 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
         .iter()
         .map(|(name, own, published)| row(name, &columns, |c| own(c.estimate), *published))
         .collect();
-    if view.times {
+    if view.shows_times {
         rows.push(row(
             "time",
             &columns,
-            |column| Some(format!("{} s", number(1e-3 * column.result.elapsed_ms, 2))),
+            |column| Some(format!("{} s", number_text(1e-3 * column.result.elapsed_ms, 2))),
             |published| Some(format!("{} min", published.time_min?)),
         ));
     }
@@ -81,7 +81,7 @@ fn row(
     own: impl Fn(&Column<'_>) -> Option<String>,
     published: fn(&PublishedFigures) -> Option<String>,
 ) -> Vec<Cell> {
-    let cell = |text: Option<String>| text.map_or_else(Cell::none, Cell::from);
+    let cell = |text: Option<String>| text.map_or_else(Cell::missing, Cell::from);
     let cells = columns.iter().flat_map(|column| {
         let of_others = column.published.map(|of| cell(published(of)));
         [Some(cell(own(column))), of_others].into_iter().flatten()
@@ -98,10 +98,10 @@ fn classical_shares(estimate: &Estimate) -> Vec<f64> {
     parameters.map(|p| p.classical_standard_deviation / p.standard_deviation).collect()
 }
 
-fn smallest(values: &[f64]) -> Option<f64> {
+fn smallest_value(values: &[f64]) -> Option<f64> {
     values.iter().copied().min_by(f64::total_cmp)
 }
 
 fn probability(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".to_owned() } else { number(p, 2) }
+    if p < 1e-4 { "< 0.0001".to_owned() } else { number_text(p, 2) }
 }

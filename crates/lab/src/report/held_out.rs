@@ -1,6 +1,6 @@
 //! Prediction errors of each method on held-out samples.
 
-use super::table::{Cell, Table, percent};
+use super::table::{Cell, Table, percent_text};
 use super::view::View;
 use crate::comparison::{HeldOut, title};
 
@@ -28,12 +28,12 @@ pub(super) fn table(view: &View<'_>) -> Option<Table> {
 }
 
 fn row(of: &HeldOut, columns: usize) -> Vec<Cell> {
-    let error = |share: f64| Cell::from(percent(share, 3));
+    let error = |share: f64| Cell::from(percent_text(share, 3));
     let mut row = vec![Cell::from(title(of.method))];
     if let (Some(held_out), Some(in_sample)) = (&of.held_out, &of.in_sample) {
         row.extend([in_sample.relative_error, held_out.relative_error].map(error));
         row.extend(held_out.relative_error_per_joint.iter().copied().map(error));
     }
-    row.resize_with(columns, Cell::none);
+    row.resize_with(columns, Cell::missing);
     row
 }

@@ -15,7 +15,7 @@ mod view;
 use crate::comparison::{Framework, MethodResult, Outcome};
 
 pub use figure::autocorrelation_figure;
-use table::number;
+use table::number_text;
 pub use table::{Cell, Table};
 pub use text::{markdown, terminal};
 pub use view::{Judgement, View};
@@ -53,13 +53,13 @@ impl View<'_> {
                 };
                 let reason = reasons.first().map(ToString::to_string).or(of.failure.clone());
                 let more = reasons.len().saturating_sub(1);
-                Judgement { trial: of.trial, verdict, reason, more }
+                Judgement { trial: of.trial, verdict, reason, further_reasons: more }
             })
             .collect()
     }
 
     fn limits(&self) -> Option<Table> {
-        let bound = |value: Option<f64>| value.map_or_else(Cell::none, |v| v.to_string().into());
+        let bound = |value: Option<f64>| value.map_or_else(Cell::missing, |v| v.to_string().into());
         (!self.outcomes.is_empty()).then(|| Table {
             title: "Limits".to_owned(),
             note: "Required figures; those that violate their limits are marked.".to_owned(),
@@ -68,10 +68,11 @@ impl View<'_> {
                 .outcomes
                 .iter()
                 .map(|outcome: &Outcome<'_>| {
-                    let figure = outcome.found.map_or("–".to_owned(), |found| number(found, 4));
+                    let figure =
+                        outcome.found.map_or("–".to_owned(), |found| number_text(found, 4));
                     vec![
                         outcome.limit.to_string().into(),
-                        Cell { text: figure, marked: !outcome.holds() },
+                        Cell { text: figure, is_marked: !outcome.is_met() },
                         bound(outcome.limit.at_least),
                         bound(outcome.limit.at_most),
                     ]

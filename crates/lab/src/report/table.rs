@@ -1,6 +1,6 @@
 //! A table before its conversion to text.
 
-use didim::text::significant;
+use didim::text::significant_digits;
 
 /// Table before its conversion to text.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,12 +21,12 @@ pub struct Cell {
     /// Its text.
     pub text: String,
     /// True if the cell is marked.
-    pub marked: bool,
+    pub is_marked: bool,
 }
 
 impl From<String> for Cell {
     fn from(text: String) -> Self {
-        Self { text, marked: false }
+        Self { text, is_marked: false }
     }
 }
 
@@ -38,19 +38,19 @@ impl From<&str> for Cell {
 
 impl Cell {
     /// A missing value.
-    pub(super) fn none() -> Self {
+    pub(super) fn missing() -> Self {
         Self::from("–")
     }
 }
 
 /// Formats a number with `digits` significant digits; a dash for a value that is not a number.
-pub(super) fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { significant(value, digits) } else { "–".to_owned() }
+pub(super) fn number_text(value: f64, digits: usize) -> String {
+    if value.is_finite() { significant_digits(value, digits) } else { "–".to_owned() }
 }
 
-pub(super) fn percent(share: f64, digits: usize) -> String {
+pub(super) fn percent_text(share: f64, digits: usize) -> String {
     if share.is_finite() {
-        format!("{} %", number(100.0 * share, digits))
+        format!("{} %", number_text(100.0 * share, digits))
     } else {
         "–".to_owned()
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Cell, Judgement, Table, View, conclusion};
 use crate::comparison::Outcome;
-use didim::text::aligned;
+use didim::text::align_table;
 
 /// Returns the comparison for a terminal with lines of `line` characters: the verdicts first, then
 /// every table, aligned. Marked cells have an asterisk.
@@ -15,20 +15,24 @@ pub fn terminal(view: &View<'_>, line: usize) -> String {
     for of in &judgements {
         let name = of.trial.to_string();
         let padding = " ".repeat(width - name.chars().count());
-        let _ = write!(text, "{name}{padding}  {}", wrapped(&sentence(of), width + 2, line));
+        let _ = write!(
+            text,
+            "{name}{padding}  {}",
+            wrap_sentence(&judgement_sentence(of), width + 2, line)
+        );
     }
     for table in view.tables() {
-        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note, 0, line));
+        let _ = write!(text, "\n{}\n{}", table.title, wrap_sentence(&table.note, 0, line));
         if !is_prose(&table) {
             text.push('\n');
         }
         text += &aligned_table(&table, line);
     }
-    if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::holds) {
+    if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::is_met) {
         let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
-    if let Some(sentence) = conclusion::sentence(view) {
-        let _ = write!(text, "\n{}", wrapped(&sentence, 0, line));
+    if let Some(sentence) = conclusion::conclusion_sentence(view) {
+        let _ = write!(text, "\n{}", wrap_sentence(&sentence, 0, line));
     }
     text
 }
@@ -37,12 +41,12 @@ pub fn terminal(view: &View<'_>, line: usize) -> String {
 pub fn markdown(view: &View<'_>) -> String {
     let mut text = String::from("## Verdicts\n\n| method | verdict |\n|:---|:---|\n");
     for of in &view.judgements() {
-        let _ = writeln!(text, "| {} | {} |", of.trial, escaped(&sentence(of)));
+        let _ = writeln!(text, "| {} | {} |", of.trial, escape_cell(&judgement_sentence(of)));
     }
     for table in view.tables() {
         let _ = write!(text, "\n## {}\n\n", table.title);
         if !table.note.is_empty() {
-            let _ = write!(text, "{}\n\n", escaped(&table.note));
+            let _ = write!(text, "{}\n\n", escape_cell(&table.note));
         }
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         text += &line(&table.header);
@@ -54,16 +58,20 @@ pub fn markdown(view: &View<'_>) -> String {
             text += &line(&cells);
         }
     }
-    if let Some(sentence) = conclusion::sentence(view) {
-        let _ = writeln!(text, "\n{}", escaped(&sentence));
+    if let Some(sentence) = conclusion::conclusion_sentence(view) {
+        let _ = writeln!(text, "\n{}", escape_cell(&sentence));
     }
     text
 }
 
-fn sentence(of: &Judgement) -> String {
+fn judgement_sentence(of: &Judgement) -> String {
     let verdict = if of.reason.is_some() { of.verdict.to_uppercase() } else { of.verdict.into() };
     let reason = of.reason.as_ref().map(|reason| format!(": {reason}")).unwrap_or_default();
-    let more = if of.more > 0 { format!(" (and {} more)", of.more) } else { String::new() };
+    let more = if of.further_reasons > 0 {
+        format!(" (and {} more)", of.further_reasons)
+    } else {
+        String::new()
+    };
     format!("{verdict}{reason}{more}")
 }
 
@@ -83,13 +91,13 @@ fn aligned_table(table: &Table, columns: usize) -> String {
                 let texts: Vec<&str> = row.iter().map(|cell| cell.text.as_str()).collect();
                 let (name, rest) = texts.split_first().unwrap_or((&"", &[]));
                 let padding = " ".repeat(width - name.chars().count());
-                format!("{name}{padding}  {}", wrapped(&rest.join("  "), width + 2, columns))
+                format!("{name}{padding}  {}", wrap_sentence(&rest.join("  "), width + 2, columns))
             })
             .collect();
     }
     // If a column has a mark, its other cells leave space for one.
     let has_mark = |column: usize| {
-        table.rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.marked))
+        table.rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.is_marked))
     };
     let marked_columns: Vec<bool> = (0..table.header.len()).map(has_mark).collect();
     let with_mark = |text: &str, marked: bool, space: bool| match (marked, space) {
@@ -104,21 +112,21 @@ fn aligned_table(table: &Table, columns: usize) -> String {
         .map(|(text, space)| with_mark(text, false, *space))
         .collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    aligned(
+    align_table(
         &header,
         &table
             .rows
             .iter()
             .map(|row: &Vec<Cell>| {
                 let cells = row.iter().zip(&marked_columns);
-                cells.map(|(cell, space)| with_mark(&cell.text, cell.marked, *space)).collect()
+                cells.map(|(cell, space)| with_mark(&cell.text, cell.is_marked, *space)).collect()
             })
             .collect::<Vec<_>>(),
     )
 }
 
 /// Breaks a sentence into terminal lines, with space for the text before it.
-fn wrapped(text: &str, before: usize, columns: usize) -> String {
+fn wrap_sentence(text: &str, before: usize, columns: usize) -> String {
     let mut lines = String::new();
     let mut width = before;
     for word in text.split_whitespace() {
@@ -140,11 +148,11 @@ fn wrapped(text: &str, before: usize, columns: usize) -> String {
 }
 
 fn markdown_cell(cell: &Cell) -> String {
-    let text = escaped(&cell.text);
-    if cell.marked { format!("**{text}**") } else { text }
+    let text = escape_cell(&cell.text);
+    if cell.is_marked { format!("**{text}**") } else { text }
 }
 
 /// Escapes a name from a file, so that it does not break a table.
-fn escaped(text: &str) -> String {
+fn escape_cell(text: &str) -> String {
     text.replace('|', "\\|").replace('<', "&lt;").replace(['\n', '\r'], " ")
 }

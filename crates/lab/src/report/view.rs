@@ -16,7 +16,7 @@ pub struct View<'a> {
     /// The outcomes of the limits.
     pub outcomes: &'a [Outcome<'a>],
     /// True if run times are shown; they differ from run to run.
-    pub times: bool,
+    pub shows_times: bool,
 }
 
 /// The verdict of a method on its result.
@@ -29,7 +29,7 @@ pub struct Judgement {
     /// The first reason against the result.
     pub reason: Option<String>,
     /// Number of further reasons.
-    pub more: usize,
+    pub further_reasons: usize,
 }
 
 impl View<'_> {

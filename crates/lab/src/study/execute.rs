@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::grid::Grid;
 use super::progress::Progress;
-use super::run::{run, simulated};
+use super::run::{run, simulate_cell};
 use super::{Run, Shard, Store, StudyError};
 
 /// Interval of progress reports while no run ends.
@@ -44,8 +44,8 @@ pub fn execute(
     stop: &AtomicBool,
     report: &mut dyn FnMut(&Progress),
 ) -> Result<Progress, StudyError> {
-    let planned = jobs(grid, &[], shard).iter().map(|job| job.methods.len() as u64).sum();
-    let jobs = jobs(grid, done, shard);
+    let planned = remaining_jobs(grid, &[], shard).iter().map(|job| job.methods.len() as u64).sum();
+    let jobs = remaining_jobs(grid, done, shard);
     let simulations = jobs.len();
     let count = |method| jobs.iter().filter(|job| job.methods.contains(&method)).count();
     let counts = (0..grid.plan.method.len()).map(count).collect();
@@ -59,7 +59,7 @@ pub fn execute(
             let (sender, jobs, next, halted) = (sender.clone(), &jobs, &next, &halted);
             scope.spawn(move || {
                 while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if halted() || !work(grid, job, &sender, halted) {
+                    if halted() || !do_job(grid, job, &sender, halted) {
                         return;
                     }
                 }
@@ -68,14 +68,14 @@ pub fn execute(
         drop(sender);
         loop {
             match events.recv_timeout(PROGRESS_INTERVAL) {
-                Ok(Event::Simulated(time)) => progress.simulated(time),
+                Ok(Event::Simulated(time)) => progress.add_simulation(time),
                 Ok(Event::Identified(method, run, time)) => {
                     if let Err(error) = store.add(&run) {
                         // The threads end when the receiver is gone.
                         halt.store(true, Ordering::Relaxed);
                         return Err(error);
                     }
-                    progress.identified(method, time);
+                    progress.add_identification(method, time);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -87,10 +87,10 @@ pub fn execute(
 }
 
 /// Does one job; returns `false` when the receiver is gone.
-fn work(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() -> bool) -> bool {
+fn do_job(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() -> bool) -> bool {
     let cell = &grid.cells[job.cell];
     let begin = Instant::now();
-    let record = simulated(cell, job.seed);
+    let record = simulate_cell(cell, job.seed);
     let mut listened = events.send(Event::Simulated(begin.elapsed())).is_ok();
     for &method in &job.methods {
         if halted() || !listened {
@@ -105,7 +105,7 @@ fn work(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() ->
 
 /// Returns the remaining jobs of a part, with the first seed of every cell first. An interrupted
 /// study has then covered all cells.
-pub(super) fn jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
+pub(super) fn remaining_jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
     let key = |run: &Run| (run.levels.clone(), run.method.clone(), run.seed);
     let done: BTreeSet<_> = done.iter().map(key).collect();
     let methods = &grid.plan.method;
@@ -122,6 +122,6 @@ pub(super) fn jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
         Job { number, cell, seed, methods }
     };
     let tasks = (1..=seeds).flat_map(|seed| (0..grid.cells.len()).map(move |cell| (seed, cell)));
-    let tasks = (0..).zip(tasks).filter(|(number, _)| shard.holding(*number) == shard);
+    let tasks = (0..).zip(tasks).filter(|(number, _)| shard.shard_of_experiment(*number) == shard);
     tasks.map(job).filter(|job| !job.methods.is_empty()).collect()
 }

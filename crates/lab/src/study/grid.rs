@@ -76,8 +76,8 @@ impl Grid {
         };
         let mut moving: Vec<(Motion, Scenario)> = Vec::new();
         let mut described = String::new();
-        for levels in combinations(&grid.plan) {
-            let level = combined(&grid.plan, &levels);
+        for levels in level_combinations(&grid.plan) {
+            let level = combine_levels(&grid.plan, &levels);
             let key = key_of(&grid.plan, &levels);
             let wrong = |problem: String| PlanError::value(path, key.clone(), problem);
             let name = level.scenario.as_ref().unwrap_or(&grid.plan.scenario);
@@ -95,8 +95,10 @@ impl Grid {
                 }
             };
             let scenario = moving[index].1.clone();
-            let scenario = level.simulated(scenario).map_err(|error| wrong(error.to_string()))?;
-            let cell = level.described(cell.clone()).map_err(|error| wrong(error.to_string()))?;
+            let scenario =
+                level.simulated_arm(scenario).map_err(|error| wrong(error.to_string()))?;
+            let cell =
+                level.described_cell(cell.clone()).map_err(|error| wrong(error.to_string()))?;
             described += &format!("{scenario:?}{:?}", cell.options.controller);
             grid.cells.push(GridCell { levels, scenario, cell, motion: index });
         }
@@ -123,7 +125,7 @@ fn names<'a>(plan: &'a Plan, levels: &'a [usize]) -> impl Iterator<Item = (&'a s
 }
 
 /// Returns every combination of levels; the last axis varies fastest.
-fn combinations(plan: &Plan) -> Vec<Vec<usize>> {
+fn level_combinations(plan: &Plan) -> Vec<Vec<usize>> {
     plan.axis.iter().fold(vec![Vec::new()], |so_far, axis| {
         let extended = |levels: &Vec<usize>, level| [levels.as_slice(), &[level]].concat();
         so_far
@@ -133,9 +135,9 @@ fn combinations(plan: &Plan) -> Vec<Vec<usize>> {
     })
 }
 
-fn combined(plan: &Plan, levels: &[usize]) -> Level {
+fn combine_levels(plan: &Plan, levels: &[usize]) -> Level {
     let levels = plan.axis.iter().zip(levels).map(|(axis, level)| &axis.level[*level]);
-    levels.fold(Level::default(), Level::and)
+    levels.fold(Level::default(), Level::combine)
 }
 
 /// Checks that each key belongs to one axis: two values for a key would have no defined order.
@@ -147,7 +149,7 @@ fn check_keys(plan: &Plan) -> Result<(), (String, String)> {
             if let Some((factor, value)) = level.wrong_factor() {
                 return Err((format!("{key}, {factor}"), format!("{value} is not above 0")));
             }
-            for own in level.keys() {
+            for own in level.keys_set() {
                 match owners.iter().find(|(owned, _)| *owned == own) {
                     Some((_, owner)) if *owner != axis.name => {
                         let problem = format!(

@@ -94,7 +94,7 @@ impl<'a> Layout<'a> {
     }
 
     /// Returns the grid index of the cell in a row and a column; the last axis varies fastest.
-    fn cell(&self, row: usize, column: usize) -> usize {
+    fn cell_index(&self, row: usize, column: usize) -> usize {
         let axes = &self.grid.plan.axis;
         let mut levels = vec![0; axes.len()];
         if let Some(axis) = self.row_axis {
@@ -137,7 +137,7 @@ impl<'a> Layout<'a> {
             let _ = write!(svg, r#"<text class="title" y="12">{title}</text>"#);
             self.column_names(&mut svg, across == 0);
             let value = |row, column| {
-                let cell = self.cell(row, column) * methods.len() + index;
+                let cell = self.cell_index(row, column) * methods.len() + index;
                 summary.cells.get(cell)
             };
             for row in 0..self.rows {
@@ -152,7 +152,7 @@ impl<'a> Layout<'a> {
                 }
                 for column in 0..self.columns {
                     let left_x = self.column_width * column as f64;
-                    self.number(&mut svg, measure, value(row, column), left_x, top);
+                    self.draw_number(&mut svg, measure, value(row, column), left_x, top);
                 }
             }
             svg += "</g>";
@@ -182,7 +182,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    fn number(
+    fn draw_number(
         &self,
         svg: &mut String,
         measure: &Measure,
@@ -196,7 +196,8 @@ impl<'a> Layout<'a> {
         let (x, y) = (remaining + 0.5 * wide, top + 14.0);
         let _ = match cell.and_then(measure.value) {
             Some(value) => {
-                let (class, text) = (measure.scale.class(value), measure.scale.format(value));
+                let (class, text) =
+                    (measure.scale.value_class(value), measure.scale.format_value(value));
                 let text = escape(&text);
                 write!(
                     svg,

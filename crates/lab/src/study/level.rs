@@ -64,7 +64,7 @@ pub struct Noise {
 
 impl Level {
     /// Returns the keys that are set, without the name.
-    pub(super) fn keys(&self) -> impl Iterator<Item = &'static str> {
+    pub(super) fn keys_set(&self) -> impl Iterator<Item = &'static str> {
         [
             ("scenario", self.scenario.is_some()),
             ("random_moves", self.random_moves.is_some()),
@@ -80,7 +80,7 @@ impl Level {
     }
 
     /// Combines this level with one of another axis, which has other keys.
-    pub(super) fn and(self, other: &Self) -> Self {
+    pub(super) fn combine(self, other: &Self) -> Self {
         Self {
             name: self.name,
             scenario: self.scenario.or_else(|| other.scenario.clone()),
@@ -112,7 +112,7 @@ impl Level {
     pub(super) fn along_motion(&self, scenario: Scenario) -> Result<Scenario, ScenarioError> {
         match &self.random_moves {
             Some(random) => {
-                let moves = random.draw(scenario.limits())?;
+                let moves = random.draw_sequence(scenario.limits())?;
                 scenario.with_moves(&moves)
             }
             None => Ok(scenario),
@@ -123,7 +123,7 @@ impl Level {
     ///
     /// # Errors
     /// [`ScenarioError`] if something does not fit the arm.
-    pub(super) fn simulated(&self, mut scenario: Scenario) -> Result<Scenario, ScenarioError> {
+    pub(super) fn simulated_arm(&self, mut scenario: Scenario) -> Result<Scenario, ScenarioError> {
         if let Some(noise) = &self.noise {
             scenario = scenario.with_noise(NoiseConfig {
                 motor_position_rad: noise.motor_position_rad.clone(),
@@ -149,7 +149,7 @@ impl Level {
     ///
     /// # Errors
     /// [`ControlError`] if a factor is not positive.
-    pub(super) fn described(&self, mut cell: Cell) -> Result<Cell, ControlError> {
+    pub(super) fn described_cell(&self, mut cell: Cell) -> Result<Cell, ControlError> {
         let bandwidth = self.bandwidth.unwrap_or(1.0) * self.described_bandwidth.unwrap_or(1.0);
         let gain = self.described_gain.unwrap_or(1.0);
         if let Some(controller) = &mut cell.options.controller {

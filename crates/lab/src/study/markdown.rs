@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::grid::Grid;
 use super::measure::MEASURES;
 use super::summary::{CellSummary, Summary};
-use didim::text::{aligned, significant};
+use didim::text::{align_table, significant_digits};
 
 /// Columns after those of the axes and the method.
 const COLUMNS: [&str; 11] = [
@@ -26,7 +26,7 @@ const COLUMNS: [&str; 11] = [
 pub fn table(summary: &Summary) -> String {
     let header = header(summary);
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    aligned(&header, &summary.cells.iter().map(row).collect::<Vec<_>>())
+    align_table(&header, &summary.cells.iter().map(row).collect::<Vec<_>>())
 }
 
 /// Returns the document: the runs, the heat maps, the table.
@@ -38,7 +38,7 @@ pub fn markdown(grid: &Grid, summary: &Summary) -> String {
         "{} of {} runs: {} cells of the grid, {}.\n\n",
         summary.runs,
         summary.planned,
-        plan.cells(),
+        plan.cell_count(),
         plan.method
             .iter()
             .map(|method| format!("{} with {} seeds", method.name(), method.seeds))
@@ -85,10 +85,11 @@ fn header(summary: &Summary) -> Vec<String> {
 
 fn row(cell: &CellSummary) -> Vec<String> {
     let none = || "–".to_owned();
-    let share = |count| cell.share(count).map_or_else(none, |share| format!("{share:.1} %"));
+    let share =
+        |count| cell.percent_of_runs(count).map_or_else(none, |share| format!("{share:.1} %"));
     let figure =
         |text: &dyn Fn(&super::Figures) -> String| cell.figures.as_ref().map_or_else(none, text);
-    let percent = |value: f64| format!("{} %", significant(100.0 * value, 2));
+    let percent = |value: f64| format!("{} %", significant_digits(100.0 * value, 2));
     let failure = cell.failures.iter().max_by_key(|(_, count)| **count);
     let mut row = cell.levels.clone();
     row.extend([
@@ -98,7 +99,7 @@ fn row(cell: &CellSummary) -> Vec<String> {
         share(cell.applicable),
         figure(&|f| percent(f.torque_deviation_median)),
         figure(&|f| percent(f.torque_deviation_95)),
-        figure(&|f| significant(f.rms_deviation, 3)),
+        figure(&|f| significant_digits(f.rms_deviation, 3)),
         figure(&|f| format!("{:.1} %", 100.0 * f.within_3)),
         share(cell.wrong),
         share(cell.wrongly_accepted),

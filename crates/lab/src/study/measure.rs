@@ -1,7 +1,7 @@
 //! Displayed figures of a study: each figure of a grid cell that has a heat map.
 
 use super::summary::CellSummary;
-use didim::text::significant;
+use didim::text::significant_digits;
 
 /// Figure of the runs of one method in one cell of the grid.
 pub(super) struct Measure {
@@ -68,7 +68,7 @@ pub(super) const MEASURES: [Measure; 6] = [
         file: "converged.svg",
         title: "Converged [% of the runs]",
         meaning: "runs that gave a result, and no local minimum",
-        value: |cell| cell.share(cell.converged),
+        value: |cell| cell.percent_of_runs(cell.converged),
         scale: &SHARE_SCALE,
     },
     Measure {
@@ -82,28 +82,28 @@ pub(super) const MEASURES: [Measure; 6] = [
         file: "applicable.svg",
         title: "Applicable [% of the runs]",
         meaning: "results that the verdict lets pass",
-        value: |cell| cell.share(cell.applicable),
+        value: |cell| cell.percent_of_runs(cell.applicable),
         scale: &SHARE_SCALE,
     },
     Measure {
         file: "wrongly-accepted.svg",
         title: "Wrongly accepted [% of the runs]",
         meaning: "wrong results that the verdict lets pass: its misses",
-        value: |cell| cell.share(cell.wrongly_accepted),
+        value: |cell| cell.percent_of_runs(cell.wrongly_accepted),
         scale: &SHARE_SCALE,
     },
 ];
 
 impl Scale {
     /// Returns the class of a value, counted from 0.
-    pub(super) fn class(&self, value: f64) -> usize {
+    pub(super) fn value_class(&self, value: f64) -> usize {
         self.bounds.iter().filter(|bound| value > **bound).count()
     }
 
     /// Formats a value short enough for a cell.
-    pub(super) fn format(&self, value: f64) -> String {
+    pub(super) fn format_value(&self, value: f64) -> String {
         match self.digits {
-            Some(digits) if value < 100.0 => significant(value, digits),
+            Some(digits) if value < 100.0 => significant_digits(value, digits),
             // 99.9 % of the runs must not read as all of them, and 0.1 % not as none.
             None if value > 99.0 && value < 100.0 => "99".to_owned(),
             None if value > 0.0 && value < 1.0 => "<1".to_owned(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
-use super::execute::{Job, jobs};
+use super::execute::{Job, remaining_jobs};
 use super::grid::Grid;
 use super::shard::Shard;
 use super::{Header, Run, Store, StudyError};
@@ -12,7 +12,7 @@ use super::{Header, Run, Store, StudyError};
 /// Key that distinguishes a run of a study from the others: levels, method, seed.
 type Key = (Vec<String>, String, u64);
 
-fn key(run: &Run) -> Key {
+fn run_key(run: &Run) -> Key {
     (run.levels.clone(), run.method.clone(), run.seed)
 }
 
@@ -25,7 +25,7 @@ struct Found {
 
 impl Found {
     /// Checks that the same run in another folder is equal.
-    fn check(&self, run: &Run, folder: &Path) -> Result<(), StudyError> {
+    fn check_equal(&self, run: &Run, folder: &Path) -> Result<(), StudyError> {
         if self.run == *run {
             return Ok(());
         }
@@ -49,13 +49,13 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
     for folder in folders {
         let (shard, runs) = Store::read(folder, &header)?;
         let first = *division.get_or_insert(shard);
-        if first.parts() != shard.parts() {
-            let (folder, parts) = (folder.clone(), shard.parts());
-            return Err(StudyError::OtherDivision { folder, parts, others: first.parts() });
+        if first.part_count() != shard.part_count() {
+            let (folder, parts) = (folder.clone(), shard.part_count());
+            return Err(StudyError::OtherDivision { folder, parts, others: first.part_count() });
         }
         for (run, line) in runs {
-            match runs_found.entry(key(&run)) {
-                Entry::Occupied(entry) => entry.get().check(&run, folder)?,
+            match runs_found.entry(run_key(&run)) {
+                Entry::Occupied(entry) => entry.get().check_equal(&run, folder)?,
                 Entry::Vacant(free) => {
                     free.insert(Found { run, line, folder: folder.clone() });
                 }
@@ -63,14 +63,14 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
         }
     }
     let present: Vec<Run> = runs_found.values().map(|found| found.run.clone()).collect();
-    let missing = missing(grid, &present, division.unwrap_or(Shard::COMPLETE));
+    let missing = missing_parts(grid, &present, division.unwrap_or(Shard::COMPLETE));
     if !missing.is_empty() {
         return Err(StudyError::Missing { parts: missing });
     }
     let (mut store, mut runs) = Store::open(out, &header)?;
     for run in &runs {
-        if let Some(found) = runs_found.remove(&key(run)) {
-            found.check(run, out)?;
+        if let Some(found) = runs_found.remove(&run_key(run)) {
+            found.check_equal(run, out)?;
         }
     }
     for Found { run, line, .. } in runs_found.into_values() {
@@ -81,10 +81,10 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
 }
 
 /// Returns the parts with missing runs, and the number of these runs.
-fn missing(grid: &Grid, there: &[Run], division: Shard) -> Vec<(Shard, usize)> {
+fn missing_parts(grid: &Grid, there: &[Run], division: Shard) -> Vec<(Shard, usize)> {
     let mut missing = BTreeMap::new();
-    for Job { number, methods, .. } in jobs(grid, there, Shard::COMPLETE) {
-        let part = division.holding(number);
+    for Job { number, methods, .. } in remaining_jobs(grid, there, Shard::COMPLETE) {
+        let part = division.shard_of_experiment(number);
         missing.entry(part.index()).or_insert((part, 0)).1 += methods.len();
     }
     missing.into_values().collect()

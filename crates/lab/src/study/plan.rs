@@ -98,14 +98,14 @@ impl Plan {
     }
 
     /// Returns the number of grid cells: the product of the numbers of levels.
-    pub fn cells(&self) -> u64 {
+    pub fn cell_count(&self) -> u64 {
         self.axis.iter().fold(1, |cells, axis| cells.saturating_mul(axis.level.len() as u64))
     }
 
     /// Returns the number of runs of all methods.
-    pub fn runs(&self) -> u64 {
+    pub fn run_count(&self) -> u64 {
         let seeds = self.method.iter().fold(0, |sum: u64, m| sum.saturating_add(m.seeds));
-        self.cells().saturating_mul(seeds)
+        self.cell_count().saturating_mul(seeds)
     }
 
     /// Returns the part of the plan that determines a run, without the number of runs and their
@@ -137,9 +137,10 @@ impl Plan {
             }
             check_unique(&key, axis.level.iter().map(|level| level.name.as_str()))?;
         }
-        let (runs, most) = (self.runs(), self.max_runs);
+        let (runs, most) = (self.run_count(), self.max_runs);
         if runs > most {
-            let (cells, problem) = (self.cells(), "fewer levels or seeds, or a larger max_runs");
+            let (cells, problem) =
+                (self.cell_count(), "fewer levels or seeds, or a larger max_runs");
             let problem = format!(
                 "{runs} runs in {cells} cells of the grid, and {most} are the most; choose \
                 {problem}"

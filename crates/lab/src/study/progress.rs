@@ -5,28 +5,28 @@ use std::time::Duration;
 /// Durations of one kind of task.
 #[derive(Clone, Debug, Default)]
 struct Times {
-    done: u32,
-    remaining: usize,
-    total: Duration,
+    done_runs: u32,
+    remaining_runs: usize,
+    total_time: Duration,
 }
 
 impl Times {
     fn new(remaining: usize) -> Self {
-        Self { remaining, ..Self::default() }
+        Self { remaining_runs: remaining, ..Self::default() }
     }
 
     fn add(&mut self, time: Duration) {
-        self.done += 1;
-        self.remaining = self.remaining.saturating_sub(1);
-        self.total += time;
+        self.done_runs += 1;
+        self.remaining_runs = self.remaining_runs.saturating_sub(1);
+        self.total_time += time;
     }
 
     fn mean(&self) -> Option<Duration> {
-        self.total.checked_div(self.done)
+        self.total_time.checked_div(self.done_runs)
     }
 
-    fn remaining(&self) -> Option<Duration> {
-        match self.remaining {
+    fn remaining_runs_time(&self) -> Option<Duration> {
+        match self.remaining_runs {
             0 => Some(Duration::ZERO),
             remaining => Some(self.mean()? * u32::try_from(remaining).unwrap_or(u32::MAX)),
         }
@@ -54,25 +54,25 @@ impl Progress {
         Self { runs, simulations: Times::new(simulations), methods, threads }
     }
 
-    pub(super) fn simulated(&mut self, time: Duration) {
+    pub(super) fn add_simulation(&mut self, time: Duration) {
         self.simulations.add(time);
     }
 
-    pub(super) fn identified(&mut self, method: usize, time: Duration) {
+    pub(super) fn add_identification(&mut self, method: usize, time: Duration) {
         if let Some(times) = self.methods.get_mut(method) {
             times.add(time);
         }
     }
 
     /// Returns the number of completed runs, including those from before.
-    pub fn done(&self) -> u64 {
-        let remaining: usize = self.methods.iter().map(|times| times.remaining).sum();
+    pub fn completed_runs(&self) -> u64 {
+        let remaining: usize = self.methods.iter().map(|times| times.remaining_runs).sum();
         self.runs.saturating_sub(remaining as u64)
     }
 
     /// Returns the number of added runs.
-    pub fn added(&self) -> u64 {
-        self.methods.iter().map(|times| u64::from(times.done)).sum()
+    pub fn added_runs(&self) -> u64 {
+        self.methods.iter().map(|times| u64::from(times.done_runs)).sum()
     }
 
     /// Returns the mean time of a simulation of the arm.
@@ -89,7 +89,7 @@ impl Progress {
     /// have fewer seeds. It is unknown until each has run once.
     pub fn remaining(&self) -> Option<Duration> {
         let times = std::iter::once(&self.simulations).chain(&self.methods);
-        let total: Duration = times.map(Times::remaining).sum::<Option<Duration>>()?;
+        let total: Duration = times.map(Times::remaining_runs_time).sum::<Option<Duration>>()?;
         Some(total / u32::try_from(self.threads.max(1)).unwrap_or(1))
     }
 }
@@ -102,13 +102,13 @@ mod tests {
     fn what_is_left_takes_as_long_as_what_is_done() {
         let second = Duration::from_secs(1);
         let mut progress = Progress::new(30, vec![20, 2], 20, 2);
-        assert_eq!((progress.done(), progress.remaining()), (8, None));
-        progress.simulated(second);
-        progress.identified(0, second);
+        assert_eq!((progress.completed_runs(), progress.remaining()), (8, None));
+        progress.add_simulation(second);
+        progress.add_identification(0, second);
         assert_eq!(progress.remaining(), None, "the second method has not run");
-        progress.identified(1, 10 * second);
+        progress.add_identification(1, 10 * second);
         // 19 simulations and 19 runs of one second, and one run of ten, on two threads.
         assert_eq!(progress.remaining(), Some(24 * second));
-        assert_eq!((progress.done(), progress.added()), (10, 2));
+        assert_eq!((progress.completed_runs(), progress.added_runs()), (10, 2));
     }
 }

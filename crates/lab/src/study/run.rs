@@ -95,7 +95,7 @@ impl TruthComparison {
         let (mut square, mut within, mut largest) = (0.0, [0.0, 0.0], (String::new(), 0.0_f64));
         let (mut relative_square, mut relative_largest, mut large) = (0.0, 0.0_f64, 0.0);
         for parameter in &estimate.parameters {
-            let truth = torque.truth(&parameter.name)?;
+            let truth = torque.true_value(&parameter.name)?;
             let error = parameter.value - truth;
             let z = error / parameter.standard_deviation;
             square += z * z;
@@ -127,7 +127,7 @@ impl TruthComparison {
             largest_deviation: largest.1,
             rms_relative_error: f64::sqrt(relative_square / f64::max(large, 1.0)),
             largest_relative_error: relative_largest,
-            torque_deviation: torque.deviation(&estimate.parameters),
+            torque_deviation: torque.relative_deviation(&estimate.parameters),
         };
         let figures = [
             judged.relative_error,
@@ -142,13 +142,14 @@ impl TruthComparison {
 /// Measurement of a cell's arm with this seed, as its drives log it.
 pub(super) struct Simulated {
     measurement: Measurement,
-    counted: Range<usize>,
+    counted_samples: Range<usize>,
 }
 
 /// Simulates the arm of a cell of the grid.
-pub(super) fn simulated(cell: &GridCell, seed: u64) -> Result<Simulated, SimulatedError> {
+pub(super) fn simulate_cell(cell: &GridCell, seed: u64) -> Result<Simulated, SimulatedError> {
     let scenario = cell.scenario.clone().with_seed(seed);
-    simulate(&scenario, &cell.cell).map(|(measurement, counted)| Simulated { measurement, counted })
+    simulate(&scenario, &cell.cell)
+        .map(|(measurement, counted)| Simulated { measurement, counted_samples: counted })
 }
 
 /// Identifies with one of the plan's methods, and compares the result with the truth.
@@ -164,7 +165,7 @@ pub(super) fn run(
     let outcome = match record {
         // The simulated arm did not follow its controller.
         Err(error) => failed("no-record", error.to_string()),
-        Ok(Simulated { measurement, counted }) => {
+        Ok(Simulated { measurement, counted_samples: counted }) => {
             let run_cell = with_options(&cell.cell, method, seed);
             match identify_measurement(&run_cell, method.method, measurement, counted.clone()) {
                 Err(error) => {

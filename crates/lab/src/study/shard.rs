@@ -36,13 +36,13 @@ impl Shard {
     }
 
     /// Returns the number of parts.
-    pub(super) fn parts(self) -> u32 {
+    pub(super) fn part_count(self) -> u32 {
         self.of
     }
 
     /// Returns the part that contains a simulated experiment, given its number in the order of the
     /// study.
-    pub(super) fn holding(self, experiment: u64) -> Self {
+    pub(super) fn shard_of_experiment(self, experiment: u64) -> Self {
         let index = u32::try_from(experiment % u64::from(self.of)).unwrap_or_default();
         Self { index, ..self }
     }
@@ -93,7 +93,7 @@ mod tests {
             assert_eq!(text.parse::<Shard>(), Err(NotAShard), "{text}");
         }
         let part: Shard = "1/3".parse().unwrap();
-        let having = (0..6).filter(|experiment| part.holding(*experiment) == part);
+        let having = (0..6).filter(|experiment| part.shard_of_experiment(*experiment) == part);
         assert_eq!(having.collect::<Vec<_>>(), [1, 4]);
     }
 }

@@ -52,7 +52,7 @@ impl Header {
     }
 
     /// Returns the first difference: its name and both values.
-    fn difference(&self, here: &Self) -> Option<(&'static str, String, String)> {
+    fn first_difference(&self, here: &Self) -> Option<(&'static str, String, String)> {
         let (schema, own_schema) = (self.schema.to_string(), here.schema.to_string());
         let (shard, own_shard) = (self.shard.to_string(), here.shard.to_string());
         [
@@ -104,13 +104,13 @@ impl Store {
             if !first.as_bytes().starts_with(torn) {
                 return Err(StudyError::NotAStudy { file: store.path });
             }
-            store.cut(0)?;
+            store.truncate(0)?;
             store.append(header)?;
             return Ok((store, Vec::new()));
         }
         let runs = read_lines(&store.path, lines, header)?;
         // Only after the check that the file belongs to this study.
-        store.cut(length as u64)?;
+        store.truncate(length as u64)?;
         Ok((store, runs))
     }
 
@@ -151,7 +151,7 @@ impl Store {
     }
 
     /// Cuts the file to `length` bytes.
-    fn cut(&mut self, length: u64) -> Result<(), StudyError> {
+    fn truncate(&mut self, length: u64) -> Result<(), StudyError> {
         let cut = self.file.set_len(length);
         cut.map_err(|source| StudyError::File { file: self.path.clone(), source })
     }
@@ -181,7 +181,7 @@ fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<Vec<Run>, St
     let mut lines = bytes.strip_suffix(b"\n").unwrap_or(bytes).split(|byte| *byte == b'\n');
     let stored_header: Header = serde_json::from_slice(lines.next().unwrap_or_default())
         .map_err(|_| StudyError::NotAStudy { file: path.to_path_buf() })?;
-    if let Some((what, there, here)) = stored_header.difference(header) {
+    if let Some((what, there, here)) = stored_header.first_difference(header) {
         return Err(StudyError::OtherStudy { file: path.to_path_buf(), what, there, here });
     }
     let run = |(line, text)| serde_json::from_slice(text).map_err(|error| wrong(line, error));

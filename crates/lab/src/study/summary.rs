@@ -107,7 +107,7 @@ impl Summary {
         Self {
             header: Header::from_grid(grid),
             runs: cells.iter().map(|cell| cell.runs).sum(),
-            planned: grid.plan.runs(),
+            planned: grid.plan.run_count(),
             largest_rms_deviation: limit,
             axes: grid.plan.axis.iter().map(|axis| axis.name.clone()).collect(),
             cells,
@@ -150,7 +150,7 @@ impl CellSummary {
 
     /// Returns a number of runs as a fraction of all \[%\]; `None` if there are no runs.
     #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
-    pub fn share(&self, count: usize) -> Option<f64> {
+    pub fn percent_of_runs(&self, count: usize) -> Option<f64> {
         (self.runs > 0).then(|| 100.0 * count as f64 / self.runs as f64)
     }
 }
@@ -251,7 +251,7 @@ mod tests {
         let causes = ["diverged", "local-minimum"].map(|cause| (cause.to_owned(), 1));
         assert_eq!(cell.failures, BTreeMap::from(causes));
         assert_eq!(cell.first_reason.as_deref(), Some("reason 2"));
-        assert_eq!(cell.share(7), Some(100.0));
+        assert_eq!(cell.percent_of_runs(7), Some(100.0));
         let figures = cell.figures.unwrap();
         assert_eq!((figures.torque_deviation_median, figures.torque_deviation_95), (3.5, 7.0));
         assert_eq!(figures.rms_deviation, (100.0_f64 / 6.0).sqrt());
@@ -261,7 +261,7 @@ mod tests {
     #[test]
     fn no_run_and_no_result_have_no_figures() {
         let cell = CellSummary::new(vec![], "didim", 1.5, &[]);
-        assert_eq!((cell.share(0), cell.figures), (None, None));
+        assert_eq!((cell.percent_of_runs(0), cell.figures), (None, None));
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub struct ReferenceTorque {
     /// Columns of X, one after the other; a row per joint and instant.
     columns: Vec<Vec<f64>>,
     /// ‖X θ‖.
-    norm: f64,
+    torque_norm: f64,
 }
 
 impl ReferenceTorque {
@@ -41,7 +41,7 @@ impl ReferenceTorque {
             let time_s = sample as f64 * period_s;
             scenario.trajectory().evaluate(time_s, &mut q, &mut dq, &mut ddq);
             let (q, dq, ddq) = (&q[..joints], &dq[..joints], &ddq[..joints]);
-            workspace.set_hysteresis(history.as_mut().map(|own| own.follow(q)));
+            workspace.set_hysteresis(history.as_mut().map(|own| own.advance_to(q)));
             if sample % decimation.max(1) != 0 {
                 continue;
             }
@@ -51,22 +51,22 @@ impl ReferenceTorque {
             }
         }
         let norm = norm_of_sum(&columns, &truth);
-        Self { names, truth, columns, norm }
+        Self { names, truth, columns, torque_norm: norm }
     }
 
     /// Returns ‖X (θ̂ − θ)‖ / ‖X θ‖ over all joints; a parameter that is not identified counts as
     /// 0.
-    pub fn deviation(&self, estimate: &[ParameterEstimate]) -> f64 {
+    pub fn relative_deviation(&self, estimate: &[ParameterEstimate]) -> f64 {
         let value = |name: &String| {
             estimate.iter().find(|parameter| parameter.name == *name).map_or(0.0, |p| p.value)
         };
         let differences: Vec<f64> =
             self.names.iter().zip(&self.truth).map(|(name, truth)| value(name) - truth).collect();
-        norm_of_sum(&self.columns, &differences) / self.norm
+        norm_of_sum(&self.columns, &differences) / self.torque_norm
     }
 
     /// Returns the true value of a base parameter.
-    pub fn truth(&self, name: &str) -> Option<f64> {
+    pub fn true_value(&self, name: &str) -> Option<f64> {
         let index = self.names.iter().position(|own| own == name)?;
         self.truth.get(index).copied()
     }
@@ -75,7 +75,7 @@ impl ReferenceTorque {
     pub fn is_large(&self, name: &str) -> bool {
         let Some(index) = self.names.iter().position(|own| own == name) else { return false };
         let column = &self.columns[index..=index];
-        norm_of_sum(column, &self.truth[index..=index]) >= LARGE_SHARE * self.norm
+        norm_of_sum(column, &self.truth[index..=index]) >= LARGE_SHARE * self.torque_norm
     }
 }
 
@@ -113,10 +113,10 @@ mod tests {
         let scenario = didim_sim::tx40_paper().unwrap();
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let torque = ReferenceTorque::new(&scenario, &base, 125);
-        let deviation = |factor| torque.deviation(&estimate(scenario.truth(), factor));
+        let deviation = |factor| torque.relative_deviation(&estimate(scenario.truth(), factor));
         assert!(deviation(1.0) < 1e-15);
         assert!((deviation(1.05) - 0.05).abs() < 1e-12);
-        assert!((torque.deviation(&[]) - 1.0).abs() < 1e-12);
+        assert!((torque.relative_deviation(&[]) - 1.0).abs() < 1e-12);
         // Gravity of the upper arm is large; a wrist's inertia and an unknown parameter are not.
         assert!(torque.is_large("mx2r") && torque.is_large("fc2"));
         assert!(!torque.is_large("ia6") && !torque.is_large("nothing"));

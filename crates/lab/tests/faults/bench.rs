@@ -145,8 +145,8 @@ pub(super) fn identify(cell: &Cell, folder: &Path, cycles: &[Vec<Frame>]) -> (Ou
     // As the command counts where neither beginning nor end is given: all but the margins, in
     // pieces that make a row.
     let plan = cell.window.plan(cell.sample_rate_hz()).unwrap();
-    let parts = record.parts.len();
-    let counted = record.parts.into_iter().filter_map(|piece| {
+    let parts = record.segments.len();
+    let counted = record.segments.into_iter().filter_map(|piece| {
         let end = piece.measurement.samples().saturating_sub(plan.margin_after);
         let counted = plan.margin_before..end;
         let rows = counted.len() >= cell.options.decimation_filter.factor;

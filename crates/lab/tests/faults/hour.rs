@@ -199,7 +199,7 @@ fn check_losses(cycles: u64, samples: &Samples<'_>, failures: i32, rejected: Vec
     let (losses, clock) = (samples.losses(), samples.clock_counters().unwrap());
     assert_eq!(losses.samples, cycles - AWAY, "{losses:?}");
     assert_eq!(losses.cycles.total(), AWAY, "{losses:?}");
-    assert_eq!((clock.steps, clock.held_back, clock.future), (4, 0, 0), "{clock:?}");
+    assert_eq!((clock.steps, clock.held_back, clock.future_stamps), (4, 0, 0), "{clock:?}");
     // Away from the middle of one motion to the middle of another.
     assert_eq!((failures, rejected.as_slice()), (1, ["sample-gap", "too-short"].as_slice()));
 }

@@ -105,9 +105,9 @@ fn window() -> Window {
         number: 0,
         sample_rate_hz: 500.0,
         samples: vec![JointSample::zero(0, 0)],
-        counted: 0..1,
+        counted_samples: 0..1,
         end: WindowEnd::Rest,
-        start: None,
+        recording_start: None,
         note: None,
     }
 }

@@ -22,7 +22,7 @@ pub(in crate::layout) struct Dictionary<'a> {
     pub(in crate::layout) file: &'a Path,
     pub(in crate::layout) node: u8,
     /// True if it is a DCF, whose `ParameterValue` applies.
-    configured: bool,
+    is_dcf: bool,
     sections: Sections<'a>,
 }
 
@@ -33,26 +33,25 @@ impl<'a> Dictionary<'a> {
         node: u8,
         configured: bool,
     ) -> Result<Self, EdsError> {
-        let dictionary = Self { file, node, configured, sections: ini::parse(text, file)? };
+        let dictionary = Self { file, node, is_dcf: configured, sections: ini::parse(text, file)? };
         dictionary.check_node()?;
         Ok(dictionary)
     }
 
     /// Returns the node that a DCF was made for, if the file contains it.
-    pub(in crate::layout) fn commissioned(
+    pub(in crate::layout) fn commissioned_node(
         text: &'a str,
         file: &'a Path,
     ) -> Result<Option<u8>, EdsError> {
         // Use any node: no number of the file is relative to it here.
-        let dictionary =
-            Self { file, node: 1, configured: true, sections: ini::parse(text, file)? };
+        let dictionary = Self { file, node: 1, is_dcf: true, sections: ini::parse(text, file)? };
         let Some(found) = dictionary.made_for()? else { return Ok(None) };
         match u8::try_from(found.number) {
             Ok(node @ 1..=127) => Ok(Some(node)),
             _ => {
                 let reason =
                     format!("NodeID is {}, no node's number; correct it: 1 to 127", found.number);
-                Err(dictionary.refuse(&found, reason))
+                Err(dictionary.value_error(&found, reason))
             }
         }
     }
@@ -62,9 +61,9 @@ impl<'a> Dictionary<'a> {
         let section = ["devicecomissioning", "devicecommissioning"]
             .into_iter()
             .find_map(|name| self.sections.get(name));
-        let Some(section) = section.filter(|_| self.configured) else { return Ok(None) };
+        let Some(section) = section.filter(|_| self.is_dcf) else { return Ok(None) };
         let Some(entry) = section.get("nodeid") else { return Ok(None) };
-        self.number(section, "NodeID", entry).map(Some)
+        self.parse_number(section, "NodeID", entry).map(Some)
     }
 
     /// Checks that a DCF belongs to this node.
@@ -77,18 +76,22 @@ impl<'a> Dictionary<'a> {
             "the file was made for node {}, the layout has `node_id = {}`; correct one of them",
             found.number, self.node
         );
-        Err(self.refuse(&found, reason))
+        Err(self.value_error(&found, reason))
     }
 
     /// Returns true if an object has this index.
-    pub(in crate::layout) fn has(&self, index: u16) -> bool {
+    pub(in crate::layout) fn has_object(&self, index: u16) -> bool {
         self.sections.contains_key(&format!("{index:04x}"))
             || self.sections.contains_key(&format!("{index:04x}sub0"))
     }
 
     /// Returns the existing indices from `first` to `last`, ascending.
-    pub(in crate::layout) fn indices(&self, first: u16, last: u16) -> impl Iterator<Item = u16> {
-        (first..=last).filter(|index| self.has(*index))
+    pub(in crate::layout) fn existing_indices(
+        &self,
+        first: u16,
+        last: u16,
+    ) -> impl Iterator<Item = u16> {
+        (first..=last).filter(|index| self.has_object(*index))
     }
 
     /// Returns the value of an object, if the file gives one.
@@ -99,7 +102,7 @@ impl<'a> Dictionary<'a> {
         let Some(parent) = self.sections.get(&format!("{index:04x}")) else { return Ok(None) };
         let Some(count) = parent.get("compactsubobj") else { return Ok(None) };
         // The values of compact sub-objects are in one section, under their numbers in decimal.
-        let count = self.number(parent, "CompactSubObj", count)?;
+        let count = self.parse_number(parent, "CompactSubObj", count)?;
         if sub == 0 {
             return Ok(Some(count));
         }
@@ -108,13 +111,13 @@ impl<'a> Dictionary<'a> {
         }
         let values = self.sections.get(&format!("{index:04x}value"));
         match values.and_then(|values| Some((values, values.get(&sub.to_string())?))) {
-            Some((values, entry)) => self.number(values, "value", entry).map(Some),
+            Some((values, entry)) => self.parse_number(values, "value", entry).map(Some),
             None => self.value_in(parent),
         }
     }
 
     /// Returns a value that must be present.
-    pub(in crate::layout) fn required(
+    pub(in crate::layout) fn required_value(
         &self,
         index: u16,
         sub: u8,
@@ -123,7 +126,7 @@ impl<'a> Dictionary<'a> {
         self.value(index, sub)?.ok_or_else(|| EdsError::Missing {
             file: self.file.to_owned(),
             section: name(index, sub),
-            key: if self.configured { "ParameterValue or DefaultValue" } else { "DefaultValue" },
+            key: if self.is_dcf { "ParameterValue or DefaultValue" } else { "DefaultValue" },
             remedy,
         })
     }
@@ -148,7 +151,7 @@ impl<'a> Dictionary<'a> {
             })
             .ok_or_else(missing)?;
         let entry = section.get("datatype").ok_or_else(missing)?;
-        let value = self.number(section, "DataType", entry)?;
+        let value = self.parse_number(section, "DataType", entry)?;
         let encoding = match value.number {
             0x01 => (Encoding::Unsigned, 1),
             0x02 => (Encoding::Signed, 8),
@@ -170,14 +173,14 @@ impl<'a> Dictionary<'a> {
                     "type 0x{other:04X} is no number that can be read exactly: an integer of up to \
                      48 bits, REAL32 or REAL64"
                 );
-                return Err(self.refuse(&value, reason));
+                return Err(self.value_error(&value, reason));
             }
         };
         Ok(encoding)
     }
 
     /// Returns the error for a value, with its place in the file.
-    pub(in crate::layout) fn refuse(&self, value: &Value, reason: String) -> EdsError {
+    pub(in crate::layout) fn value_error(&self, value: &Value, reason: String) -> EdsError {
         EdsError::Entry {
             file: self.file.to_owned(),
             line: value.line,
@@ -198,15 +201,15 @@ impl<'a> Dictionary<'a> {
     }
 
     fn value_in(&self, section: &Section<'a>) -> Result<Option<Value>, EdsError> {
-        let configured = self.configured.then(|| section.get("parametervalue")).flatten();
+        let configured = self.is_dcf.then(|| section.get("parametervalue")).flatten();
         if let Some(entry) = configured {
-            return self.number(section, "ParameterValue", entry).map(Some);
+            return self.parse_number(section, "ParameterValue", entry).map(Some);
         }
         let Some(entry) = section.get("defaultvalue") else { return Ok(None) };
-        self.number(section, "DefaultValue", entry).map(Some)
+        self.parse_number(section, "DefaultValue", entry).map(Some)
     }
 
-    fn number(
+    fn parse_number(
         &self,
         section: &Section<'a>,
         key: &'static str,
@@ -216,7 +219,7 @@ impl<'a> Dictionary<'a> {
             |number| Value { number, section: section.name.to_owned(), key, line: entry.line };
         number::parse(entry.value, self.node)
             .map(value_with)
-            .map_err(|reason| self.refuse(&value_with(0), reason))
+            .map_err(|reason| self.value_error(&value_with(0), reason))
     }
 }
 

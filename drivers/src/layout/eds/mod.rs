@@ -17,4 +17,4 @@ mod pdo;
 pub(super) use dictionary::Dictionary;
 pub use error::EdsError;
 pub use ini::MAX_DEVICE_FILE_BYTES;
-pub(super) use pdo::{Direction, Mapped, Object, Pdo, Sent, identifier};
+pub(super) use pdo::{Direction, Mapped, Object, Pdo, Transmission, identifier};

@@ -9,7 +9,7 @@ pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
     let lower = compact.to_lowercase();
     const NODE_VARIABLE: &str = "$nodeid";
     if !lower.contains('$') {
-        return constant(&lower).ok_or_else(|| expected(text));
+        return constant(&lower).ok_or_else(|| expected_text(text));
     }
     let other = match (lower.strip_prefix(NODE_VARIABLE), lower.strip_suffix(NODE_VARIABLE)) {
         (Some(""), _) => return Ok(node.into()),
@@ -18,7 +18,7 @@ pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
         (None, None) => None,
     };
     let sum = other.and_then(constant).and_then(|value| value.checked_add(node.into()));
-    sum.ok_or_else(|| expected(text))
+    sum.ok_or_else(|| expected_text(text))
 }
 
 fn constant(text: &str) -> Option<u64> {
@@ -33,7 +33,7 @@ fn constant(text: &str) -> Option<u64> {
     }
 }
 
-fn expected(text: &str) -> String {
+fn expected_text(text: &str) -> String {
     let shown: String = text.chars().take(40).collect();
     format!("`{shown}` is not a number; write 128, 0x80 or $NODEID+0x180")
 }

@@ -29,7 +29,7 @@ impl Direction {
     }
 
     /// Returns the indices of the first communication and the first mapping object.
-    fn first(self) -> (u16, u16) {
+    fn first_objects(self) -> (u16, u16) {
         match self {
             Self::Transmit => (0x1800, 0x1A00),
             Self::Receive => (0x1400, 0x1600),
@@ -41,7 +41,7 @@ impl Direction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Object {
     pub(in crate::layout) index: u16,
-    pub(in crate::layout) sub: u8,
+    pub(in crate::layout) sub_index: u8,
 }
 
 impl Object {
@@ -53,13 +53,13 @@ impl Object {
             return None;
         }
         let index = u16::from_str_radix(index, 16).ok()?;
-        Some(Self { index, sub: u8::from_str_radix(sub, 16).ok()? })
+        Some(Self { index, sub_index: u8::from_str_radix(sub, 16).ok()? })
     }
 }
 
 impl core::fmt::Display for Object {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{:04X}:{:02X}", self.index, self.sub)
+        write!(f, "{:04X}:{:02X}", self.index, self.sub_index)
     }
 }
 
@@ -83,7 +83,7 @@ pub(in crate::layout) struct Pdo {
 
 /// Time and identifier with which a PDO is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::layout) struct Sent {
+pub(in crate::layout) struct Transmission {
     pub(in crate::layout) id: FrameId,
 }
 
@@ -97,9 +97,9 @@ impl Pdo {
         dictionary: &Dictionary<'_>,
         direction: Direction,
     ) -> Result<Vec<Self>, EdsError> {
-        let (_, first) = direction.first();
+        let (_, first) = direction.first_objects();
         dictionary
-            .indices(first, first + 0x1FF)
+            .existing_indices(first, first + 0x1FF)
             .map(|index| Self::read(dictionary, direction, index - first))
             .filter(|read| !matches!(read, Ok(pdo) if pdo.mapped.is_empty()))
             .collect()
@@ -110,16 +110,17 @@ impl Pdo {
         direction: Direction,
         number: u16,
     ) -> Result<Self, EdsError> {
-        let index = direction.first().1 + number;
+        let index = direction.first_objects().1 + number;
         let mut pdo = Self { direction, number, mapped: Vec::new(), bits: 0 };
         // Nothing is mapped without a number of entries, or with the number of a multiplexed PDO.
         let Some(count) = dictionary.value(index, 0)? else { return Ok(pdo) };
         let Ok(count @ 1..=64) = u8::try_from(count.number) else { return Ok(pdo) };
         for sub in 1..=count {
             let remedy = "the file states this number of mapped objects; give them all";
-            let entry = dictionary.required(index, sub, remedy)?;
+            let entry = dictionary.required_value(index, sub, remedy)?;
             let word = u32::try_from(entry.number).map_err(|_| {
-                dictionary.refuse(&entry, "has more than 32 bits; write index, sub, bits".into())
+                dictionary
+                    .value_error(&entry, "has more than 32 bits; write index, sub, bits".into())
             })?;
             let [high, low, sub, bits] = word.to_be_bytes();
             let bits = u64::from(bits);
@@ -129,10 +130,10 @@ impl Pdo {
                      {MAX_BITS}",
                     pdo.bits
                 );
-                return Err(dictionary.refuse(&entry, reason));
+                return Err(dictionary.value_error(&entry, reason));
             }
             // Objects below 1000h are types: they mark gaps of their size without meaning.
-            let object = Object { index: u16::from_be_bytes([high, low]), sub };
+            let object = Object { index: u16::from_be_bytes([high, low]), sub_index: sub };
             pdo.mapped.push(Mapped { object, first_bit: pdo.bits, bits });
             pdo.bits += bits;
         }
@@ -158,23 +159,29 @@ impl Pdo {
     ///
     /// # Errors
     /// The PDO does not exist, or is sent by events.
-    pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
-        let Sent { id } = self.transmitted(dictionary)?;
-        let kind =
-            dictionary.required(self.direction.first().0 + self.number, 2, NO_SETTINGS_REMEDY)?;
+    pub(in crate::layout) fn synchronous_transmission(
+        &self,
+        dictionary: &Dictionary<'_>,
+    ) -> Result<Transmission, EdsError> {
+        let Transmission { id } = self.transmission(dictionary)?;
+        let kind = dictionary.required_value(
+            self.direction.first_objects().0 + self.number,
+            2,
+            NO_SETTINGS_REMEDY,
+        )?;
         match (self.direction, kind.number) {
-            (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Sent { id }),
-            (Direction::Transmit, 0) => Err(dictionary.refuse(
+            (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Transmission { id }),
+            (Direction::Transmit, 0) => Err(dictionary.value_error(
                 &kind,
                 "type 0 is sent only when a value has changed, so that samples would be missing; \
                  set it to 1"
                     .into(),
             )),
-            (Direction::Transmit, every @ 2..=240) => Err(dictionary.refuse(
+            (Direction::Transmit, every @ 2..=240) => Err(dictionary.value_error(
                 &kind,
                 format!("type {every} is sent at every {every}th SYNC only; set it to 1"),
             )),
-            (_, other) => Err(dictionary.refuse(
+            (_, other) => Err(dictionary.value_error(
                 &kind,
                 format!(
                     "type {other} does not go by the SYNC, so its values have no instant; set it \
@@ -188,12 +195,12 @@ impl Pdo {
     ///
     /// # Errors
     /// The PDO does not exist.
-    pub(in crate::layout) fn transmitted(
+    pub(in crate::layout) fn transmission(
         &self,
         dictionary: &Dictionary<'_>,
-    ) -> Result<Sent, EdsError> {
-        let index = self.direction.first().0 + self.number;
-        let cob_id = dictionary.required(index, 1, NO_SETTINGS_REMEDY)?;
+    ) -> Result<Transmission, EdsError> {
+        let index = self.direction.first_objects().0 + self.number;
+        let cob_id = dictionary.required_value(index, 1, NO_SETTINGS_REMEDY)?;
         let refuse = |sub, reason: String| EdsError::Pdo {
             file: dictionary.file.to_owned(),
             section: name(index, sub),
@@ -211,8 +218,9 @@ impl Pdo {
                 ),
             ));
         }
-        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
-        Ok(Sent { id })
+        let id =
+            identifier(cob_id.number).map_err(|reason| dictionary.value_error(&cob_id, reason))?;
+        Ok(Transmission { id })
     }
 }
 
@@ -227,7 +235,7 @@ pub(in crate::layout) fn identifier(cob_id: u64) -> Result<FrameId, String> {
     } else {
         u16::try_from(number).ok().and_then(|number| FrameId::standard(number).ok())
     };
-    id.filter(|id| id.raw() != 0).ok_or_else(|| {
+    id.filter(|id| id.number() != 0).ok_or_else(|| {
         format!(
             "0x{cob_id:X} holds no identifier of 11 bits, or of 29 with bit 29 set; 0 is that of \
              network management"

@@ -6,7 +6,7 @@ use super::super::field::Encoding;
 /// Returns the encoding of an object of CiA 402. Returns `None` for others: the vendor decides if
 /// their highest bit is a sign. The objects of the axes of one slave are 800h apart.
 pub(in crate::layout) fn encoding_of(object: Object) -> Option<Encoding> {
-    if !(0x6000..0xA000).contains(&object.index) || object.sub != 0 {
+    if !(0x6000..0xA000).contains(&object.index) || object.sub_index != 0 {
         return None;
     }
     match 0x6000 | object.index & 0x07FF {

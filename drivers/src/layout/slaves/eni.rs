@@ -38,9 +38,9 @@ pub(in crate::layout) fn read_eni(
     let config = config.ok_or_else(|| not_eni("it has no EtherCATConfig with a Config".into()))?;
     let slaves: Vec<(String, u16, Node<'_, '_>)> = children(config, "Slave")
         .map(|slave| {
-            let info = eni.required(slave, "Info")?;
-            let name = text_of(eni.required(info, "Name")?).to_owned();
-            let address = eni.number(eni.required(info, "PhysAddr")?)?;
+            let info = eni.required_child(slave, "Info")?;
+            let name = text_of(eni.required_child(info, "Name")?).to_owned();
+            let address = eni.parse_number(eni.required_child(info, "PhysAddr")?)?;
             Ok::<_, NetworkError>((name, address, slave))
         })
         .collect::<Result<_, _>>()?;
@@ -58,7 +58,7 @@ pub(in crate::layout) fn read_eni(
                 return Err(NetworkError::NoSlave { file, wanted, found: names.collect() });
             };
             let [inputs, outputs] = [("TxPdo", "Recv", "Inputs"), ("RxPdo", "Send", "Outputs")]
-                .map(|kind| eni.area(*node, name, kind));
+                .map(|kind| eni.slave_area(*node, name, kind));
             Ok(Slave { name: name.clone(), inputs: inputs?, outputs: outputs? })
         })
         .collect::<Result<_, _>>()?;
@@ -68,7 +68,7 @@ pub(in crate::layout) fn read_eni(
 impl Eni<'_> {
     /// Returns the process data of a slave in one direction: its PDOs in the order of its sync
     /// managers.
-    fn area(
+    fn slave_area(
         &self,
         slave: Node<'_, '_>,
         name: &str,
@@ -80,7 +80,9 @@ impl Eni<'_> {
             slave: name.to_owned(),
             remedy: "give it PDOs in the master's configuration, and export anew",
         };
-        let Some(data) = child(slave, "ProcessData") else { return Ok(Area::unknown(missing())) };
+        let Some(data) = child(slave, "ProcessData") else {
+            return Ok(Area::from_unknown(missing()));
+        };
         let all_pdos: Vec<Node<'_, '_>> = children(data, pdo_tag).collect();
         let managers = data.children().filter(|node| {
             let tag = node.tag_name().name();
@@ -92,13 +94,13 @@ impl Eni<'_> {
             managers.flat_map(|node| children(node, "Pdo").collect::<Vec<_>>()).collect();
         let mut pdos = Vec::new();
         for number in &assigned {
-            let index: u16 = self.number(*number)?;
+            let index: u16 = self.parse_number(*number)?;
             let is = |pdo: &Node<'_, '_>| {
-                child(*pdo, "Index").is_some_and(|own| self.number::<u16>(own) == Ok(index))
+                child(*pdo, "Index").is_some_and(|own| self.parse_number::<u16>(own) == Ok(index))
             };
             let pdo = all_pdos.iter().copied().find(is);
             pdos.push(pdo.ok_or_else(|| {
-                self.wrong(*number, format!("PDO {index:04X} is assigned and not described"))
+                self.value_error(*number, format!("PDO {index:04X} is assigned and not described"))
             })?);
         }
         if assigned.is_empty() {
@@ -106,25 +108,25 @@ impl Eni<'_> {
         }
         let mut entries = Vec::new();
         for entry in pdos.into_iter().flat_map(|pdo| children(pdo, "Entry").collect::<Vec<_>>()) {
-            let index = self.number(self.required(entry, "Index")?)?;
-            let sub = child(entry, "SubIndex").map_or(Ok(0), |node| self.number(node))?;
-            let bits: u16 = self.number(self.required(entry, "BitLen")?)?;
+            let index = self.parse_number(self.required_child(entry, "Index")?)?;
+            let sub = child(entry, "SubIndex").map_or(Ok(0), |node| self.parse_number(node))?;
+            let bits: u16 = self.parse_number(self.required_child(entry, "BitLen")?)?;
             let encoding = child(entry, "DataType").and_then(|node| data_type(text_of(node)));
-            entries.push((Object { index, sub }, u64::from(bits), encoding));
+            entries.push((Object { index, sub_index: sub }, u64::from(bits), encoding));
         }
         let mut places = children(data, place_tag);
         let Some(place) = places.next() else {
             return Ok(Area::from_entries(entries, Err(missing())));
         };
         if let Some(second) = places.next() {
-            return Err(self.wrong(second, "one area is read for each direction".into()));
+            return Err(self.value_error(second, "one area is read for each direction".into()));
         }
-        let start: u32 = self.number(self.required(place, "BitStart")?)?;
-        let length: u32 = self.number(self.required(place, "BitLength")?)?;
+        let start: u32 = self.parse_number(self.required_child(place, "BitStart")?)?;
+        let length: u32 = self.parse_number(self.required_child(place, "BitLength")?)?;
         let mapped: u64 = entries.iter().map(|(_, bits, _)| bits).sum();
         if mapped.next_multiple_of(8) != u64::from(length).next_multiple_of(8) {
             let problem = format!("{length} bits, and the PDOs of the slave have {mapped}");
-            return Err(self.wrong(place, problem));
+            return Err(self.value_error(place, problem));
         }
         Ok(Area::from_entries(entries, Ok(start.into())))
     }
@@ -147,51 +149,55 @@ impl Eni<'_> {
     fn command(&self, node: Node<'_, '_>) -> Result<Kind, NetworkError> {
         let mut states = children(node, "State").map(text_of).peekable();
         let in_operation = states.peek().is_none() || states.any(|state| state == "OP");
-        let command: u8 = self.number(self.required(node, "Cmd")?)?;
+        let command: u8 = self.parse_number(self.required_child(node, "Cmd")?)?;
         if in_operation && matches!(command, ARMW | FRMW) {
-            let register: u16 = self.number(self.required(node, "Ado")?)?;
+            let register: u16 = self.parse_number(self.required_child(node, "Ado")?)?;
             return Ok(if register == SYSTEM_TIME { Kind::Clock } else { Kind::Other });
         }
         if !in_operation || !matches!(command, LRD | LWR | LRW) {
             return Ok(Kind::Other);
         }
         let length = match (child(node, "DataLength"), child(node, "Data")) {
-            (Some(length), _) => self.number(length)?,
+            (Some(length), _) => self.parse_number(length)?,
             (None, Some(data)) => u16::try_from(text_of(data).len() / 2).unwrap_or(u16::MAX),
-            (None, None) => return Err(self.wrong(node, "has no DataLength".into())),
+            (None, None) => return Err(self.value_error(node, "has no DataLength".into())),
         };
-        let image = |tag| child(node, tag).map_or(Ok(0), |node| self.number::<u32>(node));
+        let image = |tag| child(node, tag).map_or(Ok(0), |node| self.parse_number::<u32>(node));
         Ok(Kind::ProcessData(Command {
             command,
-            address: self.number(self.required(node, "Addr")?)?,
+            address: self.parse_number(self.required_child(node, "Addr")?)?,
             length,
             input_bit: 8 * u64::from(image("InputOffs")?),
             output_bit: 8 * u64::from(image("OutputOffs")?),
-            expected: child(node, "Cnt").map(|count| self.number(count)).transpose()?,
+            expected_counter: child(node, "Cnt")
+                .map(|count| self.parse_number(count))
+                .transpose()?,
             with_clock: false,
         }))
     }
 
-    fn required<'n, 'd>(
+    fn required_child<'n, 'd>(
         &self,
         node: Node<'n, 'd>,
         tag: &str,
     ) -> Result<Node<'n, 'd>, NetworkError> {
-        child(node, tag).ok_or_else(|| self.wrong(node, format!("has no {tag}")))
+        child(node, tag).ok_or_else(|| self.value_error(node, format!("has no {tag}")))
     }
 
     /// Parses a decimal number, or a hexadecimal one like `#x6064`.
-    fn number<T: TryFrom<u64>>(&self, node: Node<'_, '_>) -> Result<T, NetworkError> {
+    fn parse_number<T: TryFrom<u64>>(&self, node: Node<'_, '_>) -> Result<T, NetworkError> {
         let text = text_of(node);
         let parsed = match text.strip_prefix("#x").or_else(|| text.strip_prefix("0x")) {
             Some(digits) => u64::from_str_radix(digits, 16),
             None => text.parse(),
         };
         let number = parsed.ok().and_then(|number| T::try_from(number).ok());
-        number.ok_or_else(|| self.wrong(node, format!("`{text}` is no number that it could have")))
+        number.ok_or_else(|| {
+            self.value_error(node, format!("`{text}` is no number that it could have"))
+        })
     }
 
-    fn wrong(&self, node: Node<'_, '_>, problem: String) -> NetworkError {
+    fn value_error(&self, node: Node<'_, '_>, problem: String) -> NetworkError {
         let line = node.document().text_pos_at(node.range().start).row;
         let element = node.tag_name().name().to_owned();
         NetworkError::Value { file: self.file.to_owned(), line, element, problem }

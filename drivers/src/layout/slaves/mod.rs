@@ -13,7 +13,7 @@ mod startup;
 pub(super) use common_objects::encoding_of;
 pub(super) use eni::read_eni;
 pub use error::NetworkError;
-pub(super) use startup::learn;
+pub(super) use startup::learn_network;
 
 use super::eds::Object;
 use super::field::Encoding;
@@ -65,7 +65,7 @@ pub(super) struct Command {
     pub(super) input_bit: u64,
     pub(super) output_bit: u64,
     /// Working counter if every slave takes part.
-    pub(super) expected: Option<u16>,
+    pub(super) expected_counter: Option<u16>,
     /// True if its frame also carries the time of the distributed clock.
     pub(super) with_clock: bool,
 }
@@ -89,7 +89,7 @@ impl Area {
         Self { entries: entries.collect(), first_bit }
     }
 
-    fn unknown(why: NetworkError) -> Self {
+    fn from_unknown(why: NetworkError) -> Self {
         Self { entries: Vec::new(), first_bit: Err(why) }
     }
 }

@@ -32,9 +32,9 @@ struct Fmmu {
     address: u32,
     bytes: u16,
     /// True if it covers complete bytes.
-    complete: bool,
-    reads: bool,
-    writes: bool,
+    is_byte_aligned: bool,
+    is_read: bool,
+    is_written: bool,
 }
 
 /// Data seen so far.
@@ -43,7 +43,7 @@ struct Learnt {
     /// Latest value by station, index, sub-index.
     objects: BTreeMap<(u16, u16, u8), u32>,
     /// Downloads that the slave has not confirmed, by station.
-    asked: BTreeMap<u16, Transfer>,
+    open_downloads: BTreeMap<u16, Transfer>,
     fmmus: BTreeMap<(u16, u16), Fmmu>,
     /// Command, address and length; true if the clock is sent with them. In the order of first
     /// appearance.
@@ -54,13 +54,13 @@ struct Learnt {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Transfer {
     index: u16,
-    sub: u8,
-    complete: bool,
+    sub_index: u8,
+    is_complete_access: bool,
     data: Vec<u8>,
 }
 
 /// Reads the slaves that a layout names, and the cyclic datagrams.
-pub(in crate::layout) fn learn<R: BufRead>(
+pub(in crate::layout) fn learn_network<R: BufRead>(
     mut capture: Capture<R>,
     wanted: &[SlaveSpec],
 ) -> Result<Network, NetworkError> {
@@ -68,22 +68,23 @@ pub(in crate::layout) fn learn<R: BufRead>(
     loop {
         match capture.next_packet() {
             Ok(Some(packet)) => {
-                let frame = EthercatFrame::parse(packet.bytes).filter(|frame| frame.returning);
+                let frame = EthercatFrame::parse(packet.bytes).filter(|frame| frame.is_returning);
                 let datagrams = || frame.iter().flat_map(EthercatFrame::datagrams);
                 let with_clock = datagrams().any(|datagram| datagram.system_time().is_some());
-                datagrams().for_each(|datagram| learnt.datagram(&datagram, with_clock));
+                datagrams().for_each(|datagram| learnt.handle_datagram(&datagram, with_clock));
             }
             Ok(None) => break,
             Err(error) => return Err(error.into()),
         }
     }
     let file = capture.path();
-    let slaves = wanted.iter().map(|spec| learnt.slave(spec, file)).collect::<Result<_, _>>()?;
+    let slaves =
+        wanted.iter().map(|spec| learnt.slave_by_spec(spec, file)).collect::<Result<_, _>>()?;
     Ok(Network { slaves, commands: learnt.commands() })
 }
 
 impl Learnt {
-    fn datagram(&mut self, datagram: &Datagram<'_>, with_clock: bool) {
+    fn handle_datagram(&mut self, datagram: &Datagram<'_>, with_clock: bool) {
         if datagram.working_counter == 0 {
             return;
         }
@@ -102,7 +103,7 @@ impl Learnt {
         } else if is_write && FMMU_REGISTERS.contains(&datagram.register()) {
             self.units(datagram);
         } else if datagram.register() >= MAILBOX_START && (is_write || datagram.command == FPRD) {
-            self.mailbox(datagram);
+            self.handle_mailbox(datagram);
         }
     }
 
@@ -113,7 +114,7 @@ impl Learnt {
             return;
         }
         for (number, unit) in (offset / 16..16).zip(datagram.data.chunks_exact(16)) {
-            let place = (datagram.station(), number);
+            let place = (datagram.station_address(), number);
             let [a, b, c, d, l, m, start_bit, stop_bit, _, _, _, kind, active, ..] = *unit else {
                 continue;
             };
@@ -124,9 +125,9 @@ impl Learnt {
             let unit = Fmmu {
                 address: u32::from_le_bytes([a, b, c, d]),
                 bytes: u16::from_le_bytes([l, m]),
-                complete: start_bit == 0 && stop_bit == 7,
-                reads: kind & 1 != 0,
-                writes: kind & 2 != 0,
+                is_byte_aligned: start_bit == 0 && stop_bit == 7,
+                is_read: kind & 1 != 0,
+                is_written: kind & 2 != 0,
             };
             if self.fmmus.len() < MAX_OBJECTS {
                 self.fmmus.insert(place, unit);
@@ -135,8 +136,8 @@ impl Learnt {
     }
 
     /// Reads a mailbox message with an SDO.
-    fn mailbox(&mut self, datagram: &Datagram<'_>) -> Option<()> {
-        let station = datagram.station();
+    fn handle_mailbox(&mut self, datagram: &Datagram<'_>) -> Option<()> {
+        let station = datagram.station_address();
         let (header, rest) = datagram.data.split_first_chunk::<6>()?;
         let length = usize::from(u16::from_le_bytes([header[0], header[1]]));
         let message = rest.get(..length).filter(|_| header[5] & 0x0F == COE_PROTOCOL)?;
@@ -146,33 +147,41 @@ impl Learnt {
         // The highest three bits encode the operation.
         match (service, command >> 5) {
             (SDO_REQUEST, 1) => {
-                self.asked.remove(&station);
+                self.open_downloads.remove(&station);
                 let data = data_of(command, message.get(6..)?)?;
                 let complete = command & 0x10 != 0;
-                let asked = Transfer { index, sub, complete, data: data.to_vec() };
-                if is_kept(index) && self.asked.len() < MAX_OBJECTS {
-                    self.asked.insert(station, asked);
+                let asked = Transfer {
+                    index,
+                    sub_index: sub,
+                    is_complete_access: complete,
+                    data: data.to_vec(),
+                };
+                if is_kept(index) && self.open_downloads.len() < MAX_OBJECTS {
+                    self.open_downloads.insert(station, asked);
                 }
             }
             (SDO_RESPONSE, 3) => {
-                let asked = self.asked.remove(&station)?;
-                if (asked.index, asked.sub) == (index, sub) {
-                    self.keep(station, &asked);
+                let asked = self.open_downloads.remove(&station)?;
+                if (asked.index, asked.sub_index) == (index, sub) {
+                    self.store_transfer(station, &asked);
                 }
             }
             (SDO_RESPONSE, 2) => {
                 let data = data_of(command, message.get(6..)?)?.to_vec();
                 let complete = command & 0x10 != 0;
-                self.keep(station, &Transfer { index, sub, complete, data });
+                self.store_transfer(
+                    station,
+                    &Transfer { index, sub_index: sub, is_complete_access: complete, data },
+                );
             }
-            (SDO_REQUEST, 4) => drop(self.asked.remove(&station)),
+            (SDO_REQUEST, 4) => drop(self.open_downloads.remove(&station)),
             _ => {}
         }
         Some(())
     }
 
-    fn keep(&mut self, station: u16, transfer: &Transfer) {
-        let Transfer { index, sub, complete, data } = transfer;
+    fn store_transfer(&mut self, station: u16, transfer: &Transfer) {
+        let Transfer { index, sub_index: sub, is_complete_access: complete, data } = transfer;
         if !is_kept(*index) {
             return;
         }
@@ -200,7 +209,7 @@ impl Learnt {
         }
     }
 
-    fn slave(&self, spec: &SlaveSpec, file: &Path) -> Result<Slave, NetworkError> {
+    fn slave_by_spec(&self, spec: &SlaveSpec, file: &Path) -> Result<Slave, NetworkError> {
         let is_known = |station: &u16| self.objects.keys().any(|(other, ..)| other == station);
         let Some(station) = spec.address.filter(is_known) else {
             let mut stations: Vec<u16> =
@@ -213,14 +222,14 @@ impl Learnt {
             });
         };
         let area = |assignment| {
-            self.area(station, assignment).unwrap_or_else(|what| {
+            self.assigned_area(station, assignment).unwrap_or_else(|what| {
                 let (file, slave) = (file.to_owned(), spec.label());
-                Area::unknown(NetworkError::NotLearnt { file, slave, what })
+                Area::from_unknown(NetworkError::NotLearnt { file, slave, what })
             })
         };
         let place = |area: Area, reads: bool| {
             let first_bit = area.first_bit.and_then(|bits| {
-                self.address(station, bits, reads).ok_or_else(|| NetworkError::NotLearnt {
+                self.logical_address(station, bits, reads).ok_or_else(|| NetworkError::NotLearnt {
                     file: file.to_owned(),
                     slave: spec.label(),
                     what: format!(
@@ -239,7 +248,7 @@ impl Learnt {
 
     /// Returns the contents of the assigned PDOs, with the number of bits in place of the first
     /// bit. The error names the missing data.
-    fn area(&self, station: u16, assignment: u16) -> Result<Area, String> {
+    fn assigned_area(&self, station: u16, assignment: u16) -> Result<Area, String> {
         let value = |index: u16, sub: u8| self.objects.get(&(station, index, sub)).copied();
         let need = |index, sub| value(index, sub).ok_or_else(|| format!("{index:04X}:{sub:02X}"));
         let low_byte = |word: u32| word.to_le_bytes()[0];
@@ -249,7 +258,7 @@ impl Learnt {
             let pdo = u16::from_le_bytes([low, high]);
             for sub in 1..=low_byte(need(pdo, 0)?) {
                 let [bits, sub, low, high] = need(pdo, sub)?.to_le_bytes();
-                let object = Object { index: u16::from_le_bytes([low, high]), sub };
+                let object = Object { index: u16::from_le_bytes([low, high]), sub_index: sub };
                 mapped.push((object, u64::from(bits), encoding_of(object)));
             }
         }
@@ -259,11 +268,11 @@ impl Learnt {
 
     /// Returns the first bit in logical memory of an area of `bits` bits, if one unit covers
     /// exactly this area.
-    fn address(&self, station: u16, bits: u64, reads: bool) -> Option<u64> {
+    fn logical_address(&self, station: u16, bits: u64, reads: bool) -> Option<u64> {
         let of_station = self.fmmus.range((station, 0)..=(station, u16::MAX)).map(|(_, unit)| unit);
         let mut fitting = of_station.filter(|unit| {
-            let right = if reads { unit.reads } else { unit.writes };
-            right && unit.complete && u64::from(unit.bytes) == bits.div_ceil(8)
+            let right = if reads { unit.is_read } else { unit.is_written };
+            right && unit.is_byte_aligned && u64::from(unit.bytes) == bits.div_ceil(8)
         });
         let (Some(unit), None) = (fitting.next(), fitting.next()) else { return None };
         Some(8 * u64::from(unit.address))
@@ -280,7 +289,7 @@ impl Learnt {
                     length: *length,
                     input_bit: first_bit,
                     output_bit: first_bit,
-                    expected: Some(self.expected(*command, *address, *length)),
+                    expected_counter: Some(self.expected_counter(*command, *address, *length)),
                     with_clock: *with_clock,
                 }
             })
@@ -289,15 +298,15 @@ impl Learnt {
 
     /// Returns the expected working counter. Each slave counts once for its inputs and once for its
     /// outputs, twice for the outputs if one datagram carries both.
-    fn expected(&self, command: u8, address: u32, length: u16) -> u16 {
+    fn expected_counter(&self, command: u8, address: u32, length: u16) -> u16 {
         let end = u64::from(address) + u64::from(length);
         let mut by_station: BTreeMap<u16, (u16, u16)> = BTreeMap::new();
         for ((station, _), unit) in &self.fmmus {
             let unit_end = u64::from(unit.address) + u64::from(unit.bytes);
             if u64::from(unit.address) < end && unit_end > u64::from(address) {
                 let (gives, takes) = by_station.entry(*station).or_default();
-                *gives |= u16::from(unit.reads);
-                *takes |= u16::from(unit.writes);
+                *gives |= u16::from(unit.is_read);
+                *takes |= u16::from(unit.is_written);
             }
         }
         let count = |(gives, takes): &(u16, u16)| match command {

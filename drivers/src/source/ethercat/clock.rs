@@ -8,7 +8,7 @@ const MIN_SEPARATION_NS: u64 = 500_000_000;
 /// drives. Uses the capture if that clock is missing or was set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CycleClock {
-    latest: Option<Latest>,
+    latest_cycle: Option<Latest>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -16,16 +16,16 @@ struct Latest {
     stamp_ns: u64,
     captured_ns: u64,
     /// Time of the distributed clock, and its number of bits.
-    system: Option<(u64, u8)>,
+    system_time: Option<(u64, u8)>,
 }
 
 impl CycleClock {
     /// Returns the stamp of a cycle \[ns since 1970\] from the capture time of its frame and the
     /// time of the distributed clock.
     pub(super) fn stamp_ns(&mut self, captured_ns: u64, system: Option<(u64, u8)>) -> u64 {
-        let stamp_ns = self.latest.map_or(captured_ns, |latest| {
+        let stamp_ns = self.latest_cycle.map_or(captured_ns, |latest| {
             let captured = captured_ns.saturating_sub(latest.captured_ns);
-            let passed = match (latest.system, system) {
+            let passed = match (latest.system_time, system) {
                 (Some((before, bits)), Some((now, also))) if bits == also => {
                     // 32 bits wrap every 4.3 s: a time ahead by half of that is behind.
                     let mask = u64::MAX >> (64 - bits);
@@ -37,7 +37,7 @@ impl CycleClock {
             };
             latest.stamp_ns.saturating_add(passed.unwrap_or(captured))
         });
-        self.latest = Some(Latest { stamp_ns, captured_ns, system });
+        self.latest_cycle = Some(Latest { stamp_ns, captured_ns, system_time: system });
         stamp_ns
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::Seen;
+use super::TrafficSummary;
 use super::clock::CycleClock;
 use crate::ethercat::{AL_STATUS, BRD, Datagram, EthercatFrame};
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
@@ -15,14 +15,14 @@ use crate::layout::{
 pub(super) struct Decoder {
     plan: ProcessData,
     /// Index of the latest outgoing datagram, per datagram of the plan.
-    sent: Vec<Option<u8>>,
+    sent_indices: Vec<Option<u8>>,
     /// Frames of the outgoing outputs, per datagram of the plan.
-    outputs: Vec<Vec<Frame>>,
+    sent_outputs: Vec<Vec<Frame>>,
     /// Last AL status of all slaves.
     al_status: u8,
     clock: CycleClock,
-    ready: VecDeque<Frame>,
-    seen: Seen,
+    ready_frames: VecDeque<Frame>,
+    traffic: TrafficSummary,
 }
 
 impl Decoder {
@@ -30,15 +30,15 @@ impl Decoder {
         let frames = |datagram: &ProcessDatagram| datagram.inputs.len() + datagram.outputs.len();
         let most = 1 + plan.datagrams.iter().map(frames).sum::<usize>();
         let outputs = plan.datagrams.iter().map(|datagram| {
-            datagram.outputs.iter().map(|gathered| frame(gathered, &[], None)).collect()
+            datagram.outputs.iter().map(|gathered| build_frame(gathered, &[], None)).collect()
         });
         Self {
-            sent: vec![None; plan.datagrams.len()],
-            outputs: outputs.collect(),
+            sent_indices: vec![None; plan.datagrams.len()],
+            sent_outputs: outputs.collect(),
             al_status: 0,
             clock: CycleClock::default(),
-            ready: VecDeque::with_capacity(most),
-            seen: Seen::default(),
+            ready_frames: VecDeque::with_capacity(most),
+            traffic: TrafficSummary::default(),
             plan,
         }
     }
@@ -48,30 +48,30 @@ impl Decoder {
         self.plan.clock
     }
 
-    pub(super) fn seen(&self) -> Seen {
-        self.seen
+    pub(super) fn traffic(&self) -> TrafficSummary {
+        self.traffic
     }
 
     /// Returns the next frame that is ready.
     pub(super) fn poll_frame(&mut self) -> Option<Frame> {
-        self.ready.pop_front()
+        self.ready_frames.pop_front()
     }
 
     /// Takes one packet, captured at `captured_ns`. Poll all frames before the next call: remaining
     /// ones are dropped. Returns false if the packet is neither outgoing nor contains process data.
     pub(super) fn handle_packet(&mut self, packet: &[u8], captured_ns: u64) -> bool {
-        self.ready.clear();
-        self.seen.packets += 1;
+        self.ready_frames.clear();
+        self.traffic.packets += 1;
         let Some(ethernet) = EthercatFrame::parse(packet) else { return false };
-        self.seen.frame(&ethernet);
-        if !ethernet.returning {
+        self.traffic.count_frame(&ethernet);
+        if !ethernet.is_returning {
             ethernet.datagrams().for_each(|datagram| self.goes_out(&datagram));
             return true;
         }
         // Data of the complete frame may follow the process data.
         let (mut system, mut state) = (None, 0);
         for datagram in ethernet.datagrams() {
-            self.seen.returned(&datagram);
+            self.traffic.count_returned(&datagram);
             if self.plan.clock {
                 system = system.or(datagram.system_time());
             }
@@ -82,7 +82,7 @@ impl Decoder {
             {
                 self.al_status = status & AL_STATUS_BITS;
             }
-            let expected = self.plan.find(&datagram).map(|(_, plan)| plan.expected);
+            let expected = self.plan.find(&datagram).map(|(_, plan)| plan.expected_counter);
             if expected.is_some_and(|expected| expected != datagram.working_counter) {
                 state |= WRONG_COUNTER;
             }
@@ -93,23 +93,24 @@ impl Decoder {
             let Some((number, plan)) = self.plan.find(&datagram) else { continue };
             let stamp_ns =
                 *stamp_ns.get_or_insert_with(|| self.clock.stamp_ns(captured_ns, system));
-            self.seen.taken += 1;
+            self.traffic.used_datagrams += 1;
             let frames = 1 + plan.inputs.len() + plan.outputs.len();
-            if self.ready.len() + frames > self.ready.capacity() {
+            if self.ready_frames.len() + frames > self.ready_frames.capacity() {
                 // The same datagram again in one frame.
                 continue;
             }
             if number == 0 {
-                self.ready.push_back(frame(&SYNC_FRAME, &[], None).with_stamp(stamp_ns));
+                self.ready_frames
+                    .push_back(build_frame(&SYNC_FRAME, &[], None).with_stamp(stamp_ns));
             }
             for gathered in &plan.inputs {
-                let inputs = frame(gathered, datagram.data, Some(state));
-                self.ready.push_back(inputs.with_stamp(stamp_ns));
+                let inputs = build_frame(gathered, datagram.data, Some(state));
+                self.ready_frames.push_back(inputs.with_stamp(stamp_ns));
             }
-            let sent = self.sent.get_mut(number).and_then(Option::take);
+            let sent = self.sent_indices.get_mut(number).and_then(Option::take);
             if sent == Some(datagram.index) {
-                let outputs = self.outputs.get(number).into_iter().flatten();
-                self.ready.extend(outputs.map(|frame| frame.with_stamp(stamp_ns)));
+                let outputs = self.sent_outputs.get(number).into_iter().flatten();
+                self.ready_frames.extend(outputs.map(|frame| frame.with_stamp(stamp_ns)));
             }
         }
         stamp_ns.is_some()
@@ -119,11 +120,11 @@ impl Decoder {
     fn goes_out(&mut self, datagram: &Datagram<'_>) {
         let Some((number, plan)) = self.plan.find(datagram) else { return };
         if let (Some(frames), Some(sent)) =
-            (self.outputs.get_mut(number), self.sent.get_mut(number))
+            (self.sent_outputs.get_mut(number), self.sent_indices.get_mut(number))
         {
             *sent = Some(datagram.index);
             for (place, gathered) in frames.iter_mut().zip(&plan.outputs) {
-                *place = frame(gathered, datagram.data, None);
+                *place = build_frame(gathered, datagram.data, None);
             }
         }
     }
@@ -141,12 +142,12 @@ impl ProcessData {
 }
 
 /// Returns a frame of a datagram's data, led by the state of the network if it has one.
-fn frame(gathered: &Gathered, data: &[u8], state: Option<u8>) -> Frame {
+fn build_frame(gathered: &Gathered, data: &[u8], state: Option<u8>) -> Frame {
     let mut payload = [0; MAX_PAYLOAD];
     if let (Some(state), Some(first)) = (state, payload.first_mut()) {
         *first = state;
     }
-    for (from, to, bytes) in &gathered.parts {
+    for (from, to, bytes) in &gathered.byte_ranges {
         let source = data.get(*from..).and_then(|rest| rest.get(..*bytes));
         let target = payload.get_mut(*to..).and_then(|rest| rest.get_mut(..*bytes));
         if let (Some(from), Some(to)) = (source, target) {

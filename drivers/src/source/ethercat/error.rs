@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use super::Seen;
+use super::TrafficSummary;
 use crate::ethercat::CaptureError;
 use crate::source::InterfaceName;
 
@@ -69,7 +69,7 @@ pub enum EthercatError {
         /// The capture.
         path: PathBuf,
         /// Its properties.
-        seen: Seen,
+        seen: TrafficSummary,
     },
 }
 

@@ -25,7 +25,7 @@ pub struct CaptureSource<R = BufReader<File>> {
     capture: Capture<R>,
     decoder: Decoder,
     interfaces: Vec<InterfaceName>,
-    ended: bool,
+    has_ended: bool,
     /// Error for the next call, after the frames before it.
     failure: Option<EthercatError>,
     counters: SourceCounters,
@@ -57,7 +57,7 @@ impl<R: BufRead> CaptureSource<R> {
             capture,
             decoder: Decoder::new(plan.clone()),
             interfaces: InterfaceName::new(INTERFACE_NAME).into_iter().collect(),
-            ended: false,
+            has_ended: false,
             failure: None,
             counters: SourceCounters::default(),
         })
@@ -70,8 +70,8 @@ impl<R: BufRead> CaptureSource<R> {
             self.counters.passed_over += u64::from(!used);
             return Ok(true);
         }
-        let seen = self.decoder.seen();
-        if seen.taken == 0 {
+        let seen = self.decoder.traffic();
+        if seen.used_datagrams == 0 {
             let path = self.capture.path().to_owned();
             return Err(EthercatError::NoProcessData { path, seen });
         }
@@ -95,13 +95,13 @@ impl<R: BufRead + Send> Source for CaptureSource<R> {
                 batch.push(frame);
                 continue;
             }
-            if self.ended {
+            if self.has_ended {
                 break;
             }
             match self.advance() {
-                Ok(more) => self.ended = !more,
+                Ok(more) => self.has_ended = !more,
                 Err(failure) => {
-                    self.ended = true;
+                    self.has_ended = true;
                     self.failure = Some(failure);
                 }
             }

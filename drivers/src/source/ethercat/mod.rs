@@ -9,5 +9,5 @@ mod tap;
 
 pub use error::EthercatError;
 pub use file::CaptureSource;
-pub use seen::Seen;
+pub use seen::TrafficSummary;
 pub use tap::TapSource;

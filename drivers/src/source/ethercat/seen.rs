@@ -6,39 +6,46 @@ use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX_START};
 
 /// Counts of the packets and datagrams seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Seen {
+pub struct TrafficSummary {
     /// Packets of any kind.
     pub packets: u64,
     /// Complete frames of EtherCAT.
     pub frames: u64,
     /// Frames that returned from the slaves.
-    pub returning: u64,
+    pub returned_frames: u64,
     /// Returned datagrams of process data (LRD, LWR, LRW).
-    pub logical: u64,
+    pub process_datagrams: u64,
     /// Returned datagrams of process data that the layout uses.
-    pub taken: u64,
+    pub used_datagrams: u64,
     /// Returned datagrams to and from mailboxes.
-    pub mailbox: u64,
+    pub mailbox_datagrams: u64,
 }
 
-impl Seen {
-    pub(super) fn frame(&mut self, frame: &EthercatFrame<'_>) {
+impl TrafficSummary {
+    pub(super) fn count_frame(&mut self, frame: &EthercatFrame<'_>) {
         self.frames += 1;
-        self.returning += u64::from(frame.returning);
+        self.returned_frames += u64::from(frame.is_returning);
     }
 
-    pub(super) fn returned(&mut self, datagram: &Datagram<'_>) {
-        self.logical += u64::from(datagram.is_logical());
+    pub(super) fn count_returned(&mut self, datagram: &Datagram<'_>) {
+        self.process_datagrams += u64::from(datagram.is_logical());
         let is_mailbox =
             matches!(datagram.command, FPRD | FPWR | FPRW) && datagram.register() >= MAILBOX_START;
-        self.mailbox += u64::from(is_mailbox);
+        self.mailbox_datagrams += u64::from(is_mailbox);
     }
 }
 
 /// Missing data, with the remedy.
-impl fmt::Display for Seen {
+impl fmt::Display for TrafficSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { packets, frames, returning, logical, mailbox, .. } = self;
+        let Self {
+            packets,
+            frames,
+            returned_frames: returning,
+            process_datagrams: logical,
+            mailbox_datagrams: mailbox,
+            ..
+        } = self;
         if *frames == 0 {
             write!(
                 f,

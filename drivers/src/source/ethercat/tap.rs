@@ -30,7 +30,7 @@ pub struct TapSource {
     interface: [InterfaceName; 1],
     opened: Option<Opened>,
     /// True if packets can arrive.
-    up: bool,
+    is_up: bool,
     /// Time of the next attempt to open it, while it is closed.
     retry: Retry,
     wanted_bytes: u32,
@@ -38,7 +38,7 @@ pub struct TapSource {
     buffer: ReceiveBuffer<PACKET_BYTES>,
     decoder: Decoder,
     drops: DropCounter,
-    hardware: Option<HardwareClock>,
+    hardware_clock: Option<HardwareClock>,
     failure: Option<EthercatError>,
     counters: SourceCounters,
 }
@@ -66,15 +66,15 @@ impl TapSource {
         let opened = open(interface, receive_buffer_bytes)?;
         Ok(Self {
             interface: [interface],
-            up: true,
-            retry: Retry::first(Instant::now()),
+            is_up: true,
+            retry: Retry::after_loss(Instant::now()),
             wanted_bytes: receive_buffer_bytes,
             granted_bytes: opened.granted_bytes,
             opened: Some(opened),
             buffer: ReceiveBuffer::new(),
             decoder: Decoder::new(plan.clone()),
             drops: DropCounter::default(),
-            hardware: None,
+            hardware_clock: None,
             failure: None,
             counters: SourceCounters::default(),
         })
@@ -91,12 +91,12 @@ impl TapSource {
     }
 
     /// Reads packets from the kernel; returns false if there are none.
-    fn fill(&mut self) -> bool {
+    fn read_packets(&mut self) -> bool {
         self.reopen_when_due();
         let Some(opened) = &self.opened else { return false };
         match self.buffer.fill(&opened.socket) {
             Ok(()) => {
-                self.up = true;
+                self.is_up = true;
                 return true;
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => return true,
@@ -111,17 +111,17 @@ impl TapSource {
     }
 
     fn went_down(&mut self) {
-        if std::mem::replace(&mut self.up, false) {
+        if std::mem::replace(&mut self.is_up, false) {
             self.counters.link_down += 1;
             self.failure = Some(EthercatError::Down { interface: self.name() });
         }
     }
 
     fn mark_interface_gone(&mut self) {
-        self.counters.link_down += u64::from(self.up);
-        self.up = false;
+        self.counters.link_down += u64::from(self.is_up);
+        self.is_up = false;
         self.opened = None;
-        self.retry = Retry::first(Instant::now());
+        self.retry = Retry::after_loss(Instant::now());
         self.failure = Some(EthercatError::Gone { interface: self.name() });
     }
 
@@ -133,18 +133,18 @@ impl TapSource {
             Ok(opened) => {
                 self.granted_bytes = opened.granted_bytes;
                 self.opened = Some(opened);
-                self.up = true;
+                self.is_up = true;
                 self.drops = DropCounter::default();
-                self.hardware = None;
+                self.hardware_clock = None;
                 self.counters.reopened += 1;
             }
-            Err(_) => self.retry = self.retry.failed(Instant::now()),
+            Err(_) => self.retry = self.retry.after_failure(Instant::now()),
         }
     }
 }
 
 impl Listening for TapSource {
-    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
+    fn take_frames(&mut self, batch: &mut Vec<Frame>) -> bool {
         let before = batch.len();
         let mut calls = 0;
         while capacity(batch) > 0 {
@@ -159,13 +159,13 @@ impl Listening for TapSource {
                     // The distributed clock counts; this is only its starting point.
                     monotonic_ns()
                 } else {
-                    let stamp = stamp_ns(&message, &mut self.hardware);
+                    let stamp = stamp_ns(&message, &mut self.hardware_clock);
                     self.counters.stamped_late += u64::from(stamp.is_none());
                     stamp.unwrap_or_else(realtime_now_ns)
                 };
                 let used = self.decoder.handle_packet(message.bytes, captured_ns);
                 self.counters.passed_over += u64::from(!used);
-            } else if calls < MAX_CALLS && self.fill() {
+            } else if calls < MAX_CALLS && self.read_packets() {
                 calls += 1;
             } else {
                 break;
@@ -178,10 +178,10 @@ impl Listening for TapSource {
         self.failure.take().map(SourceError::from)
     }
 
-    fn supervise(&mut self) {
+    fn check_devices(&mut self) {
         let Some(opened) = &self.opened else { return };
         match device_state(&opened.socket, self.name()) {
-            Ok(now) if now.index == opened.device && now.up => self.up = true,
+            Ok(now) if now.index == opened.device && now.is_up => self.is_up = true,
             Ok(now) if now.index == opened.device => self.went_down(),
             Ok(_) => self.mark_interface_gone(),
             Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.mark_interface_gone(),
@@ -192,11 +192,11 @@ impl Listening for TapSource {
     fn retry_in(&self) -> Option<Duration> {
         match &self.opened {
             None => Some(self.retry.remaining(Instant::now())),
-            Some(_) => (!self.up).then_some(retry::FIRST_DELAY),
+            Some(_) => (!self.is_up).then_some(retry::FIRST_DELAY),
         }
     }
 
-    fn wait(&self, at_most: Duration) -> Result<(), SourceError> {
+    fn wait_readable(&self, at_most: Duration) -> Result<(), SourceError> {
         let sockets = self.opened.iter().map(|opened| &opened.socket);
         wait_readable(sockets, at_most).map_err(|source| {
             let (interface, what) = (self.name(), "wait for packets");
@@ -246,7 +246,7 @@ fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatE
             _ => EthercatError::System { interface, what, source },
         }
     };
-    let socket = Socket::packets().map_err(failed("open a packet socket"))?;
+    let socket = Socket::new_packet().map_err(failed("open a packet socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?.index;
     ask_for_stamps_and_drops(&socket).map_err(failed("ask for stamps"))?;
     let granted_bytes =
@@ -298,7 +298,7 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         let open_tap = |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20);
         let mut tap = open_tap("tap0").unwrap();
         assert!(tap.receive_buffer_bytes() > 0 && tap.stamp_clock() == StampClock::Own);
-        let wire = Socket::packets().unwrap();
+        let wire = Socket::new_packet().unwrap();
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
         wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
         let mut capture = Capture::new(CAPTURE, Path::new("a"));

@@ -11,34 +11,34 @@ impl<'a> Bytes<'a> {
         Some(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+    fn take_array<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.take(N)?.try_into().ok()
     }
 
-    pub(super) fn u8(&mut self) -> Option<u8> {
-        self.array::<1>().map(|[byte]| byte)
+    pub(super) fn take_u8(&mut self) -> Option<u8> {
+        self.take_array::<1>().map(|[byte]| byte)
     }
 
-    pub(super) fn u16(&mut self) -> Option<u16> {
-        self.array().map(u16::from_le_bytes)
+    pub(super) fn take_u16(&mut self) -> Option<u16> {
+        self.take_array().map(u16::from_le_bytes)
     }
 
-    pub(super) fn u32(&mut self) -> Option<u32> {
-        self.array().map(u32::from_le_bytes)
+    pub(super) fn take_u32(&mut self) -> Option<u32> {
+        self.take_array().map(u32::from_le_bytes)
     }
 
-    pub(super) fn u64(&mut self) -> Option<u64> {
-        self.array().map(u64::from_le_bytes)
+    pub(super) fn take_u64(&mut self) -> Option<u64> {
+        self.take_array().map(u64::from_le_bytes)
     }
 
     /// Returns the bytes after their length in 32 bits.
-    pub(super) fn block(&mut self) -> Option<&'a [u8]> {
-        let length = usize::try_from(self.u32()?).ok()?;
+    pub(super) fn take_block(&mut self) -> Option<&'a [u8]> {
+        let length = usize::try_from(self.take_u32()?).ok()?;
         self.take(length)
     }
 
-    pub(super) fn text(&mut self) -> Option<&'a str> {
-        core::str::from_utf8(self.block()?).ok()
+    pub(super) fn take_text(&mut self) -> Option<&'a str> {
+        core::str::from_utf8(self.take_block()?).ok()
     }
 }
 
@@ -56,11 +56,11 @@ pub(super) struct ChunkHead<'a> {
 impl<'a> ChunkHead<'a> {
     /// Reads the head; the bytes after it remain in `bytes`.
     pub(super) fn read(bytes: &mut Bytes<'a>) -> Option<Self> {
-        let (start, end) = (bytes.u64()?, bytes.u64()?);
-        let uncompressed = bytes.u64()?;
-        let crc = bytes.u32()?;
-        let compression = bytes.text()?;
-        let length = bytes.u64()?;
+        let (start, end) = (bytes.take_u64()?, bytes.take_u64()?);
+        let uncompressed = bytes.take_u64()?;
+        let crc = bytes.take_u32()?;
+        let compression = bytes.take_text()?;
+        let length = bytes.take_u64()?;
         let fits = !compression.is_empty() || uncompressed == length;
         fits.then_some(Self { start, end, crc, compression, length })
     }

@@ -16,14 +16,14 @@ pub(super) struct Content {
     /// Channels with that schema, and their interface if it counts.
     channels: Vec<(u16, Option<u8>)>,
     /// Channels with data that this program derived from the frames.
-    derived: Vec<u16>,
+    derived_channels: Vec<u16>,
     interfaces: Vec<InterfaceName>,
     /// True if `interfaces` was given, instead of growing with the file.
-    listed: bool,
+    has_fixed_interfaces: bool,
     /// Sequence of the last frame.
     pub(super) sequence: Option<u32>,
     /// Frames missing before the last one and not counted yet.
-    pub(super) missing: u64,
+    pub(super) missing_frames: u64,
     pub(super) counters: SourceCounters,
 }
 
@@ -35,11 +35,11 @@ impl Content {
             info: None,
             schemas: Vec::new(),
             channels: Vec::new(),
-            derived: Vec::new(),
+            derived_channels: Vec::new(),
             interfaces: interfaces_seen,
-            listed: !interfaces.is_empty(),
+            has_fixed_interfaces: !interfaces.is_empty(),
             sequence: None,
-            missing: 0,
+            missing_frames: 0,
             counters: SourceCounters::default(),
         }
     }
@@ -53,13 +53,17 @@ impl Content {
     }
 
     /// Takes a record, of the file or of a chunk.
-    pub(super) fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Frame>, Corruption> {
+    pub(super) fn handle_record(
+        &mut self,
+        opcode: u8,
+        body: &[u8],
+    ) -> Result<Option<Frame>, Corruption> {
         let mut bytes = Bytes(body);
         match opcode {
-            op::MESSAGE => return self.message(&mut bytes),
+            op::MESSAGE => return self.handle_message(&mut bytes),
             op::METADATA if self.info.is_none() => {
                 self.info = McapInfo::read(body);
-                if let (Some(info), false) = (&self.info, self.listed) {
+                if let (Some(info), false) = (&self.info, self.has_fixed_interfaces) {
                     // Interfaces of earlier channels, if there are any, keep their numbers.
                     for name in &info.interfaces {
                         index_of(&mut self.interfaces, *name, false)?;
@@ -68,27 +72,27 @@ impl Content {
             }
             op::SCHEMA => {
                 let (id, name, encoding) =
-                    schema(&mut bytes).ok_or(Corruption::Malformed("schema"))?;
+                    parse_schema(&mut bytes).ok_or(Corruption::Malformed("schema"))?;
                 let ours = name == message::SCHEMA_NAME && encoding == message::SCHEMA_ENCODING;
                 if ours && !self.schemas.contains(&id) {
                     self.schemas.push(id);
                 }
             }
-            op::CHANNEL => self.channel(&mut bytes)?,
+            op::CHANNEL => self.handle_channel(&mut bytes)?,
             _ => {}
         }
         Ok(None)
     }
 
-    fn channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Corruption> {
+    fn handle_channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Corruption> {
         let malformed = Corruption::Malformed("channel");
         let (Some(id), Some(schema), Some(topic), Some(encoding)) =
-            (bytes.u16(), bytes.u16(), bytes.text(), bytes.text())
+            (bytes.take_u16(), bytes.take_u16(), bytes.take_text(), bytes.take_text())
         else {
             return Err(malformed);
         };
         if self.info.is_some() && topic == joint_states::TOPIC {
-            self.derived.push(id);
+            self.derived_channels.push(id);
             return Ok(());
         }
         let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
@@ -98,20 +102,20 @@ impl Content {
         }
         let name = topic.strip_prefix(TOPIC_PREFIX).and_then(|name| InterfaceName::new(name).ok());
         let name = name.ok_or_else(|| Corruption::Topic(topic.chars().take(64).collect()))?;
-        let index = index_of(&mut self.interfaces, name, self.listed)?;
+        let index = index_of(&mut self.interfaces, name, self.has_fixed_interfaces)?;
         self.channels.push((id, index));
         Ok(())
     }
 
-    fn message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Corruption> {
+    fn handle_message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Corruption> {
         let (Some(channel), Some(sequence), Some(log_time), Some(_)) =
-            (bytes.u16(), bytes.u32(), bytes.u64(), bytes.u64())
+            (bytes.take_u16(), bytes.take_u32(), bytes.take_u64(), bytes.take_u64())
         else {
             return Err(Corruption::Malformed("message"));
         };
         let channel_found = self.channels.iter().find(|(id, _)| *id == channel);
         let Some((_, interface)) = channel_found.copied() else {
-            self.counters.passed_over += u64::from(!self.derived.contains(&channel));
+            self.counters.passed_over += u64::from(!self.derived_channels.contains(&channel));
             return Ok(None);
         };
         let frame = message::decode(bytes.0)?;
@@ -119,22 +123,22 @@ impl Content {
         if let Some(info) = &self.info {
             if let Some(before) = self.sequence.replace(sequence) {
                 let missing = sequence.wrapping_sub(before).wrapping_sub(1);
-                self.missing += u64::from(missing);
+                self.missing_frames += u64::from(missing);
             }
             let stamp_ns = info.stamp_ns(log_time);
-            return Ok(self.select(frame.with_stamp(stamp_ns), interface));
+            return Ok(self.select_frame(frame.with_stamp(stamp_ns), interface));
         }
-        Ok(self.select(frame.with_stamp(log_time), interface))
+        Ok(self.select_frame(frame.with_stamp(log_time), interface))
     }
 
-    fn select(&mut self, frame: Frame, interface: Option<u8>) -> Option<Frame> {
+    fn select_frame(&mut self, frame: Frame, interface: Option<u8>) -> Option<Frame> {
         self.counters.passed_over += u64::from(interface.is_none());
         interface.map(|interface| frame.on_interface(interface))
     }
 }
 
-fn schema<'a>(bytes: &mut Bytes<'a>) -> Option<(u16, &'a str, &'a str)> {
-    Some((bytes.u16()?, bytes.text()?, bytes.text()?))
+fn parse_schema<'a>(bytes: &mut Bytes<'a>) -> Option<(u16, &'a str, &'a str)> {
+    Some((bytes.take_u16()?, bytes.take_text()?, bytes.take_text()?))
 }
 
 /// Returns the number of an interface, or `None` if it does not count.

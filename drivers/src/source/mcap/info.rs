@@ -28,25 +28,25 @@ pub struct McapInfo {
     /// Hash of its configuration.
     pub configuration: String,
     /// Run of the recorder: stamps and sequences of two runs are unrelated.
-    pub run: String,
+    pub recorder_run: String,
     /// `log_time` minus stamp \[ns\], modulo 2⁶⁴.
     pub offset_ns: i64,
     /// Interfaces, in the order of their indices in frames.
     pub interfaces: Vec<InterfaceName>,
     /// Additional entries of the program that wrote the file.
-    pub more: BTreeMap<String, String>,
+    pub additional_entries: BTreeMap<String, String>,
 }
 
 impl McapInfo {
     pub(super) fn to_map(&self) -> BTreeMap<String, String> {
         let names: Vec<&str> = self.interfaces.iter().map(InterfaceName::as_str).collect();
-        let mut map = self.more.clone();
+        let mut map = self.additional_entries.clone();
         map.extend(
             [
                 (VERSION_KEY, self.version.clone()),
                 (CELL_KEY, self.cell.clone()),
                 (CONFIGURATION_KEY, self.configuration.clone()),
-                (RUN_KEY, self.run.clone()),
+                (RUN_KEY, self.recorder_run.clone()),
                 (OFFSET_KEY, self.offset_ns.to_string()),
                 (INTERFACES_KEY, names.join(" ")),
             ]
@@ -59,24 +59,24 @@ impl McapInfo {
     /// malformed.
     pub(super) fn read(body: &[u8]) -> Option<Self> {
         let mut bytes = Bytes(body.get(..body.len().min(MAX_METADATA))?);
-        if bytes.text()? != METADATA_NAME {
+        if bytes.take_text()? != METADATA_NAME {
             return None;
         }
-        let (mut pairs, mut info, mut offset) = (Bytes(bytes.block()?), Self::default(), None);
+        let (mut pairs, mut info, mut offset) = (Bytes(bytes.take_block()?), Self::default(), None);
         while !pairs.0.is_empty() {
-            let (key, value) = (pairs.text()?, pairs.text()?.to_owned());
+            let (key, value) = (pairs.take_text()?, pairs.take_text()?.to_owned());
             match key {
                 VERSION_KEY => info.version = value,
                 CELL_KEY => info.cell = value,
                 CONFIGURATION_KEY => info.configuration = value,
-                RUN_KEY => info.run = value,
+                RUN_KEY => info.recorder_run = value,
                 OFFSET_KEY => offset = value.parse().ok(),
                 INTERFACES_KEY => {
                     let names = value.split_whitespace();
                     info.interfaces =
                         names.map(InterfaceName::new).collect::<Result<_, _>>().ok()?;
                 }
-                _ => drop(info.more.insert(key.to_owned(), value)),
+                _ => drop(info.additional_entries.insert(key.to_owned(), value)),
             }
         }
         info.offset_ns = offset?;

@@ -45,15 +45,15 @@ pub(super) fn encode(names: &[String], log_time: u64, state: &JointState<'_>, ou
     out.extend_from_slice(&seconds.to_le_bytes());
     let nanoseconds = u32::try_from(log_time % 1_000_000_000).unwrap_or(0);
     out.extend_from_slice(&nanoseconds.to_le_bytes());
-    text("", out);
-    length(names.len(), out);
+    push_text("", out);
+    push_length(names.len(), out);
     for name in names {
-        text(name, out);
+        push_text(name, out);
     }
     for values in [state.position, &[], state.effort] {
-        length(values.len(), out);
+        push_length(values.len(), out);
         if !values.is_empty() {
-            align(8, out);
+            push_padding(8, out);
         }
         for value in values {
             out.extend_from_slice(&value.to_le_bytes());
@@ -67,20 +67,20 @@ pub(super) fn most_bytes(names: &[String]) -> u64 {
     (64 + named + 16 * names.len()) as u64
 }
 
-fn length(length: usize, out: &mut Vec<u8>) {
-    align(4, out);
+fn push_length(length: usize, out: &mut Vec<u8>) {
+    push_padding(4, out);
     out.extend_from_slice(&u32::try_from(length).unwrap_or(0).to_le_bytes());
 }
 
 /// Appends a text with its terminating zero, which is part of the length.
-fn text(text: &str, out: &mut Vec<u8>) {
-    length(text.len() + 1, out);
+fn push_text(text: &str, out: &mut Vec<u8>) {
+    push_length(text.len() + 1, out);
     out.extend_from_slice(text.as_bytes());
     out.push(0);
 }
 
 /// Aligns to `to` bytes; positions count from the end of the encapsulation.
-fn align(to: usize, out: &mut Vec<u8>) {
+fn push_padding(to: usize, out: &mut Vec<u8>) {
     let place = out.len() - ENCAPSULATION.len();
     out.resize(place.next_multiple_of(to) + ENCAPSULATION.len(), 0);
 }

@@ -39,7 +39,7 @@ pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {
     };
     let data = frame.data();
     out.extend_from_slice(&ENCAPSULATION);
-    out.extend_from_slice(&frame.id.raw().to_le_bytes());
+    out.extend_from_slice(&frame.id.number().to_le_bytes());
     out.extend_from_slice(&[
         u8::from(matches!(frame.id, FrameId::Extended(_))),
         u8::from(frame.kind == FrameKind::Remote),
@@ -57,7 +57,7 @@ pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {
 /// Returns the frame, at time 0 on interface 0.
 pub(super) fn decode(message: &[u8]) -> Result<Frame, Corruption> {
     let malformed = Corruption::Malformed("message");
-    let Some((id, flags, length, data)) = split(message) else { return Err(malformed) };
+    let Some((id, flags, length, data)) = split_head(message) else { return Err(malformed) };
     let [is_extended, is_rtr, is_error, is_fd, bit_rate_switch, error_state_indicator, sent] =
         flags;
     let kind = match (is_rtr, is_error, is_fd) {
@@ -78,25 +78,25 @@ pub(super) fn decode(message: &[u8]) -> Result<Frame, Corruption> {
         _ if usize::from(length) != data.len() => return Err(malformed),
         kind => Frame::new(id, kind, data)?,
     };
-    Ok(frame.going(if sent { Direction::Transmitted } else { Direction::Received }))
+    Ok(frame.with_direction(if sent { Direction::Transmitted } else { Direction::Received }))
 }
 
-fn split(message: &[u8]) -> Option<(u32, [bool; 7], u8, &[u8])> {
+fn split_head(message: &[u8]) -> Option<(u32, [bool; 7], u8, &[u8])> {
     let mut bytes = Bytes(message);
     if bytes.take(4)? != ENCAPSULATION {
         return None;
     }
-    let id = bytes.u32()?;
+    let id = bytes.take_u32()?;
     let mut flags = [false; 7];
     for flag in &mut flags {
-        *flag = match bytes.u8()? {
+        *flag = match bytes.take_u8()? {
             0 => false,
             1 => true,
             _ => return None,
         };
     }
-    let length = bytes.u8()?;
-    let data = bytes.block()?;
+    let length = bytes.take_u8()?;
+    let data = bytes.take_block()?;
     // A CDR writer may pad the end to four bytes.
     (data.len() <= 64 && bytes.0.len() < 4).then_some((id, flags, length, data))
 }

@@ -35,7 +35,7 @@ pub use info::{METADATA_NAME, McapInfo};
 pub use joint_states::JointState;
 pub use reader::McapSource;
 pub use records::FileEnd;
-pub use repair::{Repair, RepairError, repair};
+pub use repair::{Repair, RepairError, repair_recording};
 pub use scan::{ChunkSpan, McapScan};
 pub use write::{McapWriteError, McapWriter};
 

@@ -25,12 +25,12 @@ pub struct McapSource<R = BufReader<File>> {
     records: Records<R>,
     content: Content,
     /// Unread records of the chunk in memory.
-    place: Range<usize>,
+    unread_range: Range<usize>,
     /// A message outside of any chunk.
-    single: Option<Frame>,
+    unchunked_frame: Option<Frame>,
     /// Frame for the next call: frames are missing before it, but not before the frames of this
     /// call.
-    pending: Option<Frame>,
+    next_frame: Option<Frame>,
     /// Error for the next call, after the frames before it.
     failure: Option<McapError>,
 }
@@ -58,13 +58,16 @@ impl<R: Read> McapSource<R> {
         let mut source = Self {
             records: Records::new(reader, path)?,
             content: Content::new(interfaces),
-            place: 0..0,
-            single: None,
-            pending: None,
+            unread_range: 0..0,
+            unchunked_frame: None,
+            next_frame: None,
             failure: None,
         };
         // The records before the first frame contain the interfaces and the time.
-        while source.place.is_empty() && source.single.is_none() && source.load()? {}
+        while source.unread_range.is_empty()
+            && source.unchunked_frame.is_none()
+            && source.load_chunk()?
+        {}
         Ok(source)
     }
 
@@ -74,7 +77,7 @@ impl<R: Read> McapSource<R> {
     }
 
     /// Returns the kind of the file's end, or `None` before the end is reached.
-    pub fn ending(&self) -> Option<FileEnd> {
+    pub fn file_end(&self) -> Option<FileEnd> {
         self.records.end()
     }
 
@@ -94,7 +97,7 @@ impl<R: Read> McapSource<R> {
     /// # Errors
     /// [`McapError`]; [`McapError::is_recoverable`] is true if the call may be repeated.
     pub fn next_frame(&mut self) -> Result<Option<Frame>, McapError> {
-        let next = match self.pending.take() {
+        let next = match self.next_frame.take() {
             Some(frame) => Ok(Some(frame)),
             None => self.read_frame(),
         };
@@ -103,17 +106,17 @@ impl<R: Read> McapSource<R> {
     }
 
     fn count_missing(&mut self) {
-        self.content.counters.queue_drops += core::mem::take(&mut self.content.missing);
+        self.content.counters.queue_drops += core::mem::take(&mut self.content.missing_frames);
     }
 
     /// Returns the next frame; missing frames before it are not counted yet.
     fn read_frame(&mut self) -> Result<Option<Frame>, McapError> {
         loop {
-            if let Some(frame) = self.single.take() {
+            if let Some(frame) = self.unchunked_frame.take() {
                 return Ok(Some(frame));
             }
-            if self.place.is_empty() {
-                if !self.load()? {
+            if self.unread_range.is_empty() {
+                if !self.load_chunk()? {
                     return Ok(None);
                 }
                 continue;
@@ -122,46 +125,46 @@ impl<R: Read> McapSource<R> {
                 Ok(Some(frame)) => return Ok(Some(frame)),
                 Ok(None) => {}
                 Err(what) => {
-                    self.place = 0..0;
-                    return Err(self.records.damaged(what));
+                    self.unread_range = 0..0;
+                    return Err(self.records.corruption_error(what));
                 }
             }
         }
     }
 
     /// Reads the next record; returns false at the end.
-    fn load(&mut self) -> Result<bool, McapError> {
+    fn load_chunk(&mut self) -> Result<bool, McapError> {
         let Some(opcode) = self.records.advance()? else { return Ok(false) };
-        let body = self.records.body();
+        let body = self.records.last_body();
         let brought = if opcode == op::CHUNK {
-            chunk(body).map(|place| {
-                self.place = place;
+            chunk_records(body).map(|place| {
+                self.unread_range = place;
                 None
             })
         } else {
-            self.content.record(opcode, body)
+            self.content.handle_record(opcode, body)
         };
-        self.single = brought.map_err(|what| self.records.damaged(what))?;
+        self.unchunked_frame = brought.map_err(|what| self.records.corruption_error(what))?;
         Ok(true)
     }
 
     /// Returns the next record of the chunk.
     fn next_in_chunk(&mut self) -> Result<Option<Frame>, Corruption> {
-        let chunk = self.records.body().get(self.place.clone()).unwrap_or_default();
+        let chunk = self.records.last_body().get(self.unread_range.clone()).unwrap_or_default();
         let mut bytes = Bytes(chunk);
         let malformed = Corruption::Malformed("chunk");
-        let (Some(opcode), Some(length)) = (bytes.u8(), bytes.u64()) else {
+        let (Some(opcode), Some(length)) = (bytes.take_u8(), bytes.take_u64()) else {
             return Err(malformed);
         };
         let body = usize::try_from(length).ok().and_then(|length| bytes.take(length));
         let Some(body) = body else { return Err(malformed) };
-        self.place.start = self.place.end - bytes.0.len();
-        self.content.record(opcode, body)
+        self.unread_range.start = self.unread_range.end - bytes.0.len();
+        self.content.handle_record(opcode, body)
     }
 }
 
 /// Returns the position of the records of a chunk if its CRC matches.
-fn chunk(body: &[u8]) -> Result<Range<usize>, Corruption> {
+fn chunk_records(body: &[u8]) -> Result<Range<usize>, Corruption> {
     let mut bytes = Bytes(body);
     let head = ChunkHead::read(&mut bytes).ok_or(Corruption::Malformed("chunk"))?;
     if !head.compression.is_empty() {
@@ -186,12 +189,12 @@ impl<R: Read + Send> Source for McapSource<R> {
             return Err(failure.into());
         }
         let before = batch.len();
-        let mut next = self.pending.take();
+        let mut next = self.next_frame.take();
         while capacity(batch) > 0 {
             let read = next.take().map_or_else(|| self.read_frame(), |frame| Ok(Some(frame)));
             match read {
-                Ok(Some(frame)) if self.content.missing > 0 && batch.len() > before => {
-                    self.pending = Some(frame);
+                Ok(Some(frame)) if self.content.missing_frames > 0 && batch.len() > before => {
+                    self.next_frame = Some(frame);
                     break;
                 }
                 Ok(Some(frame)) => {

@@ -28,11 +28,11 @@ pub(super) struct Records<R> {
     reader: R,
     path: PathBuf,
     /// Offset of the next record.
-    next: u64,
+    next_offset: u64,
     /// Offset of the last record.
     offset: u64,
     body: Vec<u8>,
-    end: Option<FileEnd>,
+    file_end: Option<FileEnd>,
 }
 
 impl<R: Read> Records<R> {
@@ -47,22 +47,29 @@ impl<R: Read> Records<R> {
         }
         let body = Vec::with_capacity(RECORD_CAPACITY);
         let next = MAGIC.len() as u64;
-        Ok(Self { reader, path: path.into(), next, offset: next, body, end: None })
+        Ok(Self {
+            reader,
+            path: path.into(),
+            next_offset: next,
+            offset: next,
+            body,
+            file_end: None,
+        })
     }
 
     /// Reads the next relevant record into memory and returns its opcode, or `None` at the end. No
     /// record follows an error.
     pub(super) fn advance(&mut self) -> Result<Option<u8>, McapError> {
-        while self.end.is_none() {
-            self.offset = self.next;
+        while self.file_end.is_none() {
+            self.offset = self.next_offset;
             let result = self.read_record();
             match result {
-                Ok(Some((op::DATA_END | op::FOOTER, _))) => self.end = Some(FileEnd::Finished),
+                Ok(Some((op::DATA_END | op::FOOTER, _))) => self.file_end = Some(FileEnd::Finished),
                 Ok(Some((opcode, true))) => return Ok(Some(opcode)),
                 Ok(Some((_, false))) => {}
                 Ok(None) => {}
                 Err(error) => {
-                    self.end = Some(FileEnd::Unfinished { unused_bytes: 0 });
+                    self.file_end = Some(FileEnd::Unfinished { unused_bytes: 0 });
                     return Err(error);
                 }
             }
@@ -76,7 +83,7 @@ impl<R: Read> Records<R> {
         let mut head = [0; 9];
         let read_length = read_up_to(&mut self.reader, &mut head).map_err(read)?;
         if read_length < head.len() {
-            self.end = Some(FileEnd::Unfinished { unused_bytes: read_length as u64 });
+            self.file_end = Some(FileEnd::Unfinished { unused_bytes: read_length as u64 });
             return Ok(None);
         }
         let [opcode, length @ ..] = head;
@@ -85,7 +92,7 @@ impl<R: Read> Records<R> {
             matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK | op::METADATA);
         // Attachments and records of later versions are skipped, regardless of their length.
         if opcode == 0 || (is_used && length > MAX_RECORD) {
-            return Err(self.damaged(Corruption::Record { opcode, length }));
+            return Err(self.corruption_error(Corruption::Record { opcode, length }));
         }
         self.body.clear();
         let mut limited = self.reader.by_ref().take(length);
@@ -102,25 +109,25 @@ impl<R: Read> Records<R> {
         })?;
         if body < length {
             let unused_bytes = body + head.len() as u64;
-            self.end = Some(FileEnd::Unfinished { unused_bytes });
+            self.file_end = Some(FileEnd::Unfinished { unused_bytes });
             return Ok(None);
         }
-        self.next = self.offset + head.len() as u64 + length;
+        self.next_offset = self.offset + head.len() as u64 + length;
         Ok(Some((opcode, is_used)))
     }
 
     /// Returns the last record.
-    pub(super) fn body(&self) -> &[u8] {
+    pub(super) fn last_body(&self) -> &[u8] {
         &self.body
     }
 
     /// Returns the kind of the file's end, or `None` before it is known.
     pub(super) fn end(&self) -> Option<FileEnd> {
-        self.end
+        self.file_end
     }
 
     /// Returns an error for the last record.
-    pub(super) fn damaged(&self, what: Corruption) -> McapError {
+    pub(super) fn corruption_error(&self, what: Corruption) -> McapError {
         McapError::Damaged { path: self.path.clone(), offset: self.offset, what }
     }
 }

@@ -14,7 +14,7 @@ pub struct Repair {
     /// Frames in the repaired file.
     pub frames: u64,
     /// True if the file has damage in addition to the missing end; data after damage are left out.
-    pub damaged: bool,
+    pub is_corrupt: bool,
 }
 
 /// Reason why a recording could not be repaired.
@@ -45,7 +45,7 @@ pub enum RepairError {
 ///
 /// # Errors
 /// [`RepairError`]; a part of the other file may exist.
-pub fn repair(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
+pub fn repair_recording(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
     let mut source = McapSource::open(path, &[])?;
     let Some(info) = source.info().cloned() else {
         return Err(RepairError::Foreign { path: path.into() });
@@ -69,5 +69,5 @@ pub fn repair(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
     let file = writer.finish().map_err(write)?;
     let file = file.into_inner().map_err(|error| output(error.into_error()))?;
     file.sync_all().map_err(output)?;
-    Ok(Repair { frames, damaged })
+    Ok(Repair { frames, is_corrupt: damaged })
 }

@@ -22,7 +22,7 @@ pub struct ChunkSpan {
     /// Offset of its record.
     pub offset: u64,
     /// Where it ends.
-    pub end: u64,
+    pub end_offset: u64,
     /// Earliest `log_time` in it \[ns\].
     pub first_log_time: u64,
     /// The latest \[ns\].
@@ -37,7 +37,7 @@ pub struct McapScan {
     /// Chunks, in the order of the file; their content is not checked.
     pub chunks: Vec<ChunkSpan>,
     /// State of its end.
-    pub end: FileEnd,
+    pub file_end: FileEnd,
     /// Its length \[bytes\].
     pub bytes: u64,
 }
@@ -62,7 +62,7 @@ impl McapScan {
             return Err(McapError::NotMcap { path: path.into() });
         }
         let unfinished = FileEnd::Unfinished { unused_bytes: 0 };
-        let mut scan = Self { info: None, chunks: Vec::new(), end: unfinished, bytes };
+        let mut scan = Self { info: None, chunks: Vec::new(), file_end: unfinished, bytes };
         let mut offset = magic.len() as u64;
         let mut body = Vec::new();
         // Complete records only; a length beyond the end belongs to a truncated record, or is
@@ -76,7 +76,7 @@ impl McapScan {
             let (Some(end), true) = (end, opcode != 0) else { break };
             let wanted = match opcode {
                 op::DATA_END | op::FOOTER => {
-                    scan.end = FileEnd::Finished;
+                    scan.file_end = FileEnd::Finished;
                     return Ok(scan);
                 }
                 op::CHUNK => length.min(CHUNK_HEAD_BYTES),
@@ -92,12 +92,17 @@ impl McapScan {
                 && let Some(head) = ChunkHead::read(&mut Bytes(&body))
             {
                 let (first_log_time, last_log_time) = (head.start, head.end);
-                scan.chunks.push(ChunkSpan { offset, end, first_log_time, last_log_time });
+                scan.chunks.push(ChunkSpan {
+                    offset,
+                    end_offset: end,
+                    first_log_time,
+                    last_log_time,
+                });
             }
             reader.seek(SeekFrom::Start(end)).map_err(error_at(offset))?;
             offset = end;
         }
-        scan.end = FileEnd::Unfinished { unused_bytes: bytes - offset };
+        scan.file_end = FileEnd::Unfinished { unused_bytes: bytes - offset };
         Ok(scan)
     }
 

@@ -21,7 +21,7 @@ pub struct LinkReport {
     /// Its name.
     pub interface: InterfaceName,
     /// True if it is present and up, as far as known.
-    pub up: bool,
+    pub is_up: bool,
     /// Largest frame of the interface \[bytes\]: 16 classic, 72 CAN FD.
     pub mtu: i32,
     /// Granted receive buffer \[bytes\]. It is smaller than requested if `net.core.rmem_max` is
@@ -51,9 +51,9 @@ pub(super) struct Link {
     last_opened: (i32, u32),
     state: State,
     buffer: ReceiveBuffer,
-    head: Option<Frame>,
+    head_frame: Option<Frame>,
     drops: DropCounter,
-    hardware: Option<HardwareClock>,
+    hardware_clock: Option<HardwareClock>,
     counters: SourceCounters,
     failure: Option<SocketCanError>,
 }
@@ -73,9 +73,9 @@ impl Link {
             opened: Some(opened),
             state: State::Up,
             buffer: ReceiveBuffer::new(),
-            head: None,
+            head_frame: None,
             drops: DropCounter::default(),
-            hardware: None,
+            hardware_clock: None,
             counters: SourceCounters::default(),
             failure: None,
         })
@@ -89,10 +89,10 @@ impl Link {
         let (mtu, receive_buffer_bytes) = self.last_opened;
         LinkReport {
             interface: self.name,
-            up: self.state == State::Up,
+            is_up: self.state == State::Up,
             mtu,
             receive_buffer_bytes,
-            hardware_stamps: self.hardware.is_some(),
+            hardware_stamps: self.hardware_clock.is_some(),
             counters: self.counters,
         }
     }
@@ -116,13 +116,13 @@ impl Link {
     }
 
     /// Returns the stamp of the next frame.
-    pub(super) fn head(&self) -> Option<u64> {
-        self.head.map(|frame| frame.stamp_ns)
+    pub(super) fn head_stamp(&self) -> Option<u64> {
+        self.head_frame.map(|frame| frame.stamp_ns)
     }
 
     /// The next frame.
-    pub(super) fn take(&mut self) -> Option<Frame> {
-        let frame = self.head.take()?;
+    pub(super) fn take_frame(&mut self) -> Option<Frame> {
+        let frame = self.head_frame.take()?;
         self.counters.frames += 1;
         self.counters.error_frames += u64::from(frame.is_error());
         self.advance();
@@ -131,14 +131,14 @@ impl Link {
 
     /// Returns true if all frames taken from the kernel are used up and more may wait there.
     pub(super) fn may_have_older(&self) -> bool {
-        self.head.is_none() && self.buffer.was_full()
+        self.head_frame.is_none() && self.buffer.was_full()
     }
 
     /// Takes frames from the kernel if none are left; does not wait.
-    pub(super) fn fill(&mut self) {
+    pub(super) fn read_frames(&mut self) {
         self.reopen_when_due();
         for _ in 0..MAX_CALLS {
-            let Some(opened) = self.opened.as_ref().filter(|_| self.head.is_none()) else {
+            let Some(opened) = self.opened.as_ref().filter(|_| self.head_frame.is_none()) else {
                 return;
             };
             match self.buffer.fill(&opened.socket) {
@@ -146,7 +146,7 @@ impl Link {
                     self.advance();
                     if self.state == State::Down {
                         // The interface may be up again, or these frames were still waiting.
-                        self.supervise();
+                        self.check_device();
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -159,7 +159,7 @@ impl Link {
                 }
                 // The queue may still hold earlier frames: repeat.
                 Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
-                Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+                Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.mark_gone(),
                 Err(source) => {
                     let (interface, what) = (self.name, "receive");
                     self.failure = Some(SocketCanError::System { interface, what, source });
@@ -170,16 +170,16 @@ impl Link {
     }
 
     /// Checks the device behind the socket for changes that the socket did not report.
-    pub(super) fn supervise(&mut self) {
+    pub(super) fn check_device(&mut self) {
         let Some(opened) = &self.opened else { return };
         if matches!(self.state, State::Gone(_)) {
             return;
         }
         match device_state(&opened.socket, self.name) {
-            Ok(now) if now.index != opened.device.index => self.vanished(),
-            Ok(now) if !now.up => self.went_down(),
+            Ok(now) if now.index != opened.device.index => self.mark_gone(),
+            Ok(now) if !now.is_up => self.went_down(),
             Ok(_) => self.state = State::Up,
-            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.mark_gone(),
             Err(_) => {}
         }
     }
@@ -194,11 +194,11 @@ impl Link {
 
     /// Marks the interface as gone. The socket is kept until its queue is empty: it still holds
     /// earlier frames.
-    fn vanished(&mut self) {
+    fn mark_gone(&mut self) {
         if self.state == State::Up {
             self.counters.link_down += 1;
         }
-        self.state = State::Gone(Retry::first(Instant::now()));
+        self.state = State::Gone(Retry::after_loss(Instant::now()));
         self.failure = Some(SocketCanError::Gone { interface: self.name });
     }
 
@@ -210,13 +210,13 @@ impl Link {
         match open(self.name, &self.options) {
             Ok(opened) => {
                 self.last_opened = (opened.device.mtu, opened.receive_buffer_bytes);
-                self.state = if opened.device.up { State::Up } else { State::Down };
+                self.state = if opened.device.is_up { State::Up } else { State::Down };
                 self.opened = Some(opened);
                 self.drops = DropCounter::default();
-                self.hardware = None;
+                self.hardware_clock = None;
                 self.counters.reopened += 1;
             }
-            Err(_) => self.state = State::Gone(retry.failed(Instant::now())),
+            Err(_) => self.state = State::Gone(retry.after_failure(Instant::now())),
         }
     }
 
@@ -228,10 +228,10 @@ impl Link {
             }
             match decode(&message) {
                 Ok(frame) => {
-                    let stamp = stamp_ns(&message, &mut self.hardware);
+                    let stamp = stamp_ns(&message, &mut self.hardware_clock);
                     self.counters.stamped_late += u64::from(stamp.is_none());
                     let stamp_ns = stamp.unwrap_or_else(realtime_now_ns);
-                    self.head = Some(frame.with_stamp(stamp_ns).on_interface(self.index));
+                    self.head_frame = Some(frame.with_stamp(stamp_ns).on_interface(self.index));
                     return;
                 }
                 Err(_) => self.counters.passed_over += 1,
@@ -277,7 +277,7 @@ fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
         _ => Err(unknown),
     }?;
     let direction = if message.sent_here { Direction::Transmitted } else { Direction::Received };
-    Ok(frame.going(direction))
+    Ok(frame.with_direction(direction))
 }
 
 #[cfg(test)]

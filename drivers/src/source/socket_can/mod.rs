@@ -64,15 +64,15 @@ impl SocketCanSource {
 
 impl Listening for SocketCanSource {
     /// Oldest stamp first.
-    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
+    fn take_frames(&mut self, batch: &mut Vec<Frame>) -> bool {
         let before = batch.len();
         for link in &mut self.links {
-            link.fill();
+            link.read_frames();
         }
         while capacity(batch) > 0 {
-            let waiting = self.links.iter_mut().filter(|link| link.head().is_some());
-            let Some(link) = waiting.min_by_key(|link| link.head()) else { break };
-            batch.extend(link.take());
+            let waiting = self.links.iter_mut().filter(|link| link.head_stamp().is_some());
+            let Some(link) = waiting.min_by_key(|link| link.head_stamp()) else { break };
+            batch.extend(link.take_frame());
             if link.may_have_older() {
                 // Frames that still wait in the kernel may be older than those of the other
                 // interfaces.
@@ -86,15 +86,15 @@ impl Listening for SocketCanSource {
         self.links.iter_mut().find_map(Link::take_failure).map(SourceError::from)
     }
 
-    fn supervise(&mut self) {
-        self.links.iter_mut().for_each(Link::supervise);
+    fn check_devices(&mut self) {
+        self.links.iter_mut().for_each(Link::check_device);
     }
 
     fn retry_in(&self) -> Option<Duration> {
         self.links.iter().filter_map(Link::retry_in).min()
     }
 
-    fn wait(&self, at_most: Duration) -> Result<(), SourceError> {
+    fn wait_readable(&self, at_most: Duration) -> Result<(), SourceError> {
         let sockets = self.links.iter().filter_map(Link::socket);
         wait_readable(sockets, at_most).map_err(|source| SocketCanError::Wait { source }.into())
     }
@@ -111,7 +111,7 @@ impl Source for SocketCanSource {
 
     fn counters(&self) -> SourceCounters {
         let counters = self.links.iter().map(|link| link.report().counters);
-        counters.fold(SourceCounters::default(), SourceCounters::plus)
+        counters.fold(SourceCounters::default(), SourceCounters::sum_with)
     }
 
     fn interfaces(&self) -> &[InterfaceName] {

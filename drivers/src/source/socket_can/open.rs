@@ -24,10 +24,10 @@ pub(super) fn open(
     options: &SocketCanOptions,
 ) -> Result<Opened, SocketCanError> {
     let failed = |what| move |source: io::Error| system_error(interface, what, source);
-    let socket = Socket::can().map_err(failed("open a CAN socket"))?;
+    let socket = Socket::new_can().map_err(failed("open a CAN socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?;
     // A device of another kind can have any MTU; `bind` detects it.
-    if options.fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
+    if options.accepts_fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
         return Err(SocketCanError::NotFdCapable { interface, mtu: device.mtu });
     }
     set_options(&socket, options).map_err(failed("set the socket's options"))?;
@@ -44,7 +44,7 @@ pub(super) fn open(
 }
 
 fn set_options(socket: &Socket, options: &SocketCanOptions) -> io::Result<()> {
-    socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, u32::from(options.fd))?;
+    socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, u32::from(options.accepts_fd))?;
     socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, libc::CAN_ERR_MASK)?;
     ask_for_stamps_and_drops(socket)?;
     let Some(ids) = &options.ids else { return Ok(()) };

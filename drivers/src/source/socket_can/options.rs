@@ -6,7 +6,7 @@ use crate::frame::FrameId;
 #[derive(Clone, Debug)]
 pub struct SocketCanOptions {
     /// True to receive CAN FD frames; every interface must support them.
-    pub fd: bool,
+    pub accepts_fd: bool,
     /// Identifiers of the data frames that the kernel passes, in addition to error frames. `None`
     /// passes everything. The kernel accepts at most 512; a longer list sets no filter.
     pub ids: Option<Vec<FrameId>>,
@@ -22,6 +22,6 @@ pub const QUEUED_FRAME_BYTES: u32 = 768;
 impl Default for SocketCanOptions {
     /// Returns CAN FD, every identifier, and 8 MiB: two seconds of a 5 kHz bus.
     fn default() -> Self {
-        Self { fd: true, ids: None, receive_buffer_bytes: 8 << 20 }
+        Self { accepts_fd: true, ids: None, receive_buffer_bytes: 8 << 20 }
     }
 }

@@ -12,7 +12,7 @@
 //! Other events (statistics, triggers, other buses) are skipped.
 
 use super::LineFault;
-use super::field::{NS_PER_S, bytes, channel, number, stamp_ns};
+use super::field::{NS_PER_S, bytes, channel_name, parse_digits, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
 
@@ -21,13 +21,13 @@ use crate::source::InterfaceName;
 #[derive(Clone, Debug)]
 pub(super) struct Asc {
     base: u32,
-    relative: bool,
+    has_relative_stamps: bool,
     now_ns: u64,
 }
 
 impl Default for Asc {
     fn default() -> Self {
-        Self { base: 16, relative: false, now_ns: 0 }
+        Self { base: 16, has_relative_stamps: false, now_ns: 0 }
     }
 }
 
@@ -42,21 +42,21 @@ impl Asc {
             let words: Vec<&[u8]> = fields.collect();
             let has = |word: &[u8]| words.iter().any(|own| own.eq_ignore_ascii_case(word));
             self.base = if has(b"dec") { 10 } else { 16 };
-            self.relative = has(b"relative");
+            self.has_relative_stamps = has(b"relative");
             return Ok(None);
         }
         if !first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.') {
             return Ok(None);
         }
         let stamp = stamp_ns(first, NS_PER_S)?;
-        self.now_ns = match self.relative {
+        self.now_ns = match self.has_relative_stamps {
             true => self.now_ns.checked_add(stamp).ok_or(LineFault::StampRange)?,
             false => stamp,
         };
         let parsed = match fields.next() {
-            Some(b"CANFD") => self.fd(fields)?,
-            Some(number) => match channel(number) {
-                Some(channel) => self.classic(channel, fields)?,
+            Some(b"CANFD") => self.parse_fd(fields)?,
+            Some(number) => match channel_name(number) {
+                Some(channel) => self.parse_classic(channel, fields)?,
                 None => None,
             },
             None => None,
@@ -64,7 +64,7 @@ impl Asc {
         Ok(parsed.map(|(channel, frame)| (channel, frame.with_stamp(self.now_ns))))
     }
 
-    fn classic<'a>(
+    fn parse_classic<'a>(
         &self,
         channel: InterfaceName,
         mut fields: impl Iterator<Item = &'a [u8]>,
@@ -75,10 +75,10 @@ impl Asc {
             return Ok(Some((channel, frame)));
         }
         // A transmit request is followed by the transmitted frame.
-        let Some(direction) = fields.next().and_then(direction) else { return Ok(None) };
-        let id = self.id(id)?;
+        let Some(direction) = fields.next().and_then(parse_direction) else { return Ok(None) };
+        let id = self.parse_id(id)?;
         let kind = fields.next();
-        let length = fields.next().and_then(|length| number(length, 16));
+        let length = fields.next().and_then(|length| parse_digits(length, 16));
         let length = length.filter(|length| *length <= 15).map(|length| length.min(8));
         let frame = match (kind, length) {
             (Some(b"d"), Some(length)) => {
@@ -91,20 +91,20 @@ impl Asc {
             }
             _ => return Err(LineFault::Length),
         };
-        Ok(Some((channel, frame.going(direction))))
+        Ok(Some((channel, frame.with_direction(direction))))
     }
 
-    fn fd<'a>(
+    fn parse_fd<'a>(
         &self,
         mut fields: impl Iterator<Item = &'a [u8]>,
     ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
-        let Some(channel) = fields.next().and_then(channel) else { return Ok(None) };
-        let Some(direction) = fields.next().and_then(direction) else { return Ok(None) };
+        let Some(channel) = fields.next().and_then(channel_name) else { return Ok(None) };
+        let Some(direction) = fields.next().and_then(parse_direction) else { return Ok(None) };
         let Some(id) = fields.next() else { return Err(LineFault::Id) };
         if id == b"ErrorFrame" {
-            return Ok(Some((channel, Frame::error(0, &[0; 8])?.going(direction))));
+            return Ok(Some((channel, Frame::error(0, &[0; 8])?.with_direction(direction))));
         }
-        let id = self.id(id)?;
+        let id = self.parse_id(id)?;
         // A name may precede the flags.
         let flag = |field: Option<&[u8]>| match field {
             Some(b"0") => Some(false),
@@ -119,18 +119,18 @@ impl Asc {
         // Skip the length code; the bytes follow.
         fields.next();
         let length =
-            fields.next().and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;
+            fields.next().and_then(|length| parse_digits(length, 10)).ok_or(LineFault::Length)?;
         let (payload, length) = bytes(fields, length, self.base)?;
         let kind = FrameKind::Fd { bit_rate_switch, error_state_indicator };
-        Ok(Some((channel, Frame::new(id, kind, &payload[..length])?.going(direction))))
+        Ok(Some((channel, Frame::new(id, kind, &payload[..length])?.with_direction(direction))))
     }
 
-    fn id(&self, field: &[u8]) -> Result<FrameId, LineFault> {
+    fn parse_id(&self, field: &[u8]) -> Result<FrameId, LineFault> {
         let (digits, extended) = match field.split_last() {
             Some((b'x' | b'X', digits)) => (digits, true),
             _ => (field, false),
         };
-        let id = number(digits, self.base).ok_or(LineFault::LogId)?;
+        let id = parse_digits(digits, self.base).ok_or(LineFault::LogId)?;
         let standard = u16::try_from(id).map(FrameId::Standard);
         let extended_id = u32::try_from(id).map(FrameId::Extended);
         if extended {
@@ -141,7 +141,7 @@ impl Asc {
     }
 }
 
-fn direction(field: &[u8]) -> Option<Direction> {
+fn parse_direction(field: &[u8]) -> Option<Direction> {
     match field {
         b"Rx" => Some(Direction::Received),
         b"Tx" => Some(Direction::Transmitted),

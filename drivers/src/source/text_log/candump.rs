@@ -1,6 +1,6 @@
 //! Conversion of one line of a log to one frame.
 
-use super::field::{NS_PER_S, number, stamp_ns};
+use super::field::{NS_PER_S, parse_digits, stamp_ns};
 use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
 use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
 use crate::source::InterfaceName;
@@ -22,7 +22,7 @@ pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
         Some(_) => return Err(LineFault::Direction),
     };
     match fields.next() {
-        None => Ok((name, frame.with_stamp(stamp_ns).going(direction))),
+        None => Ok((name, frame.with_stamp(stamp_ns).with_direction(direction))),
         Some(_) => Err(LineFault::Direction),
     }
 }
@@ -44,7 +44,7 @@ fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
 fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
     let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
     let (id, body) = (&field[..hash], &field[hash + 1..]);
-    let raw = number(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
+    let raw = parse_digits(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
     // The number of digits determines the format, not the value; an error frame is identified by
     // its flag.
     let (id, error) = match id.len() {
@@ -180,7 +180,7 @@ mod tests {
 
         let read = frame("(0.0) can0 20000004#000C000000000000 R");
         assert!(read.is_error());
-        assert_eq!((read.id.raw(), read.length), (4, 8));
+        assert_eq!((read.id.number(), read.length), (4, 8));
 
         assert_eq!(frame("(0.0) can0 123#R").length, 0);
         assert_eq!(frame("(0.0) can0 123#R4").length, 4);

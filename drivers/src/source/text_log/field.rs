@@ -34,7 +34,7 @@ pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
 }
 
 /// Parses a number that consists only of digits to a base.
-pub(super) fn number(digits: &[u8], base: u32) -> Option<u64> {
+pub(super) fn parse_digits(digits: &[u8], base: u32) -> Option<u64> {
     (!digits.is_empty()).then_some(())?;
     digits.iter().try_fold(0u64, |value, byte| {
         let digit = char::from(*byte).to_digit(base)?;
@@ -43,7 +43,7 @@ pub(super) fn number(digits: &[u8], base: u32) -> Option<u64> {
 }
 
 /// Returns the name of a channel by its number, such as `can1`.
-pub(super) fn channel(number: &[u8]) -> Option<InterfaceName> {
+pub(super) fn channel_name(number: &[u8]) -> Option<InterfaceName> {
     let digits = (1..=3).contains(&number.len()) && number.iter().all(u8::is_ascii_digit);
     digits.then(|| InterfaceName::from_bytes(&[b"can", number].concat())).flatten()
 }
@@ -59,7 +59,7 @@ pub(super) fn bytes<'a>(
     let mut payload = [0; MAX_PAYLOAD];
     let mut count = 0;
     for (place, field) in payload.iter_mut().zip(fields.take(length)) {
-        let byte = number(field, base).and_then(|byte| u8::try_from(byte).ok());
+        let byte = parse_digits(field, base).and_then(|byte| u8::try_from(byte).ok());
         *place = byte.ok_or(LineFault::Bytes)?;
         count += 1;
     }

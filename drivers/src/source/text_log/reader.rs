@@ -31,10 +31,10 @@ pub struct TextLog<R = BufReader<File>> {
     format: Option<Format>,
     interfaces: Vec<InterfaceName>,
     /// True if `interfaces` was given, instead of growing with the log.
-    listed: bool,
+    has_fixed_interfaces: bool,
     /// Error for the next call, after the frames before it.
     failure: Option<TextLogError>,
-    ended: bool,
+    has_ended: bool,
     counters: SourceCounters,
 }
 
@@ -75,9 +75,9 @@ impl<R: BufRead> TextLog<R> {
             buffer: Vec::with_capacity(MAX_LINE),
             format: None,
             interfaces: interfaces_seen,
-            listed: !interfaces.is_empty(),
+            has_fixed_interfaces: !interfaces.is_empty(),
             failure: None,
-            ended: false,
+            has_ended: false,
             counters: SourceCounters::default(),
         }
     }
@@ -113,7 +113,7 @@ impl<R: BufRead> TextLog<R> {
             Ok(0) => return Ok(false),
             Ok(_) => {}
             Err(source) => {
-                self.ended = true;
+                self.has_ended = true;
                 return Err(TextLogError::Read {
                     path: self.path.clone(),
                     line: self.line,
@@ -125,21 +125,21 @@ impl<R: BufRead> TextLog<R> {
             return Ok(true);
         }
         if self.buffer.len() < MAX_LINE {
-            self.ended = true;
+            self.has_ended = true;
             if self.format.as_ref().is_some_and(|format| !format.ends_lines()) {
                 return Ok(true);
             }
             return Err(TextLogError::Truncated { path: self.path.clone(), line: self.line });
         }
         // Without newlines reading cannot continue.
-        self.ended = true;
+        self.has_ended = true;
         Err(self.at_line(LineFault::TooLong))
     }
 
     fn index_of(&mut self, name: InterfaceName) -> Result<Option<u8>, LineFault> {
         let index = match self.interfaces.iter().position(|available| *available == name) {
             Some(index) => index,
-            None if self.listed => return Ok(None),
+            None if self.has_fixed_interfaces => return Ok(None),
             None if self.interfaces.len() == MAX_INTERFACES => {
                 return Err(LineFault::TooManyInterfaces);
             }
@@ -169,14 +169,14 @@ impl<R: BufRead + Send> Source for TextLog<R> {
             return Err(failure.into());
         }
         let before = batch.len();
-        while !self.ended && capacity(batch) > 0 {
+        while !self.has_ended && capacity(batch) > 0 {
             match self.next_frame() {
                 Ok(Some(frame)) => {
                     self.counters.frames += 1;
                     self.counters.error_frames += u64::from(frame.is_error());
                     batch.push(frame);
                 }
-                Ok(None) => self.ended = true,
+                Ok(None) => self.has_ended = true,
                 Err(failure) if batch.len() == before => return Err(failure.into()),
                 Err(failure) => {
                     self.failure = Some(failure);
@@ -224,7 +224,7 @@ mod tests {
     fn a_bad_line_is_named_after_the_frames_before_it_and_passed_over() {
         let mut log = source("(1.0) can0 001#\n(2.0) can0 00#\n(3.0) can0 003#\n");
         let (frames, faults) = drain(&mut log);
-        assert_eq!(frames.iter().map(|frame| frame.id.raw()).collect::<Vec<_>>(), [1, 3]);
+        assert_eq!(frames.iter().map(|frame| frame.id.number()).collect::<Vec<_>>(), [1, 3]);
         assert_eq!(faults.len(), 1);
         assert!(faults[0].starts_with("a.log:2: the identifier"), "{faults:?}");
     }
@@ -259,7 +259,7 @@ mod tests {
         let only = [InterfaceName::new("can0").unwrap()];
         let mut log = TextLog::new(text.as_bytes(), Path::new("a.log"), &only);
         let (frames, _) = drain(&mut log);
-        assert_eq!(frames.iter().map(|frame| frame.id.raw()).collect::<Vec<_>>(), [2]);
+        assert_eq!(frames.iter().map(|frame| frame.id.number()).collect::<Vec<_>>(), [2]);
         assert_eq!(log.counters().passed_over, 2);
     }
 

@@ -10,7 +10,7 @@
 //! Times are milliseconds since the start. Status, events and error counters are skipped.
 
 use super::LineFault;
-use super::field::{bytes, channel, number, stamp_ns};
+use super::field::{bytes, channel_name, parse_digits, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
 
@@ -115,19 +115,20 @@ impl Trc {
             direction = Direction::Transmitted;
         }
         let stamp_ns = stamp.ok_or(LineFault::Time)?;
-        let bus = channel(bus).ok_or(LineFault::Interface)?;
+        let bus = channel_name(bus).ok_or(LineFault::Interface)?;
         let frame = if matches!(kind, b"ER" | b"Error") {
             Frame::error(0, &[0; 8])?
         } else {
             let id = id.ok_or(LineFault::LogId)?;
             // The number of digits determines the format.
-            let raw = number(id, 16).ok_or(LineFault::LogId)?;
+            let raw = parse_digits(id, 16).ok_or(LineFault::LogId)?;
             let id = match id.len() {
                 ..=4 => u16::try_from(raw).ok().map(FrameId::Standard),
                 _ => u32::try_from(raw).ok().map(FrameId::Extended),
             };
             let id = id.ok_or(LineFault::LogId)?;
-            let length = length.and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;
+            let length =
+                length.and_then(|length| parse_digits(length, 10)).ok_or(LineFault::Length)?;
             let mut data = fields.peekable();
             if kind == b"RR" || data.peek() == Some(&&b"RTR"[..]) {
                 Frame::remote(id, u8::try_from(length).map_err(|_| LineFault::Length)?)?
@@ -145,7 +146,7 @@ impl Trc {
                 }
             }
         };
-        Ok(Some((bus, frame.with_stamp(stamp_ns).going(direction))))
+        Ok(Some((bus, frame.with_stamp(stamp_ns).with_direction(direction))))
     }
 }
 

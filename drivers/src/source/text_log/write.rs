@@ -67,7 +67,7 @@ fn write_line(
     }
     write!(out, " {name} ")?;
     match frame.kind {
-        FrameKind::Error => write!(out, "{:08X}#", frame.id.raw() | ERROR_FLAG)?,
+        FrameKind::Error => write!(out, "{:08X}#", frame.id.number() | ERROR_FLAG)?,
         FrameKind::Classic => write!(out, "{}#", frame.id)?,
         FrameKind::Remote if frame.length == 0 => write!(out, "{}#R", frame.id)?,
         FrameKind::Remote => write!(out, "{}#R{}", frame.id, frame.length)?,
@@ -125,7 +125,7 @@ mod tests {
             text(&classic, StampDigits::Nanoseconds),
             "(1436509052.249713001) can0 123#1122AABB\n"
         );
-        let sent = Frame::fd(id, true, &[0x11]).unwrap().going(Direction::Transmitted);
+        let sent = Frame::fd(id, true, &[0x11]).unwrap().with_direction(Direction::Transmitted);
         assert_eq!(micro(&sent), "(0000000000.000000) can0 123##111 T\n");
         let remote = Frame::remote(FrameId::Extended(0x123), 4).unwrap();
         assert_eq!(micro(&remote), "(0000000000.000000) can0 00000123#R4\n");
@@ -155,11 +155,11 @@ mod tests {
                 let frame = match kind {
                     0 => Frame::classic(id, short),
                     1 => Frame::remote(id, u8::try_from(short.len()).unwrap()),
-                    2 => Frame::error(id.raw(), short),
+                    2 => Frame::error(id.number(), short),
                     _ => Frame::new(id, fd, &data[..longest.unwrap_or(0)]),
                 };
                 let direction = if flags[2] { Direction::Transmitted } else { Direction::Received };
-                frame.unwrap().with_stamp(stamp).going(direction)
+                frame.unwrap().with_stamp(stamp).with_direction(direction)
             },
         )
     }

@@ -31,9 +31,9 @@ fn window() -> Window {
         number: 4,
         sample_rate_hz: 1000.0,
         samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
-        counted: 1..5,
+        counted_samples: 1..5,
         end: WindowEnd::Rest,
-        start: RecordingStart::of_unix_ns(1_795_331_849_250_400_000),
+        recording_start: RecordingStart::of_unix_ns(1_795_331_849_250_400_000),
         note: None,
     }
 }
@@ -92,7 +92,7 @@ fn a_result_says_where_it_comes_from_and_is_the_latest() {
     assert_eq!(json["window"]["counted"], 4);
     assert_eq!(json["window"]["end"], "rest");
     assert_eq!(json["window"]["recorded"], "2026-11-22T07:17:29.250Z");
-    assert_eq!(stored.line.recorded, window().start);
+    assert_eq!(stored.line.recorded, window().recording_start);
     assert_eq!(json["configuration"], "c0ffee");
     assert_eq!(json["estimate"]["condition_number"], 7.0);
     assert_eq!(json["estimate"]["rms_error_per_joint_nm"][0], serde_json::Value::Null);

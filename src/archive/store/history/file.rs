@@ -60,7 +60,7 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
 #[derive(Debug, Default)]
 struct Scan {
     /// Number of bytes up to the end of the last complete line.
-    complete: u64,
+    complete_bytes: u64,
     /// Bytes of all.
     length: u64,
     /// Number of lines to count and to keep: complete lines of this program, including those of a
@@ -83,7 +83,7 @@ struct Version {
 /// Parses a line of this program: its result number and its content. The content is `None` if a
 /// later version wrote the line. An older program that was reinstalled cannot read such a line, and
 /// keeps it for the newer one.
-pub(super) fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
+pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
     let Version { schema, result } = match &line {
         Some(line) => Version { schema: line.schema, result: Some(line.result) },
@@ -111,9 +111,9 @@ fn scan(file: File, mut take: impl FnMut(&[u8], Option<HistoryLine>)) -> io::Res
         scan.length += read as u64;
         let is_complete = line.ends_with(b"\n");
         if is_complete {
-            scan.complete = scan.length;
+            scan.complete_bytes = scan.length;
         }
-        match understand(&line).filter(|_| is_complete) {
+        match parse_line(&line).filter(|_| is_complete) {
             Some((result, context)) => {
                 scan.lines += 1;
                 scan.last_result = result;
@@ -136,7 +136,7 @@ pub(in crate::archive::store) struct HistoryFile {
     /// Last result number in the file when it was opened.
     last_result: Option<u64>,
     /// Lines to keep.
-    keep: usize,
+    max_lines: usize,
 }
 
 impl HistoryFile {
@@ -175,12 +175,12 @@ impl HistoryFile {
         let history = Self {
             folder: folder.to_owned(),
             path,
-            length: scan.complete,
+            length: scan.complete_bytes,
             lines: scan.lines,
             last_result: scan.last_result,
-            keep: keep.max(1),
+            max_lines: keep.max(1),
         };
-        if scan.complete < scan.length {
+        if scan.complete_bytes < scan.length {
             history.cut_tail()?;
         }
         Ok((history, last))
@@ -214,7 +214,7 @@ impl HistoryFile {
         self.length += json.len() as u64;
         self.lines += 1;
         let synced = if is_new { self.sync_folder() } else { Ok(()) };
-        let many = self.lines > self.keep + self.keep / 10;
+        let many = self.lines > self.max_lines + self.max_lines / 10;
         let tidied = if many { self.remove_oldest() } else { Ok(()) };
         for problem in [synced.err(), tidied.err()].into_iter().flatten() {
             tracing::warn!("the history has the new line, but: {problem}");
@@ -224,7 +224,7 @@ impl HistoryFile {
 
     /// Returns true if this result number came after the last line at the time of opening. Nothing
     /// is known of lines without a result number.
-    pub(in crate::archive::store) fn lacks(&self, result: u64) -> bool {
+    pub(in crate::archive::store) fn is_missing(&self, result: u64) -> bool {
         self.last_result.map_or(self.lines == 0, |last| result > last)
     }
 
@@ -234,8 +234,8 @@ impl HistoryFile {
     fn look_again(&mut self, there: u64) -> Result<(), StoreError> {
         let file = File::open(&self.path).map_err(io_error("open", &self.path))?;
         let scan = scan(file, |_, _| {}).map_err(io_error("read", &self.path))?;
-        (self.length, self.lines) = (scan.complete, scan.lines);
-        if there > scan.complete { self.cut_tail() } else { Ok(()) }
+        (self.length, self.lines) = (scan.complete_bytes, scan.lines);
+        if there > scan.complete_bytes { self.cut_tail() } else { Ok(()) }
     }
 
     fn cut_tail(&self) -> Result<(), StoreError> {
@@ -250,7 +250,7 @@ impl HistoryFile {
         let file = File::open(&self.path).map_err(io_error("read", &self.path))?;
         let scanned = scan(file, |text, _| {
             lines_kept.push_back(text.to_vec());
-            if lines_kept.len() > self.keep {
+            if lines_kept.len() > self.max_lines {
                 lines_kept.pop_front();
             }
         });

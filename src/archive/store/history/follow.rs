@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{FILE_NAME, HistoryError, MAX_LINE, understand};
+use super::file::{FILE_NAME, HistoryError, MAX_LINE, parse_line};
 use super::line::HistoryLine;
 use crate::archive::store::timestamp::Timestamp;
 
@@ -45,14 +45,14 @@ pub struct HistoryFollower {
     path: PathBuf,
     mark: Option<HistoryMark>,
     /// Inode of the file, and the read position \[bytes\]. `None` before the first read.
-    place: Option<(u64, u64)>,
+    read_position: Option<(u64, u64)>,
     passed_over: u64,
 }
 
 impl HistoryFollower {
     /// Follows the history in a results folder: all of it, or the lines after a mark.
     pub fn new(folder: &Path, mark: Option<HistoryMark>) -> Self {
-        Self { path: folder.join(FILE_NAME), mark, place: None, passed_over: 0 }
+        Self { path: folder.join(FILE_NAME), mark, read_position: None, passed_over: 0 }
     }
 
     /// Returns the next line, or `None` as long as there is none. A history may have been shortened
@@ -77,7 +77,8 @@ impl HistoryFollower {
             opened => opened?,
         };
         let data = file.metadata()?;
-        let place = self.place.filter(|(inode, at)| *inode == data.ino() && *at <= data.len());
+        let place =
+            self.read_position.filter(|(inode, at)| *inode == data.ino() && *at <= data.len());
         let mut offset = match place {
             Some((_, at)) => at,
             None => self.find(&file)?,
@@ -92,12 +93,12 @@ impl HistoryFollower {
                 break None;
             }
             offset += read;
-            match understand(&text) {
+            match parse_line(&text) {
                 Some((_, Some(line))) => break Some(line),
                 _ => self.passed_over += 1,
             }
         };
-        self.place = Some((data.ino(), offset));
+        self.read_position = Some((data.ino(), offset));
         if let Some(line) = &line {
             self.mark = Some(HistoryMark::from_line(line));
         }
@@ -114,7 +115,7 @@ impl HistoryFollower {
             if read == 0 {
                 return Ok(later.unwrap_or(at));
             }
-            if let Some((_, Some(line))) = understand(&text) {
+            if let Some((_, Some(line))) = parse_line(&text) {
                 if mark.is_at(&line) {
                     return Ok(at + read);
                 }

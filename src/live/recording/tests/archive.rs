@@ -30,7 +30,7 @@ impl Recorded {
             let shared = recorder.shared().clone();
             for n in run.clone() {
                 let stamp_ns = (n - run.start) * 200_000;
-                tap.take(&[frame(n).with_stamp(stamp_ns)], 0);
+                tap.pass_on(&[frame(n).with_stamp(stamp_ns)], 0);
             }
             let length = run.end - run.start;
             eventually("all is recorded", || shared.snapshot().frames_recorded == length);
@@ -54,10 +54,10 @@ impl Recorded {
             options: self.options.clone(),
             curves: curves(),
             shared: SharedArchive::default(),
-            waiting: Vec::new(),
+            waiting_requests: Vec::new(),
             capture: None,
-            now: Instant::now(),
-            ending: None,
+            step_time: Instant::now(),
+            end_seen: None,
             disk_space,
         }
     }
@@ -124,12 +124,12 @@ fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
 fn what_the_disk_has_left_for_results_is_not_taken() {
     let recorded = Recorded::record(0..20_000);
     let rooms: [fn(&Path) -> _; 2] = [
-        |_| Ok(DiskSpace { free: 2_000_000, spare: 10_000 }),
-        |_| Ok(DiskSpace { free: 2_000_000, spare: 2_000_000 }),
+        |_| Ok(DiskSpace { free_bytes: 2_000_000, spare_bytes: 10_000 }),
+        |_| Ok(DiskSpace { free_bytes: 2_000_000, spare_bytes: 2_000_000 }),
     ];
     for (archived, disk_space) in (0..).zip(rooms) {
         let mut keeping = Archive { disk_space, ..recorded.archive() };
-        keeping.take(Request::Result { number: 12, window: window(2_000_000_000) });
+        keeping.take_request(Request::Result { number: 12, window: window(2_000_000_000) });
         let nobody = std::sync::mpsc::channel().1;
         keeping.run(&nobody, &AtomicBool::new(true));
         let status = keeping.shared.snapshot();
@@ -165,12 +165,12 @@ fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
     let recorded = Recorded::record(0..100);
     let mut archive = recorded.archive();
     let (answer, answered) = std::sync::mpsc::sync_channel(1);
-    archive.take(Request::Start { name: "one".into(), answer: answer.clone() });
+    archive.take_request(Request::Start { name: "one".into(), answer: answer.clone() });
     assert_eq!(answered.recv().unwrap(), Ok(()));
     assert_eq!(archive.shared.snapshot().capture.as_deref(), Some("one"));
-    archive.take(Request::Stop { answer: answer.clone() });
+    archive.take_request(Request::Stop { answer: answer.clone() });
     drop(answered);
-    archive.take(Request::Start { name: "two".into(), answer });
+    archive.take_request(Request::Start { name: "two".into(), answer });
     assert!(archive.capture.is_none());
     assert_eq!(archive.shared.snapshot().capture, None);
 }
@@ -275,7 +275,7 @@ fn a_capture_that_grows_too_large_is_stopped_by_itself() {
     let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
     let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
-    tap.take(&[frame(0)], 0);
+    tap.pass_on(&[frame(0)], 0);
     let part = recorded.folder.path().join("ring/segment-00000001.mcap.part");
     eventually("the run is on disk", || {
         McapScan::read(&part).is_ok_and(|scan| !scan.chunks.is_empty())
@@ -285,7 +285,7 @@ fn a_capture_that_grows_too_large_is_stopped_by_itself() {
         let mut n = 1;
         eventually("it is stopped", || {
             for _ in 0..20 {
-                tap.take(&[frame(n)], 0);
+                tap.pass_on(&[frame(n)], 0);
                 n += 1;
             }
             archiver.shared().snapshot().capture.is_none()

@@ -37,9 +37,9 @@ fn store_result(store: &mut Store) -> Result<(), String> {
         number: 0,
         sample_rate_hz: 500.0,
         samples,
-        counted: 0..1,
+        counted_samples: 0..1,
         end: WindowEnd::Rest,
-        start: None,
+        recording_start: None,
         note: None,
     };
     let estimate = Estimate::default();
@@ -67,7 +67,7 @@ fn child_on_a_small_disk() {
     let mut taken = 0;
     let mut results = 0;
     while taken < total {
-        tap.take(&(taken..taken + 5_000).map(frame).collect::<Vec<_>>(), 0);
+        tap.pass_on(&(taken..taken + 5_000).map(frame).collect::<Vec<_>>(), 0);
         taken += 5_000;
         eventually("the recorder follows", || {
             let status = shared.snapshot();
@@ -89,7 +89,7 @@ fn child_on_a_small_disk() {
     let mut filling = File::create(&filler).unwrap();
     eventually("the ring is gone", || {
         while filling.write_all(&[1; 4096]).is_ok() {}
-        tap.take(&[frame(taken)], 0);
+        tap.pass_on(&[frame(taken)], 0);
         taken += 1;
         shared.snapshot().state == RecordingState::Failed
     });
@@ -102,7 +102,7 @@ fn child_on_a_small_disk() {
     drop(filling);
     fs::remove_file(filler).unwrap();
     eventually("it records again", || {
-        tap.take(&[frame(taken)], 0);
+        tap.pass_on(&[frame(taken)], 0);
         taken += 1;
         shared.snapshot().state == RecordingState::Recording
     });

@@ -25,7 +25,7 @@ fn what_a_killed_recorder_left_is_closed_at_the_next_start() {
     fs::write(folder.path().join("segment-00000005.mcap.part"), b"\x89MCAP").unwrap();
     fs::write(folder.path().join("notes.txt"), "not ours").unwrap();
     let ring = Ring::open(folder.path(), 10_000_000).unwrap();
-    assert_eq!((ring.repaired(), ring.complete().len()), (1, 1));
+    assert_eq!((ring.repaired_count(), ring.complete_files().len()), (1, 1));
     let names: Vec<_> = files(folder.path());
     let expected = ["notes.txt", "segment-00000004.mcap"].map(|name| folder.path().join(name));
     assert_eq!(names, expected);
@@ -46,7 +46,7 @@ fn a_part_cut_at_any_place_never_hinders_the_start() {
         fs::write(&part, &contents[..cut]).unwrap();
         let ring = Ring::open(folder.path(), 10_000_000).unwrap();
         let numbers: Vec<u64> =
-            ring.complete().flat_map(|segment| read(&segment.path, false)).collect();
+            ring.complete_files().flat_map(|segment| read(&segment.path, false)).collect();
         assert!([0, 100, 200].contains(&numbers.len()), "cut at {cut}: {}", numbers.len());
         assert_eq!(files(folder.path()).len(), usize::from(!numbers.is_empty()), "cut at {cut}");
     }
@@ -67,7 +67,7 @@ fn a_part_that_is_damaged_anywhere_never_hinders_the_start() {
         fs::write(&part, &damaged).unwrap();
         let ring = Ring::open(folder.path(), 10_000_000).unwrap();
         let numbers: Vec<u64> =
-            ring.complete().flat_map(|segment| read(&segment.path, false)).collect();
+            ring.complete_files().flat_map(|segment| read(&segment.path, false)).collect();
         assert!([0, 100, 200].contains(&numbers.len()), "from {from}: {}", numbers.len());
         assert!(numbers.iter().copied().eq(0..numbers.len() as u64), "from {from}");
         assert_eq!(files(folder.path()).len(), usize::from(!numbers.is_empty()), "from {from}");
@@ -81,11 +81,11 @@ fn a_file_that_is_there_whole_and_in_part_counts_once() {
     let complete = folder.path().join("segment-00000003.mcap");
     let part = folder.path().join("segment-00000003.mcap.part");
     killed(&part, 0..200);
-    didim_drivers::source::mcap::repair(&part, &complete).unwrap();
+    didim_drivers::source::mcap::repair_recording(&part, &complete).unwrap();
     let mut source = open_log(folder.path(), None).unwrap();
     assert!(drain(&mut *source).0.into_iter().eq(0..200), "each frame once");
     let ring = Ring::open(folder.path(), 10_000_000).unwrap();
-    assert_eq!((ring.repaired(), ring.complete().len()), (0, 1));
+    assert_eq!((ring.repaired_count(), ring.complete_files().len()), (0, 1));
     assert_eq!(ring.bytes(), size(folder.path()));
     assert_eq!(files(folder.path()), [complete]);
 }
@@ -98,7 +98,7 @@ fn a_file_that_cannot_be_read_is_read_once() {
     let mut ring = Ring::open(folder.path(), 10_000_000).unwrap();
     assert_eq!(ring.oldest_log_time(), None);
     killed(&part, 0..200);
-    didim_drivers::source::mcap::repair(&part, &complete).unwrap();
+    didim_drivers::source::mcap::repair_recording(&part, &complete).unwrap();
     assert_eq!(ring.oldest_log_time(), None, "it would be read at every turn");
     drop(ring);
     let mut ring = Ring::open(folder.path(), 10_000_000).unwrap();
@@ -119,6 +119,6 @@ fn a_ring_that_may_be_smaller_now_shrinks_at_the_start() {
     let ring = Ring::open(folder.path(), limit).unwrap();
     assert!(size(folder.path()) <= limit);
     let numbers: Vec<u64> =
-        ring.complete().flat_map(|segment| read(&segment.path, false)).collect();
+        ring.complete_files().flat_map(|segment| read(&segment.path, false)).collect();
     assert_eq!(numbers.last(), Some(&599), "the latest are kept: {numbers:?}");
 }

@@ -23,8 +23,11 @@ impl TimeLapse {
     fn new(options: RecorderOptions, start: Instant) -> Self {
         let (tap, frames, unrecorded) = frame_queue();
         let shared = SharedRecording { unrecorded, ..SharedRecording::default() };
-        let info =
-            McapInfo { run: "1".into(), interfaces: interfaces().to_vec(), ..McapInfo::default() };
+        let info = McapInfo {
+            recorder_run: "1".into(),
+            interfaces: interfaces().to_vec(),
+            ..McapInfo::default()
+        };
         let writer = RingWriter::new(options, info, StampClock::Own, shared.clone(), start);
         Self { writer, tap, frames, shared, start, taken: 0 }
     }
@@ -32,10 +35,10 @@ impl TimeLapse {
     /// Runs a step at a time after the start, with this number of new frames.
     fn turn(&mut self, at: Duration, frames: u64) -> RecordingStatus {
         for n in self.taken..self.taken + frames {
-            self.tap.take(&[frame(n)], 0);
+            self.tap.pass_on(&[frame(n)], 0);
         }
         self.taken += frames;
-        assert!(!self.writer.turn(&mut self.frames, self.start + at));
+        assert!(!self.writer.run_step(&mut self.frames, self.start + at));
         self.shared.snapshot()
     }
 
@@ -43,7 +46,7 @@ impl TimeLapse {
     fn end(self, at: Duration) -> RecordingStatus {
         let Self { mut writer, tap, mut frames, shared, start, .. } = self;
         drop(tap);
-        assert!(writer.turn(&mut frames, start + at));
+        assert!(writer.run_step(&mut frames, start + at));
         shared.snapshot()
     }
 }
@@ -91,7 +94,8 @@ fn the_ring_is_never_larger_than_its_limit() {
         });
         let mut time_lapse = TimeLapse::new(options, Instant::now());
         // The limit counts here, not how full this machine's disk is.
-        time_lapse.writer.disk_space = |_| Ok(DiskSpace { free: 1 << 40, spare: 1 << 40 });
+        time_lapse.writer.disk_space =
+            |_| Ok(DiskSpace { free_bytes: 1 << 40, spare_bytes: 1 << 40 });
         let (total, step) = (20_000, Duration::from_millis(200));
         for k in 0..20 {
             time_lapse.turn(k * step, 1_000);
@@ -214,7 +218,7 @@ impl Bus {
             self.rotated.turn(self.at, 100);
             // Every 100 ms, and at a request.
             if request.is_some() || self.at.as_millis().is_multiple_of(100) {
-                self.archive.turn(request.take(), false, self.rotated.start + self.at);
+                self.archive.run_step(request.take(), false, self.rotated.start + self.at);
             }
         }
     }
@@ -273,9 +277,9 @@ fn what_the_ring_never_gets_is_given_up_in_time() {
     // The window is at a time that is not recorded. The archiver waits for the time after the
     // window and for the disk.
     let request = Request::Result { number: 1, window: window(2_000_000_000) };
-    archive.turn(Some(request), false, start);
-    archive.turn(None, false, start + 4 * second);
+    archive.run_step(Some(request), false, start);
+    archive.run_step(None, false, start + 4 * second);
     assert_eq!(archive.shared.snapshot().failed, 0);
-    archive.turn(None, false, start + 5 * second);
+    archive.run_step(None, false, start + 5 * second);
     assert_eq!(archive.shared.snapshot().failed, 1);
 }

@@ -14,27 +14,27 @@ pub(super) struct Survey {
     /// Mass, if it is identifiable \[kg\].
     pub(super) mass: Option<Uncertain>,
     /// True if there is a load.
-    pub(super) seen: bool,
+    pub(super) has_load: bool,
 }
 
 impl Survey {
     /// State of the arm at its baseline.
     pub(super) const BASELINE_STATE: Self =
-        Self { mass: Some(Uncertain { value: 0.0, standard_deviation: 0.0 }), seen: false };
+        Self { mass: Some(Uncertain { value: 0.0, standard_deviation: 0.0 }), has_load: false };
 
     pub(super) fn from_load(found: &FoundLoad) -> Self {
-        Self { mass: found.load.mass_kg, seen: found.presence.seen }
+        Self { mass: found.load.mass_kg, has_load: found.presence.seen }
     }
 
     /// Returns the side on which another survey is, if the two differ.
-    fn side(&self, other: &Self) -> Option<bool> {
+    fn differing_side(&self, other: &Self) -> Option<bool> {
         match (self.mass, other.mass) {
             (Some(one), Some(other)) => {
                 let deviation = one.standard_deviation.hypot(other.standard_deviation);
                 let off = other.value - one.value;
                 (off.abs() > DIFFERENT_DEVIATIONS * deviation).then_some(off > 0.0)
             }
-            _ => (self.seen != other.seen).then_some(other.seen),
+            _ => (self.has_load != other.has_load).then_some(other.has_load),
         }
     }
 }
@@ -44,32 +44,32 @@ impl Survey {
 #[derive(Clone, Debug)]
 pub(super) struct LoadTrack {
     /// Current load.
-    level: Survey,
+    current: Survey,
     /// Side of the last survey relative to it, if it differed.
-    suspect: Option<bool>,
+    suspected_side: Option<bool>,
 }
 
 impl LoadTrack {
     pub(super) fn from(level: Survey) -> Self {
-        Self { level, suspect: None }
+        Self { current: level, suspected_side: None }
     }
 
     /// Returns true if the last survey differed and has to be confirmed by the next.
-    pub(super) fn suspects(&self) -> bool {
-        self.suspect.is_some()
+    pub(super) fn needs_confirmation(&self) -> bool {
+        self.suspected_side.is_some()
     }
 
     /// Returns the current load.
-    pub(super) fn level(&self) -> Survey {
-        self.level
+    pub(super) fn current_load(&self) -> Survey {
+        self.current
     }
 
     /// Processes the next survey, and returns the previous load if it has changed.
     pub(super) fn handle_look(&mut self, survey: Survey) -> Option<Survey> {
-        let side = self.level.side(&survey);
-        let again = side.is_some() && side == self.suspect;
-        self.suspect = if again { None } else { side };
-        again.then(|| core::mem::replace(&mut self.level, survey))
+        let side = self.current.differing_side(&survey);
+        let again = side.is_some() && side == self.suspected_side;
+        self.suspected_side = if again { None } else { side };
+        again.then(|| core::mem::replace(&mut self.current, survey))
     }
 }
 
@@ -81,7 +81,7 @@ mod tests {
 
     fn survey(value: f64, standard_deviation: f64) -> Survey {
         let mass = Uncertain { value, standard_deviation };
-        Survey { mass: Some(mass), seen: mass.is_seen(&PayloadLimits::default()) }
+        Survey { mass: Some(mass), has_load: mass.is_seen(&PayloadLimits::default()) }
     }
 
     #[test]
@@ -90,9 +90,9 @@ mod tests {
         assert_eq!(track.handle_look(survey(0.1, 0.05)), None);
         // The load is picked up during one survey, and complete in the next.
         assert_eq!(track.handle_look(survey(1.0, 0.1)), None);
-        assert!(track.suspects());
+        assert!(track.needs_confirmation());
         assert_eq!(track.handle_look(survey(2.0, 0.05)), Some(Survey::BASELINE_STATE));
-        assert_eq!(track.level(), survey(2.0, 0.05));
+        assert_eq!(track.current_load(), survey(2.0, 0.05));
         assert_eq!(track.handle_look(survey(2.1, 0.05)), None);
         // Put down.
         assert_eq!(track.handle_look(survey(0.0, 0.05)), None);
@@ -111,11 +111,11 @@ mod tests {
 
     #[test]
     fn where_no_mass_is_reported_it_counts_whether_a_load_is_seen() {
-        let seen = |seen| Survey { mass: None, seen };
+        let seen = |seen| Survey { mass: None, has_load: seen };
         let mut track = LoadTrack::from(Survey::BASELINE_STATE);
         assert_eq!(track.handle_look(seen(false)), None);
         assert_eq!(track.handle_look(seen(true)), None);
         assert_eq!(track.handle_look(seen(true)), Some(Survey::BASELINE_STATE));
-        assert_eq!(track.level(), seen(true));
+        assert_eq!(track.current_load(), seen(true));
     }
 }

@@ -100,23 +100,23 @@ impl LoadWatch {
 }
 
 struct Watcher {
-    watch: BaselineWatch,
+    baseline_watch: BaselineWatch,
     baseline: Option<Baseline>,
-    track: LoadTrack,
+    load_track: LoadTrack,
     shared: SharedEstimation,
     /// Log rate limit: a pick-and-place arm changes its load with each cycle.
-    changes: LogRate,
+    change_log_rate: LogRate,
 }
 
 impl Watcher {
     fn new(folder: &Path, shared: SharedEstimation) -> Self {
         let watch = BaselineWatch::new(folder);
         Self {
-            watch,
+            baseline_watch: watch,
             baseline: None,
-            track: LoadTrack::from(Survey::BASELINE_STATE),
+            load_track: LoadTrack::from(Survey::BASELINE_STATE),
             shared,
-            changes: LogRate::default(),
+            change_log_rate: LogRate::default(),
         }
     }
 
@@ -129,7 +129,7 @@ impl Watcher {
                     if let Some(baseline) = &self.baseline
                         && let Some(found) = identifier.load(baseline, &window)
                     {
-                        self.take(found.map_err(|why| why.to_string()));
+                        self.take_survey(found.map_err(|why| why.to_string()));
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => self.look_for_baseline(),
@@ -140,7 +140,7 @@ impl Watcher {
 
     /// Restarts everything if the baseline was replaced.
     fn look_for_baseline(&mut self) {
-        let (baseline, why_not) = match self.watch.poll() {
+        let (baseline, why_not) = match self.baseline_watch.poll() {
             None => return,
             Some(Ok(Some(baseline))) => {
                 (Some(baseline), "the arm has not moved long enough yet".to_owned())
@@ -148,12 +148,12 @@ impl Watcher {
             Some(Ok(None)) => (None, NO_BASELINE.to_owned()),
             Some(Err(error)) => {
                 // The same file may become readable again.
-                self.watch.forget();
+                self.baseline_watch.report_again();
                 (None, error.to_string())
             }
         };
         self.baseline = baseline;
-        self.track = LoadTrack::from(Survey::BASELINE_STATE);
+        self.load_track = LoadTrack::from(Survey::BASELINE_STATE);
         report(&self.shared, |status| {
             *status = LoadStatus {
                 why_not: Some(why_not),
@@ -164,14 +164,15 @@ impl Watcher {
         });
     }
 
-    fn take(&mut self, found: Result<FoundLoad, String>) {
+    fn take_survey(&mut self, found: Result<FoundLoad, String>) {
         let load = match found {
             Ok(found) => found,
             Err(why) => return report(&self.shared, |status| status.why_not = Some(why)),
         };
-        let before = self.track.handle_look(Survey::from_load(&load));
-        let (level, suspects) = (self.track.level(), self.track.suspects());
-        let log = &mut self.changes;
+        let before = self.load_track.handle_look(Survey::from_load(&load));
+        let (level, suspects) =
+            (self.load_track.current_load(), self.load_track.needs_confirmation());
+        let log = &mut self.change_log_rate;
         report(&self.shared, |status| {
             status.why_not = None;
             status.last_look = Some(load);
@@ -187,7 +188,7 @@ impl Watcher {
                 status.before_kg = before.mass;
                 status.changes += 1;
                 let [from, to] = [before, level].map(text_of);
-                if let Some(unlogged) = log.admit("load", Instant::now()) {
+                if let Some(unlogged) = log.should_log("load", Instant::now()) {
                     tracing::info!(
                         unlogged,
                         "the load on the flange has changed: {from} before, {to} now"
@@ -206,7 +207,7 @@ fn report(shared: &SharedEstimation, change: impl FnOnce(&mut LoadStatus)) {
 
 fn state_of(survey: Survey) -> LoadState {
     match survey.mass {
-        _ if survey.seen => LoadState::Load,
+        _ if survey.has_load => LoadState::Load,
         Some(mass) if mass.differs_from_none(&PayloadLimits::default()) => LoadState::Less,
         _ => LoadState::None,
     }

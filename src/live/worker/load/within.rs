@@ -17,12 +17,19 @@ pub(in crate::live::worker) fn load_of_window(
     window: &Window,
 ) -> Option<Result<FoundLoad, Refusal>> {
     let outcome = identifier.load(baseline, window)?;
-    Some(outcome.map(|found| FoundLoad { changed: change(identifier, baseline, window), ..found }))
+    Some(
+        outcome
+            .map(|found| FoundLoad { changed: find_change(identifier, baseline, window), ..found }),
+    )
 }
 
 /// Finds a load change. A part from which no load is identifiable is skipped.
-fn change(identifier: &Identifier, baseline: &Baseline, window: &Window) -> Option<LoadChange> {
-    let mut looks = parts(window).filter_map(|(after_s, part)| {
+fn find_change(
+    identifier: &Identifier,
+    baseline: &Baseline,
+    window: &Window,
+) -> Option<LoadChange> {
+    let mut looks = split_window(window).filter_map(|(after_s, part)| {
         Some((after_s, Survey::from_load(&identifier.load(baseline, &part)?.ok()?)))
     });
     let (_, first) = looks.next()?;
@@ -35,8 +42,8 @@ fn change(identifier: &Identifier, baseline: &Baseline, window: &Window) -> Opti
 
 /// Returns equal parts of the counted samples, with their start times \[s\]. Each has the margins
 /// of the complete window.
-fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
-    let Window { number, sample_rate_hz, samples, counted, end, .. } = window;
+fn split_window(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
+    let Window { number, sample_rate_hz, samples, counted_samples: counted, end, .. } = window;
     let (before, after) = (counted.start, samples.len() - counted.end);
     let parts = (counted.len() / look_samples(*sample_rate_hz)).clamp(1, MAX_PARTS);
     let length = counted.len() / parts;
@@ -48,9 +55,9 @@ fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
             number: *number,
             sample_rate_hz: *sample_rate_hz,
             samples: samples[first..first + before + length + after].to_vec(),
-            counted: before..before + length,
+            counted_samples: before..before + length,
             end: *end,
-            start: None,
+            recording_start: None,
             note: None,
         };
         (after_s, part)

@@ -21,7 +21,7 @@ fn open(folder: &Path) -> Results {
         windows: windows.plan(500.0).unwrap(),
         queue: 1,
         folder: None,
-        keep: 3,
+        max_results: 3,
         configuration: "c0ffee".into(),
         results: ResultOptions::default(),
         recorded: None,
@@ -56,14 +56,14 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         number: 0,
         sample_rate_hz: 500.0,
         samples,
-        counted: 0..1,
+        counted_samples: 0..1,
         end: WindowEnd::Rest,
-        start: None,
+        recording_start: None,
         note: None,
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let options = ResultOptions { drift, ..ResultOptions::default() };
-    results.take(&record, &Attachments::default(), &options).unwrap();
+    results.store_result(&record, &Attachments::default(), &options).unwrap();
 }
 
 fn set_baseline(folder: &Path, result: usize) {

@@ -65,14 +65,14 @@ fn motion_opens_and_rest_closes_with_margins_on_both_sides() {
     for (event, motion) in windows.iter().zip([500_u64..900, 1500..2000]) {
         let window = closed(event);
         assert_eq!(window.end, WindowEnd::Rest);
-        let counted = &window.samples[window.counted.clone()];
+        let counted = &window.samples[window.counted_samples.clone()];
         // The threshold is half the speed, so half a lag of 10 samples is not detected at either
         // end. The window begins a complete lag before the detection.
         let (first, last) = (counted.first().unwrap().sequence, counted.last().unwrap().sequence);
         assert!((motion.start - 10..=motion.start).contains(&first), "{first}");
         assert!((motion.end - 1..=motion.end + 10).contains(&last), "{last}");
-        assert_eq!(window.counted.start, 50);
-        assert_eq!(window.samples.len() - window.counted.end, 50);
+        assert_eq!(window.counted_samples.start, 50);
+        assert_eq!(window.samples.len() - window.counted_samples.end, 50);
         let gapless =
             window.samples.windows(2).all(|pair| pair[1].sequence == pair[0].sequence + 1);
         assert!(gapless);
@@ -91,7 +91,7 @@ fn one_count_of_an_encoder_is_not_motion() {
         sample.motor_position_rad[0] = count * f64::from(u8::from(sample.sequence % 3 == 0));
     }
     assert_eq!(events(&mut windower, &flickering), []);
-    assert_eq!(windower.opened(), 0);
+    assert_eq!(windower.opened_count(), 0);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn a_short_rest_does_not_cut_a_window() {
     let mut windower = windower(&motion());
     let windows = events(&mut windower, &samples(1500, &[300..500, 560..800]));
     assert_eq!(windows.len(), 1);
-    assert!(closed(&windows[0]).counted.len() >= 500);
+    assert!(closed(&windows[0]).counted_samples.len() >= 500);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_gap_rejects_the_open_window_and_the_next_one_keeps_its_margin() {
     let window = closed(&windows[1]);
     assert_eq!(window.number, 1);
     assert_eq!(window.first_sequence(), 703, "nothing from before the gap");
-    assert_eq!(window.counted.start, 50, "the margin is taken out of the motion");
+    assert_eq!(window.counted_samples.start, 50, "the margin is taken out of the motion");
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn a_window_is_never_longer_than_its_limit() {
     for event in &windows[..4] {
         assert_eq!(closed(event).samples.len(), 2000);
         assert_eq!(closed(event).end, WindowEnd::Length);
-        assert_eq!(closed(event).counted, 50..1950);
+        assert_eq!(closed(event).counted_samples, 50..1950);
     }
     assert_eq!(closed(&windows[4]).end, WindowEnd::Rest);
 }
@@ -188,7 +188,7 @@ fn intervals_count_the_same_number_of_samples_each() {
     assert!(windows.len() >= 4);
     for event in &windows {
         let window = closed(event);
-        assert_eq!(window.counted, 50..550);
+        assert_eq!(window.counted_samples, 50..550);
         assert_eq!(window.samples.len(), 600);
         assert_eq!(window.end, WindowEnd::Interval);
     }
@@ -213,8 +213,8 @@ fn commands_open_and_close_with_margins() {
     assert_eq!(windows.len(), 1);
     let window = closed(&windows[0]);
     assert_eq!((window.first_sequence(), window.last_sequence()), (450, 949));
-    assert_eq!(window.samples[window.counted.start].sequence, 500);
-    assert_eq!(window.counted.len(), 400);
+    assert_eq!(window.samples[window.counted_samples.start].sequence, 500);
+    assert_eq!(window.counted_samples.len(), 400);
 
     // The bus falls silent within the margin.
     windower.handle_begin().unwrap();
@@ -224,7 +224,7 @@ fn commands_open_and_close_with_margins() {
     windower.handle_end().unwrap();
     let event = windower.handle_silence().unwrap();
     assert_eq!((closed(&event).last_sequence(), closed(&event).end), (2499, WindowEnd::Command));
-    assert_eq!(closed(&event).samples.len() - closed(&event).counted.end, 50);
+    assert_eq!(closed(&event).samples.len() - closed(&event).counted_samples.end, 50);
     assert_eq!(windower.handle_silence(), None);
 
     let mut by_motion = self::windower(&motion());
@@ -240,7 +240,7 @@ fn the_end_of_the_stream_closes_what_is_open() {
     let event = windower.finish().unwrap();
     assert_eq!(closed(&event).end, WindowEnd::EndOfStream);
     assert_eq!(closed(&event).last_sequence(), 999);
-    assert_eq!(closed(&event).samples.len() - closed(&event).counted.end, 50);
+    assert_eq!(closed(&event).samples.len() - closed(&event).counted_samples.end, 50);
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn stamps_do_not_matter() {
             .iter()
             .map(|event| {
                 let window = closed(event);
-                (window.first_sequence(), window.last_sequence(), window.counted.clone())
+                (window.first_sequence(), window.last_sequence(), window.counted_samples.clone())
             })
             .collect()
     };
@@ -309,7 +309,7 @@ fn an_open_window_is_identified_at_once_whatever_opened_it() {
     let event = windower.handle_identify().unwrap();
     let window = closed(&event);
     assert_eq!((window.number, window.last_sequence(), window.end), (0, 1199, WindowEnd::Command));
-    assert_eq!(window.counted.end, window.samples.len() - 50);
+    assert_eq!(window.counted_samples.end, window.samples.len() - 50);
     assert_eq!(windower.handle_identify(), Err(CommandError::NotOpen));
     // The motion continues, and so does the next window.
     let rest = events(&mut windower, &stream[1200..]);
@@ -360,8 +360,8 @@ fn a_mode_that_changes_ends_a_window_before_it_and_is_no_margin_of_the_next() {
     let (before, after) = (closed(&windows[0]), closed(&windows[1]));
     assert_eq!((before.end, after.end), (WindowEnd::ModeChange, WindowEnd::Rest));
     assert_eq!((before.last_sequence(), after.first_sequence()), (999, 1000));
-    assert_eq!(before.samples.len() - before.counted.end, 50, "a margin after");
-    assert_eq!(after.counted.start, 50, "the margin is taken out of the motion");
+    assert_eq!(before.samples.len() - before.counted_samples.end, 50, "a margin after");
+    assert_eq!(after.counted_samples.start, 50, "the margin is taken out of the motion");
     let mode = |window: &Window| window.readings().drive_mode.iter().map(|of| of.mode).collect();
     let modes: [Vec<i16>; 2] = [mode(before), mode(after)];
     assert_eq!(modes, [[8, 8], [10, 10]]);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::super::figure::draw_curve;
-use super::super::{number, percent, signed};
+use super::super::{number_text, percent_text, with_real_minus};
 use super::HistoryReport;
 use crate::text::to_uncertainty;
 
@@ -40,46 +40,47 @@ pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
 }
 
 fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
-    let last = report.history.points(name).last().copied();
+    let last = report.history.parameter_points(name).last().copied();
     let change = report.change(name);
     let share = change.as_ref().map_or(f64::NAN, |change| change.band_share());
-    let relative = change.map_or(f64::NAN, |change| change.relative());
+    let relative = change.map_or(f64::NAN, |change| change.relative_change());
     let sign = if relative > 0.0 { "+" } else { "" };
     html! {
         tr.outside[share > 1.0] {
             th scope="row" { (name) }
-            td { (curve(report, name)) }
+            td { (curve_cell(report, name)) }
             td.number {
                 (last.map_or("–".into(), |(_, value, sigma)| {
-                    signed(&to_uncertainty(value, sigma, 7))
+                    with_real_minus(&to_uncertainty(value, sigma, 7))
                 }))
             }
-            td.number { (last.map_or("–".into(), |(.., sigma)| number(sigma, 2))) }
+            td.number { (last.map_or("–".into(), |(.., sigma)| number_text(sigma, 2))) }
             td { (report.history.unit(name)) }
-            td.number { @if relative.is_finite() { (sign) } (percent(relative, 3)) }
-            td.number.share { (percent(share, 2)) }
+            td.number { @if relative.is_finite() { (sign) } (percent_text(relative, 3)) }
+            td.number.share { (percent_text(share, 2)) }
         }
     }
 }
 
 /// Creates the curve. It is hidden from screen readers, because the row's numbers say the same.
-fn curve(report: &HistoryReport<'_>, name: &str) -> Markup {
+fn curve_cell(report: &HistoryReport<'_>, name: &str) -> Markup {
     let (width, height) = CURVE_SIZE;
     let view = format!("0 0 {width} {height}");
     html! {
         svg.spark viewBox=(view) width=(width) height=(height) aria-hidden="true" {
-            (PreEscaped(draw(report, name)))
+            (PreEscaped(draw_sparkline(report, name)))
         }
     }
 }
 
-fn draw(report: &HistoryReport<'_>, name: &str) -> String {
+fn draw_sparkline(report: &HistoryReport<'_>, name: &str) -> String {
     let mut svg = String::new();
-    let points = report.history.points(name);
+    let points = report.history.parameter_points(name);
     let (Some(&(first, ..)), Some(&(last, ..))) = (points.first(), points.last()) else {
         return svg;
     };
-    let band = report.history.band(name).map(|(middle, half)| [middle - half, middle + half]);
+    let band =
+        report.history.baseline_band(name).map(|(middle, half)| [middle - half, middle + half]);
     let ends = points.iter().map(|(_, value, _)| *value).chain(band.into_iter().flatten());
     let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     let span = (high - low).max(1e-9 * high.abs()).max(1e-12);

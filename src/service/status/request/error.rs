@@ -7,8 +7,8 @@ use crate::window::NoteError;
 pub const MAX_REQUEST: usize = 512;
 
 /// Valid request lines, shown in errors.
-const VALID_REQUESTS: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, baseline \
-    set [N]|clear, reload";
+const VALID_REQUESTS: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, \
+    baseline set [N]|clear, reload";
 
 /// Error of a line that is not a valid request. Write one of the listed requests.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -46,7 +46,7 @@ impl FromStr for Request {
             ("capture", _) => line.parse().map(Self::Capture),
             ("note", json) => {
                 let note: Note = serde_json::from_str(json).map_err(|_| RequestError::Unknown)?;
-                Ok(Self::Note(note.checked()?))
+                Ok(Self::Note(note.validated()?))
             }
             ("baseline", _) => line.parse().map(Self::Baseline),
             ("reload", "") if line == verb => Ok(Self::Reload),

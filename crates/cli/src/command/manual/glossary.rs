@@ -4,7 +4,7 @@ use didim_dynamics::robot::JointKind::{Prismatic, Revolute};
 use didim_dynamics::robot::ParameterKind::{self, *};
 
 use super::page::{Block, Page};
-use didim::report::names::{NAME_PARTS, meaning};
+use didim::report::names::{NAME_PARTS, kind_meaning};
 
 /// Every kind, in the order of a model.
 pub(super) const PARAMETER_KINDS: [ParameterKind; 22] = [
@@ -40,7 +40,7 @@ fn row(kind: &ParameterKind) -> Vec<String> {
         _ if turning == sliding => turning.to_owned(),
         _ => format!("{turning}, or {sliding}"),
     };
-    vec![format!("`{}`", kind.symbol()), unit, meaning(*kind).to_owned()]
+    vec![format!("`{}`", kind.symbol()), unit, kind_meaning(*kind).to_owned()]
 }
 
 pub(super) fn page() -> Page {

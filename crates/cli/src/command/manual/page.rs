@@ -28,7 +28,7 @@ pub(super) enum Block {
 
 impl Page {
     pub(super) fn markdown(&self) -> String {
-        let mut text = format!("# {}\n\n", capital(self.title));
+        let mut text = format!("# {}\n\n", capitalise(self.title));
         text.push_str(
             "<!-- Written by `didim manual --out target/manual`, which tests hold to the program: \
              change crates/cli/src/command/manual or the types that read the file, not this page. \
@@ -52,7 +52,7 @@ impl Page {
         text
     }
 
-    pub(super) fn man(&self) -> String {
+    pub(super) fn to_man(&self) -> String {
         let (name, section, title) = (roff(self.name), self.section, roff(self.title));
         let version = env!("CARGO_PKG_VERSION");
         // No date: the same program gives the same page.
@@ -143,11 +143,11 @@ pub(super) fn roff(text: &str) -> String {
         0 => escape(part),
         _ => format!("\\fB{}\\fR", escape(part)),
     });
-    protect(escaped.collect())
+    protect_dot(escaped.collect())
 }
 
 fn roff_line(line: &str) -> String {
-    protect(escape(line))
+    protect_dot(escape(line))
 }
 
 fn escape(text: &str) -> String {
@@ -161,11 +161,11 @@ fn escape(text: &str) -> String {
 }
 
 /// Protects a leading dot, which would be a request.
-fn protect(line: String) -> String {
+fn protect_dot(line: String) -> String {
     if line.starts_with('.') { format!("\\&{line}") } else { line }
 }
 
-fn capital(text: &str) -> String {
+fn capitalise(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

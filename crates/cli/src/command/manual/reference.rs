@@ -33,7 +33,7 @@ pub(super) struct Section<'a> {
     /// The word that distinguishes this form of the table.
     pub(super) form: Option<&'a str>,
     /// The keys that this section describes; all if empty.
-    only: &'a str,
+    selected_keys: &'a str,
 }
 
 /// Returns the reference of the cell file.
@@ -114,8 +114,8 @@ impl Reference {
     /// The schema does not have its table.
     pub(super) fn keys(&self, section: Section<'_>) -> Result<Vec<Key>, String> {
         let mut keys = self.schema.keys(section.path, section.form)?;
-        if !section.only.is_empty() {
-            keys.retain(|key| section.only.split(',').any(|name| name == key.name));
+        if !section.selected_keys.is_empty() {
+            keys.retain(|key| section.selected_keys.split(',').any(|name| name == key.name));
         }
         Ok(keys)
     }
@@ -150,7 +150,7 @@ impl<'a> Section<'a> {
         for word in text.split_whitespace() {
             match word.split_once('=') {
                 Some(("form", form)) => section.form = Some(form),
-                Some(("only", keys)) => section.only = keys,
+                Some(("only", keys)) => section.selected_keys = keys,
                 _ => section.path = word,
             }
         }

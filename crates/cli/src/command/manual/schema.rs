@@ -71,40 +71,42 @@ impl FileSchema {
     /// # Errors
     /// The step of the path that the schema does not have.
     pub(super) fn keys(&self, path: &str, form: Option<&str>) -> Result<Vec<Key>, String> {
-        let mut schema = self.resolve(&self.0);
+        let mut schema = self.resolve_reference(&self.0);
         for step in path.split('.').filter(|step| !step.is_empty()) {
             schema = self.step(schema, step).ok_or_else(|| format!("`{path}` has no `{step}`"))?;
         }
-        let forms = self.forms(schema);
+        let forms = self.value_forms(schema);
         let table = match form {
             Some(word) => forms.iter().find(|table| form_key(table) == Some(word)),
             None => forms.iter().find(|_| forms.len() == 1),
         };
         match (table, form) {
             (Some(table), _) => Ok(self.keys_of(table)),
-            (None, None) => Ok(forms.iter().filter_map(|form| self.choice(form)).collect()),
+            (None, None) => Ok(forms.iter().filter_map(|form| self.choice_key(form)).collect()),
             (None, Some(word)) => Err(format!("`{path}` has no form `{word}`")),
         }
     }
 
     /// Follows references, and takes the type of an optional value.
-    fn resolve<'a>(&'a self, schema: &'a Value) -> &'a Value {
+    fn resolve_reference<'a>(&'a self, schema: &'a Value) -> &'a Value {
         let reference = schema.get("$ref").and_then(Value::as_str);
         let definition = reference.and_then(|path| self.0.pointer(path.trim_start_matches('#')));
         if let Some(definition) = definition {
-            return self.resolve(definition);
+            return self.resolve_reference(definition);
         }
         let alternatives = schema.get("anyOf").and_then(Value::as_array);
         match alternatives.map(Vec::as_slice) {
-            Some([value, null]) if null.get("type") == Some(&"null".into()) => self.resolve(value),
+            Some([value, null]) if null.get("type") == Some(&"null".into()) => {
+                self.resolve_reference(value)
+            }
             _ => schema,
         }
     }
 
     /// Returns the forms that a value may have; the schema itself if there is one.
-    fn forms<'a>(&'a self, schema: &'a Value) -> Vec<&'a Value> {
+    fn value_forms<'a>(&'a self, schema: &'a Value) -> Vec<&'a Value> {
         match alternatives(schema) {
-            Some(forms) => forms.iter().map(|form| self.resolve(form)).collect(),
+            Some(forms) => forms.iter().map(|form| self.resolve_reference(form)).collect(),
             None => vec![schema],
         }
     }
@@ -114,7 +116,10 @@ impl FileSchema {
             Ok(_) => form.get("items"),
             Err(_) => form.get("properties")?.get(step),
         };
-        self.forms(schema).into_iter().find_map(next).map(|schema| self.resolve(schema))
+        self.value_forms(schema)
+            .into_iter()
+            .find_map(next)
+            .map(|schema| self.resolve_reference(schema))
     }
 
     fn keys_of(&self, table: &Value) -> Vec<Key> {
@@ -153,7 +158,7 @@ impl FileSchema {
     }
 
     /// Describes one form of a table that has exactly one key, or of a text in its place.
-    fn choice(&self, form: &Value) -> Option<Key> {
+    fn choice_key(&self, form: &Value) -> Option<Key> {
         let properties = form.get("properties").and_then(Value::as_object);
         let (name, kind) = match properties.and_then(|keys| keys.iter().next()) {
             Some((name, schema)) => (name.as_str(), self.kind(schema, Number::Singular)),
@@ -168,12 +173,12 @@ impl FileSchema {
 
     /// Names a type in words.
     fn kind(&self, schema: &Value, number: Number) -> String {
-        let schema = self.resolve(schema);
+        let schema = self.resolve_reference(schema);
         if let Some(words) = schema.get("enum").and_then(Value::as_array) {
-            return words.iter().map(literal).collect::<Vec<_>>().join(", ");
+            return words.iter().map(literal_text).collect::<Vec<_>>().join(", ");
         }
         if let Some(word) = schema.get("const") {
-            return literal(word);
+            return literal_text(word);
         }
         if let Some(forms) = alternatives(schema) {
             let mut kinds: Vec<String> = Vec::new();
@@ -197,19 +202,23 @@ impl FileSchema {
             Some("boolean") => "`true` or `false`".to_owned(),
             Some("array") => {
                 let items = schema.get("items").unwrap_or(&Value::Null);
-                format!("{} of {}", number.noun("list"), self.kind(items, Number::Plural))
+                format!("{} of {}", number.with_noun("list"), self.kind(items, Number::Plural))
             }
             Some("object") => {
                 match schema.get("additionalProperties").filter(|of| of.is_object()) {
                     Some(values) if values.get("type").is_some() => {
-                        format!("{} of {}", number.noun("table"), self.kind(values, Number::Plural))
+                        format!(
+                            "{} of {}",
+                            number.with_noun("table"),
+                            self.kind(values, Number::Plural)
+                        )
                     }
-                    _ => number.noun("table"),
+                    _ => number.with_noun("table"),
                 }
             }
-            Some("number") => number.noun("number"),
-            Some("integer") => number.noun("whole number"),
-            _ => number.noun("text"),
+            Some("number") => number.with_noun("number"),
+            Some("integer") => number.with_noun("whole number"),
+            _ => number.with_noun("text"),
         }
     }
 }
@@ -221,7 +230,7 @@ enum Number {
 }
 
 impl Number {
-    fn noun(self, noun: &str) -> String {
+    fn with_noun(self, noun: &str) -> String {
         match self {
             Self::Singular => noun.to_owned(),
             Self::Plural => format!("{noun}s"),
@@ -239,7 +248,7 @@ fn form_key(table: &Value) -> Option<&str> {
     properties.values().find_map(|schema| schema.get("const")?.as_str())
 }
 
-fn literal(value: &Value) -> String {
+fn literal_text(value: &Value) -> String {
     format!("`{value}`")
 }
 

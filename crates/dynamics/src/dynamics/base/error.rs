@@ -30,10 +30,10 @@ pub enum BaseParametersError {
 
 /// Name that is not a base parameter of the robot.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{name}` is not a base parameter of the robot; these are: {available}")]
+#[error("`{name}` is not a base parameter of the robot; these are: {available_names}")]
 pub struct UnknownBaseParameter {
     /// The name.
     pub name: String,
     /// Available names.
-    pub available: String,
+    pub available_names: String,
 }

@@ -11,7 +11,7 @@ const DIGITS: usize = 6;
 pub fn format_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a str)>) -> String {
     let mut groups: Vec<(f64, Vec<&str>)> = Vec::new();
     for (coefficient, name) in terms {
-        let coefficient = round(coefficient);
+        let coefficient = round_digits(coefficient);
         let is_one = coefficient.abs().total_cmp(&1.0).is_eq();
         let same = |group: &&mut (f64, Vec<&str>)| group.0.total_cmp(&coefficient).is_eq();
         match groups.iter_mut().find(same) {
@@ -40,7 +40,7 @@ pub fn format_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a str)>) -> String
 }
 
 /// Returns the nearest number with `DIGITS` significant digits.
-fn round(value: f64) -> f64 {
+fn round_digits(value: f64) -> f64 {
     format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
 }
 

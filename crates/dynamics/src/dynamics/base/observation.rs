@@ -28,7 +28,7 @@ impl Random {
 }
 
 /// Returns the stacked regressors of random motions, as many as there are parameters.
-pub(super) fn observation(model: &Model) -> DMatrix<f64> {
+pub(super) fn random_observation(model: &Model) -> DMatrix<f64> {
     let model = model.clone().with_plain_friction();
     let (n, p) = (model.joints(), model.parameter_names().len());
     let mut random = Random(SEED);

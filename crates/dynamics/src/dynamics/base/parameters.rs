@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::{BaseParametersError, UnknownBaseParameter};
 use super::expression::format_sum;
-use super::observation::observation;
+use super::observation::random_observation;
 use super::selection::select_columns;
 use crate::dynamics::model::Model;
 use crate::numeric::Scalar;
@@ -34,13 +34,13 @@ impl BaseParameters {
         let parameters = model.parameters().parameters();
         let mut preference: Vec<usize> = (0..parameters.len()).collect();
         preference.sort_by_key(|&column| rank_of_choice(parameters[column], model.chain()));
-        let mut selection = select_columns(&observation(model), &preference)?;
+        let mut selection = select_columns(&random_observation(model), &preference)?;
         // If a load is always the same, part of it acts as Coulomb friction. The arm's own
         // parameters decide its size, so no coefficient applies to every arm.
         for (column, parameter) in parameters.iter().enumerate() {
             let by_load = parameter.kind == ParameterKind::FcLoad;
             if by_load
-                && !selection.fixed.contains(&column)
+                && !selection.basis.contains(&column)
                 && !selection.without_effect.contains(&column)
             {
                 selection.regrouping.column_mut(column).fill(0.0);
@@ -52,7 +52,7 @@ impl BaseParameters {
         let without = selection.without_effect.iter();
         Ok(Self {
             names: selection
-                .fixed
+                .basis
                 .iter()
                 .enumerate()
                 .map(|(row, &column): (usize, &usize)| {
@@ -62,7 +62,7 @@ impl BaseParameters {
                 })
                 .collect(),
             without_effect: without.map(|&column| standard_names[column].clone()).collect(),
-            columns: selection.fixed,
+            columns: selection.basis,
             regrouping: selection.regrouping,
             standard_names,
         })
@@ -98,10 +98,10 @@ impl BaseParameters {
     }
 
     /// Returns the position of a base parameter that the robot must have.
-    pub fn require(&self, name: &str) -> Result<usize, UnknownBaseParameter> {
+    pub fn find_required(&self, name: &str) -> Result<usize, UnknownBaseParameter> {
         let names = || self.names.join(" ");
         self.find(name)
-            .ok_or_else(|| UnknownBaseParameter { name: name.to_owned(), available: names() })
+            .ok_or_else(|| UnknownBaseParameter { name: name.to_owned(), available_names: names() })
     }
 
     /// Returns the expression of a base parameter:
@@ -122,7 +122,7 @@ impl BaseParameters {
     ///
     /// # Panics
     /// If `standard` does not have p entries.
-    pub fn regroup(&self, standard: &[f64]) -> Vec<f64> {
+    pub fn to_base(&self, standard: &[f64]) -> Vec<f64> {
         (&self.regrouping * DVector::from_column_slice(standard)).as_slice().to_vec()
     }
 
@@ -134,7 +134,7 @@ impl BaseParameters {
     ) -> Result<Vec<f64>, UnknownBaseParameter> {
         let mut standard = vec![0.0; self.standard_names.len()];
         for (name, value) in values {
-            standard[self.columns[self.require(name.as_ref())?]] = value;
+            standard[self.columns[self.find_required(name.as_ref())?]] = value;
         }
         Ok(standard)
     }

@@ -15,7 +15,7 @@ const NO_EFFECT: f64 = 1e-12;
 /// Basis of the columns of an observation matrix.
 pub struct ColumnSelection {
     /// Basis columns, ascending.
-    pub fixed: Vec<usize>,
+    pub basis: Vec<usize>,
     /// Columns without effect, ascending.
     pub without_effect: Vec<usize>,
     /// b × p: every column as a combination of the basis.
@@ -41,7 +41,7 @@ pub fn select_columns(
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let mut chosen = Vec::new();
     for &column in preference.iter().filter(|column| !without_effect.contains(column)) {
-        let outside = outside(&basis, unit(column));
+        let outside = orthogonal_part(&basis, unit(column));
         let length = outside.norm();
         if length > MIN_INDEPENDENT_LENGTH {
             basis.push(outside / length);
@@ -56,7 +56,7 @@ pub fn select_columns(
 
     chosen.sort_unstable();
     let mut regrouping = DMatrix::zeros(chosen.len(), observation.ncols());
-    let (q, r) = orthogonal(&chosen.iter().map(|&column| unit(column)).collect::<Vec<_>>());
+    let (q, r) = qr_factors(&chosen.iter().map(|&column| unit(column)).collect::<Vec<_>>());
     for &column in &effective {
         if let Ok(row) = chosen.binary_search(&column) {
             regrouping[(row, column)] = 1.0;
@@ -73,7 +73,7 @@ pub fn select_columns(
             regrouping[(row, column)] = share * lengths[column] / lengths[chosen[row]];
         }
     }
-    Ok(ColumnSelection { fixed: chosen, without_effect, regrouping })
+    Ok(ColumnSelection { basis: chosen, without_effect, regrouping })
 }
 
 /// Returns the rank of unit columns, by Gram–Schmidt that always takes the column with the largest
@@ -86,7 +86,7 @@ fn rank(mut columns: Vec<DVector<f64>>) -> Result<usize, BaseParametersError> {
         let Some((index, _)) = longest else { break };
         // Orthogonalised again against the basis, because the remainder of a short column is mostly
         // rounding.
-        let pivot = outside(&basis, columns.swap_remove(index));
+        let pivot = orthogonal_part(&basis, columns.swap_remove(index));
         let length = pivot.norm();
         if length <= MAX_DEPENDENT_LENGTH {
             break;
@@ -106,7 +106,7 @@ fn rank(mut columns: Vec<DVector<f64>>) -> Result<usize, BaseParametersError> {
 
 /// Returns the part of a vector outside an orthonormal basis, computed twice for full accuracy
 /// (Kahan).
-fn outside(basis: &[DVector<f64>], mut vector: DVector<f64>) -> DVector<f64> {
+fn orthogonal_part(basis: &[DVector<f64>], mut vector: DVector<f64>) -> DVector<f64> {
     for _ in 0..2 {
         for direction in basis {
             let share = direction.dot(&vector);
@@ -117,7 +117,7 @@ fn outside(basis: &[DVector<f64>], mut vector: DVector<f64>) -> DVector<f64> {
 }
 
 /// Returns Q and R of independent columns.
-fn orthogonal(columns: &[DVector<f64>]) -> (DMatrix<f64>, DMatrix<f64>) {
+fn qr_factors(columns: &[DVector<f64>]) -> (DMatrix<f64>, DMatrix<f64>) {
     if columns.is_empty() {
         return (DMatrix::zeros(0, 0), DMatrix::zeros(0, 0));
     }

@@ -11,7 +11,7 @@ use crate::regression::Solution;
 pub(super) struct ConsistentParameters {
     constraint: Constraint,
     /// Uncertainty of the parameters by IDIM-LS: how near the start stays to the chosen one.
-    of_start: DMatrix<f64>,
+    start_point: DMatrix<f64>,
 }
 
 impl ConsistentParameters {
@@ -27,30 +27,39 @@ impl ConsistentParameters {
             Some(BodiesFrom::TotalMassKg(mass)) => Prior::geometric(robot, mass),
         };
         let prior = prior.map_err(IdentificationError::Consistency)?;
-        let Solution { parameters, covariance, .. } = &fit.weighted.solution;
+        let Solution { parameters, covariance, .. } = &fit.weighting.solution;
         let (names, values) = (selection.names(), parameters.as_slice());
         // Fixed link parameters are refused: their value is simulated, and may be physically
         // inconsistent.
         let first = Estimate { names, values, covariance, fixed: &[] };
         let constraint = Constraint::new(robot, base, &first, &prior);
         let constraint = constraint.map_err(IdentificationError::Consistency)?;
-        Ok(Some(Self { constraint, of_start: covariance.clone() }))
+        Ok(Some(Self { constraint, start_point: covariance.clone() }))
     }
 
     /// The arm nearest to parameters to start from.
-    pub(super) fn start(&self, parameters: &DVector<f64>) -> Result<Possible, IdentificationError> {
-        let nearest = self.constraint.nearest(parameters, &self.of_start);
+    pub(super) fn start_parameters(
+        &self,
+        parameters: &DVector<f64>,
+    ) -> Result<Possible, IdentificationError> {
+        let nearest = self.constraint.nearest_consistent(parameters, &self.start_point);
         nearest.map_err(IdentificationError::Consistency)
     }
 
     /// The arm nearest to a linear step's parameters, by its covariance.
-    pub(super) fn nearest(&self, solution: &Solution) -> Result<Possible, IdentificationError> {
-        let nearest = self.constraint.nearest(&solution.parameters, &solution.covariance);
+    pub(super) fn nearest_arm(&self, solution: &Solution) -> Result<Possible, IdentificationError> {
+        let nearest =
+            self.constraint.nearest_consistent(&solution.parameters, &solution.covariance);
         nearest.map_err(IdentificationError::Consistency)
     }
 
     /// A part of the way from one arm to another.
-    pub(super) fn between(&self, from: &Possible, to: &Possible, part: f64) -> Option<Possible> {
-        self.constraint.between(from, to, part)
+    pub(super) fn interpolate(
+        &self,
+        from: &Possible,
+        to: &Possible,
+        part: f64,
+    ) -> Option<Possible> {
+        self.constraint.interpolate(from, to, part)
     }
 }

@@ -15,18 +15,18 @@ pub(super) struct Convergence<'a> {
     names: &'a [String],
     pub(super) steps: Vec<ConvergenceStep>,
     /// The parameter that the last step changed most.
-    furthest: usize,
+    most_changed: usize,
 }
 
 impl<'a> Convergence<'a> {
     pub(super) fn new(limits: ConvergenceLimits, names: &'a [String]) -> Self {
-        Self { limits, names, steps: Vec::new(), furthest: 0 }
+        Self { limits, names, steps: Vec::new(), most_changed: 0 }
     }
 
     /// Records the step from a simulation, whose `changes` are in standard deviations, and returns
     /// whether the parameters have converged. A second step from the same simulation, with other
     /// weights, is not recorded, and its error has not changed.
-    pub(super) fn note(
+    pub(super) fn record_step(
         &mut self,
         simulation: u32,
         halvings: u32,
@@ -38,8 +38,8 @@ impl<'a> Convergence<'a> {
         let last = self.steps.last().map(|step| step.relative_error);
         let relative_error_change =
             last.map(|last| (relative_error - last).abs() / last.max(SMALL_ERROR));
-        self.furthest = changes.icamax();
-        let parameter_change = changes[self.furthest].abs();
+        self.most_changed = changes.icamax();
+        let parameter_change = changes[self.most_changed].abs();
         let settled = again
             || relative_error_change.is_some_and(|change| change <= limits.relative_error_change);
         let stands = settled && parameter_change <= limits.parameter_change;
@@ -56,8 +56,8 @@ impl<'a> Convergence<'a> {
     }
 
     /// The parameter that the last step changed most.
-    pub(super) fn furthest(&self) -> String {
-        self.names.get(self.furthest).cloned().unwrap_or_default()
+    pub(super) fn most_changed_name(&self) -> String {
+        self.names.get(self.most_changed).cloned().unwrap_or_default()
     }
 
     /// Its change, in standard deviations.
@@ -79,7 +79,7 @@ impl<'a> Convergence<'a> {
             simulations,
             relative_error_change: self.steps.last().and_then(|step| step.relative_error_change),
             parameter_change: self.parameter_change().unwrap_or(f64::INFINITY),
-            parameter: self.furthest(),
+            parameter: self.most_changed_name(),
         }
         .into())
     }

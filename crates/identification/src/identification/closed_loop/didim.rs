@@ -3,10 +3,10 @@
 use super::alignment::torque_of_simulated_samples;
 use super::consistent_parameters::ConsistentParameters;
 use super::position_noise::noisy_torques;
-use super::pseudo_linear::{Converged, Equation, PseudoLinear, possible};
+use super::pseudo_linear::{Converged, Equation, PseudoLinear, restrict_to_consistent};
 use super::simulation_error::relative_errors;
 use super::simulator::Simulator;
-use super::start::start;
+use super::start::start_parameters;
 use crate::identification::equation_error::{EquationErrorFit, Weighting};
 use crate::identification::judgement::{
     Findings, Identification, Iteration, PositionError, SingularValues,
@@ -42,40 +42,40 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
     let body_list = consistent_parameters.as_ref();
     let equation = Equation::Simulated { torque };
     let mut loops = PseudoLinear::new(context, &fit, equation, body_list, simulator);
-    let Converged { simulated, observations, solution: last } =
-        loops.run(start(context, &fit, body_list)?)?;
+    let Converged { simulated_parameters: simulated, observations, solution: last } =
+        loops.run(start_parameters(context, &fit, body_list)?)?;
 
-    let named = |error| context.selection.named(error);
+    let named = |error| context.selection.regression_failure(error);
     let noise_levels = observations.noise_levels(&last.residuals);
     let weighting =
         Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
-    let weighting = possible(weighting, &observations, body_list)?;
+    let weighting = restrict_to_consistent(weighting, &observations, body_list)?;
     let solution = &weighting.solution;
-    let judged = context.judging(&solution.parameters);
+    let judged = context.with_final_loads(&solution.parameters);
     let outliers = fit.outlier_samples(context, Some(&weighting));
-    let unweighted = SingularValues::new(&observations.ordinary().map_err(named)?);
+    let unweighted = SingularValues::new(&observations.solve_ordinary().map_err(named)?);
     let simulator = &loops.simulator;
     let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
     let motion = simulator.motion();
     let BaseColumns { auxiliary, .. } = BaseColumns::new(&judged, motion)?;
     let torque_error_per_joint = relative_errors(
         context.robot.joints(),
-        &observations.measured(),
-        &observations.predicted(&simulator.arm(&simulated)),
+        &observations.measured_values(),
+        &observations.predicted(&simulator.simulated_parameters(&simulated)),
     );
     let findings = Findings {
         method: Method::Didim,
         motion,
         auxiliary_columns: &auxiliary,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
-        observations: weighting.solved(&observations),
+        observations: weighting.solved_equation(&observations),
         torque: weighting.torque_rows(&observations),
         solution,
         unweighted,
-        downweighted: weighting.downweighted(),
+        downweighted: weighting.downweighted_rows(),
         iteration: Iteration {
             torque_error_per_joint: Some(torque_error_per_joint),
-            ..loops.iteration()?
+            ..loops.iteration_record()?
         },
         outliers,
     };

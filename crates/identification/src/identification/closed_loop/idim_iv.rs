@@ -5,7 +5,7 @@ use super::instruments::Instruments;
 use super::pseudo_linear::{Converged, Equation, PseudoLinear};
 use super::simulation_error::relative_errors;
 use super::simulator::Simulator;
-use super::start::start;
+use super::start::start_parameters;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::judgement::{
     Findings, Identification, Iteration, PositionError, Reason, SingularValues, TorqueRows,
@@ -36,11 +36,12 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let simulator = Simulator::new(context, &fit, Method::IdimIv)?;
     let timing = simulator.timing();
     let mut loops = PseudoLinear::new(context, &fit, Equation::Instrumented, None, simulator);
-    let Converged { simulated, solution: last, .. } = loops.run(start(context, &fit, None)?)?;
+    let Converged { simulated_parameters: simulated, solution: last, .. } =
+        loops.run(start_parameters(context, &fit, None)?)?;
 
-    let named = |error| context.selection.named(error);
+    let named = |error| context.selection.regression_failure(error);
     // The last equation also has the loads of the estimate.
-    let judged = context.judging(&last.parameters);
+    let judged = context.with_final_loads(&last.parameters);
     let settled = judged.model.feels_loads().then(|| EquationErrorFit::with_auxiliary(&judged));
     let settled = settled.transpose()?;
     let (fit, auxiliary_columns) = settled
@@ -52,8 +53,8 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         Ok(measured) => {
             let (simulator, matrix) = (&loops.simulator, matrix.clone());
             let equation = torque_equation(context, matrix, measured, simulator.motion())?;
-            let predicted = equation.predicted(&simulator.arm(&simulated));
-            Some(relative_errors(context.robot.joints(), &equation.measured(), &predicted))
+            let predicted = equation.predicted(&simulator.simulated_parameters(&simulated));
+            Some(relative_errors(context.robot.joints(), &equation.measured_values(), &predicted))
         }
         // Instruments need not be exact, so that this is no reason to refuse.
         Err(IdentificationError::TorqueDelay { .. }) => None,
@@ -62,14 +63,15 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let instruments =
         Instruments::new(&fit.observations, &matrix.dense(), &levels, &context.selection)?;
     let solution = instruments.solve(&fit.observations, &levels).map_err(named)?;
-    let unweighted = SingularValues::new(&instruments.projected.ordinary().map_err(named)?);
+    let unweighted =
+        SingularValues::new(&instruments.projected_equation.solve_ordinary().map_err(named)?);
     let correlation = instruments.smallest_correlation;
     let findings = Findings {
         method: Method::IdimIv,
         motion: &fit.motion,
         auxiliary_columns,
         position_error: PositionError::InTheRegressor,
-        observations: &instruments.projected,
+        observations: &instruments.projected_equation,
         torque: Some(TorqueRows {
             observations: &fit.observations,
             residuals: &solution.residuals,
@@ -82,7 +84,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         iteration: Iteration {
             torque_error_per_joint,
             instrument_correlation: Some(correlation),
-            ..loops.iteration()?
+            ..loops.iteration_record()?
         },
     };
     let mut outcome = findings.judged(&judged)?;

@@ -53,18 +53,18 @@ pub(super) fn missing_inertia(
 ) -> DVector<f64> {
     let Context { robot, base, selection, model, .. } = context;
     let mut diagonal = DVector::zeros(robot.joints());
-    for_each_mass_matrix(model, &selection.standard(parameters), postures, |mass| {
+    for_each_mass_matrix(model, &selection.to_standard(parameters), postures, |mass| {
         diagonal += mass.diagonal().abs() / postures.nrows() as f64;
     });
     let floor = MIN_INERTIA_SHARE * diagonal.max();
     let mut balls = vec![0.0; robot.parameters().parameters().len()];
     for (joint, own) in diagonal.iter().enumerate() {
-        ball(robot, joint).for_each(|column| balls[column] = own.max(floor));
+        ball_columns(robot, joint).for_each(|column| balls[column] = own.max(floor));
     }
-    let balls = selection.of_base(base, &base.regroup(&balls));
+    let balls = selection.of_base(base, &base.to_base(&balls));
     let definite = |parameters: &DVector<f64>| {
         let mut is_positive = true;
-        for_each_mass_matrix(model, &selection.standard(parameters), postures, |mass| {
+        for_each_mass_matrix(model, &selection.to_standard(parameters), postures, |mass| {
             is_positive = is_positive && Cholesky::<f64, Dyn>::new(mass.clone()).is_some();
         });
         is_positive
@@ -82,7 +82,7 @@ pub(super) fn missing_inertia(
 
 /// The standard parameters, by their columns, of a ball at the origin of a joint's link, as far as
 /// the joint moves it: its inertia about every axis, or its mass at a prismatic joint.
-pub(super) fn ball(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn ball_columns(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> + '_ {
     use ParameterKind::{M, Xx, Yy, Zz};
     let kinds: &[ParameterKind] = match robot.chain()[joint].kind {
         JointKind::Revolute => &[Xx, Yy, Zz],

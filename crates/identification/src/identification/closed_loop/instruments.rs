@@ -8,7 +8,7 @@ use crate::regression::{Observations, RegressionError, Solution};
 /// The observation matrix X projected on instruments Z, and how strong these are.
 pub(super) struct Instruments {
     /// `X̂ = Z (ZᵀΩ⁻¹Z)⁻¹ ZᵀΩ⁻¹X` with the measurements of X.
-    pub(super) projected: Observations,
+    pub(super) projected_equation: Observations,
     /// Smallest canonical correlation between the columns of Ω^{-1/2} Z and Ω^{-1/2} X: 1 if the
     /// instruments span X, 0 if a combination of parameters has no instrument.
     pub(super) smallest_correlation: f64,
@@ -25,11 +25,11 @@ impl Instruments {
         levels: &[f64],
         selection: &Selection,
     ) -> Result<Self, IdentificationError> {
-        let named = |error| selection.named(error);
+        let named = |error| selection.regression_failure(error);
         // Instruments of full rank, judged as an observation matrix is.
         let (y, joints) = (equation.measurements(), equation.joints());
         let alone = Observations::new(instruments.clone(), y.clone(), joints).map_err(named)?;
-        alone.weighted(levels).map_err(named)?;
+        alone.solve_weighted(levels).map_err(named)?;
 
         let weighted = |matrix: &DMatrix<f64>| {
             let mut matrix = matrix.clone();
@@ -52,7 +52,7 @@ impl Instruments {
             projected.rows_range_mut(equation.joint_rows(joint)).scale_mut(*level);
         }
         let projected = Observations::new(projected, y.clone(), joints).map_err(named)?;
-        Ok(Self { projected, smallest_correlation })
+        Ok(Self { projected_equation: projected, smallest_correlation })
     }
 
     /// Solves `θ = (ZᵀΩ⁻¹X)⁻¹ ZᵀΩ⁻¹y`.
@@ -66,7 +66,7 @@ impl Instruments {
         equation: &Observations,
         levels: &[f64],
     ) -> Result<Solution, RegressionError> {
-        let mut solution = self.projected.weighted(levels)?;
+        let mut solution = self.projected_equation.solve_weighted(levels)?;
         solution.residuals = equation.residuals(&solution.parameters);
         Ok(solution)
     }
@@ -133,7 +133,7 @@ mod tests {
         let instruments = Instruments::new(&equation, &x, &levels, &selection).unwrap();
         assert!((instruments.smallest_correlation - 1.0).abs() < 1e-12);
         let parameters = instruments.solve(&equation, &levels).unwrap().parameters;
-        let squares = equation.weighted(&levels).unwrap().parameters;
+        let squares = equation.solve_weighted(&levels).unwrap().parameters;
         assert!((&parameters - &squares).norm() < 1e-12 * squares.norm());
     }
 }

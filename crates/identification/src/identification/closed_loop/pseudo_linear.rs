@@ -29,7 +29,7 @@ pub(super) enum Equation {
 /// The last simulation, its equation and the solution.
 pub(super) struct Converged {
     /// The parameters that were simulated (b).
-    pub(super) simulated: DVector<f64>,
+    pub(super) simulated_parameters: DVector<f64>,
     pub(super) observations: Observations,
     pub(super) solution: Solution,
 }
@@ -75,11 +75,11 @@ impl<'a> PseudoLinear<'a> {
         loop {
             let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
             let (observations, solution) = self.solve(&parameters)?;
-            let relative_error = solution.residuals.norm() / observations.measured().norm();
+            let relative_error = solution.residuals.norm() / observations.measured_values().norm();
             let changes =
                 (&solution.parameters - &parameters).component_div(&solution.standard_deviations());
-            if self.convergence.note(self.simulations, halvings, relative_error, &changes) {
-                return Ok(Converged { simulated: parameters, observations, solution });
+            if self.convergence.record_step(self.simulations, halvings, relative_error, &changes) {
+                return Ok(Converged { simulated_parameters: parameters, observations, solution });
             }
             self.check_simulations_left()?;
             let next = solution.parameters;
@@ -137,11 +137,11 @@ impl<'a> PseudoLinear<'a> {
         parameters: &DVector<f64>,
     ) -> Result<(Observations, Solution), IdentificationError> {
         let Self { context, fit, .. } = self;
-        let named = |error| context.selection.named(error);
+        let named = |error| context.selection.regression_failure(error);
         let motion = self.simulator.motion();
         let matrix = if context.model.feels_loads() {
             // The loads are those that were simulated.
-            let model = context.with_loads(&self.simulator.arm(parameters));
+            let model = context.with_loads(&self.simulator.simulated_parameters(parameters));
             fitted_matrix_of(context, &model, motion)?
         } else {
             fitted_matrix(context, motion)?
@@ -151,8 +151,11 @@ impl<'a> PseudoLinear<'a> {
                 let observations = torque_equation(context, matrix, torque.clone(), motion)?;
                 let robust = context.options.robust;
                 let weighting = Weighting::new(&observations, &fit.noise_levels, robust);
-                let weighting =
-                    possible(weighting.map_err(named)?, &observations, self.consistent_parameters)?;
+                let weighting = restrict_to_consistent(
+                    weighting.map_err(named)?,
+                    &observations,
+                    self.consistent_parameters,
+                )?;
                 Ok((observations, weighting.solution))
             }
             Equation::Instrumented => {
@@ -160,19 +163,19 @@ impl<'a> PseudoLinear<'a> {
                 let instruments =
                     Instruments::new(equation, &matrix.dense(), levels, &context.selection)?;
                 let solution = instruments.solve(equation, levels).map_err(named)?;
-                Ok((instruments.projected, solution))
+                Ok((instruments.projected_equation, solution))
             }
         }
     }
 
     /// The way so far, with one step more for the renewed weights.
-    pub(super) fn iteration(&self) -> Result<Iteration, IdentificationError> {
+    pub(super) fn iteration_record(&self) -> Result<Iteration, IdentificationError> {
         let steps = self.convergence.steps.clone();
         Ok(Iteration {
             linear_steps: u32::try_from(steps.len()).unwrap_or(u32::MAX) + 1,
             simulations: self.simulations,
             steps,
-            reference: Some(self.simulator.source()),
+            reference: Some(self.simulator.reference_source()),
             slower_bandwidth_hz: self.simulator.slower_bandwidth_hz(),
             position_error_per_joint: Some(position_errors(self.context, self.simulator.motion())?),
             ..Iteration::default()
@@ -185,12 +188,12 @@ impl<'a> PseudoLinear<'a> {
 }
 
 /// A weighted solution, moved to the nearest bodies where it is to be theirs.
-pub(super) fn possible(
+pub(super) fn restrict_to_consistent(
     weighting: Weighting,
     equation: &Observations,
     consistent_parameters: Option<&ConsistentParameters>,
 ) -> Result<Weighting, IdentificationError> {
     let Some(body_list) = consistent_parameters else { return Ok(weighting) };
-    let nearest = body_list.nearest(&weighting.solution)?;
+    let nearest = body_list.nearest_arm(&weighting.solution)?;
     Ok(weighting.with_parameters(equation, nearest.parameters))
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::inertia::{mean_joint_inertia, missing_inertia};
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::judgement::ReferenceSource;
-use crate::identification::observation::{Motion, reference_of};
+use crate::identification::observation::{Motion, find_reference};
 use crate::identification::problem::{Context, IdentificationError, Method};
 use didim_dynamics::control::{ControlTiming, ControllerConfig, SimulatedController};
 use didim_dynamics::numeric::WIDTH;
@@ -34,21 +34,21 @@ pub(super) struct Simulator<'a> {
     context: &'a Context<'a>,
     controller: SimulatedController,
     /// The gains, where they do not follow the estimate.
-    fixed: Option<ControllerConfig>,
+    fixed_gains: Option<ControllerConfig>,
     recordings: Vec<Recorded>,
     source: ReferenceSource,
     config: SimulationConfig,
     /// Measured positions of the rows, over which inertias are averaged.
     postures: DMatrix<f64>,
     /// Addition to every simulated estimate, if that of the equation error is no arm.
-    added: DVector<f64>,
+    added_inertia: DVector<f64>,
     /// Number of times that a substitute loop was slowed down.
-    slowed: u32,
+    bandwidth_reductions: u32,
     /// Controller periods per sample of the record.
-    periods: usize,
+    periods_per_sample: usize,
     motion: Motion,
     /// Memory for the next one.
-    spare: Option<Motion>,
+    spare_motion: Option<Motion>,
 }
 
 /// Reference of one recording's loop, and its start.
@@ -56,7 +56,7 @@ struct Recorded {
     /// Its samples in the experiment; the first is at time 0.
     samples: Range<usize>,
     reference: SampledReference,
-    initial: InitialState,
+    initial_state: InitialState,
 }
 
 /// The loops of one simulation, one per recording.
@@ -87,8 +87,8 @@ impl<'a> Simulator<'a> {
             let start = samples.start;
             Ok(Recorded {
                 samples: samples.clone(),
-                reference: reference_of(context, recorded, samples, delay_s)?,
-                initial: InitialState::At {
+                reference: find_reference(context, recorded, samples, delay_s)?,
+                initial_state: InitialState::At {
                     position_rad: first(&|joint| fit.motion.position[(start, joint)]),
                     velocity_rad_s: first(&|joint| fit.motion.velocity(start, joint)),
                 },
@@ -97,11 +97,11 @@ impl<'a> Simulator<'a> {
         let recordings = experiment.recordings().iter().map(|of| recording(&of.samples));
         let recordings = recordings.collect::<Result<_, IdentificationError>>()?;
         let postures = fit.motion.position.select_rows(&context.samples);
-        let added = missing_inertia(context, &fit.weighted.solution.parameters, &postures);
+        let added = missing_inertia(context, &fit.weighting.solution.parameters, &postures);
         Ok(Self {
             context,
             controller,
-            fixed: None,
+            fixed_gains: None,
             recordings,
             source,
             config: SimulationConfig {
@@ -110,11 +110,11 @@ impl<'a> Simulator<'a> {
                 ..SimulationConfig::default()
             },
             postures,
-            added,
-            slowed: 0,
-            periods,
+            added_inertia: added,
+            bandwidth_reductions: 0,
+            periods_per_sample: periods,
             motion: fit.motion.clone(),
-            spare: None,
+            spare_motion: None,
         })
     }
 
@@ -124,7 +124,7 @@ impl<'a> Simulator<'a> {
     }
 
     /// Returns the source of the reference.
-    pub(super) fn source(&self) -> ReferenceSource {
+    pub(super) fn reference_source(&self) -> ReferenceSource {
         self.source
     }
 
@@ -133,19 +133,20 @@ impl<'a> Simulator<'a> {
         mut self,
         parameters: &DVector<f64>,
     ) -> Result<Self, IdentificationError> {
-        self.fixed =
-            Some(self.controller_for(&self.context.selection.standard(&self.arm(parameters)))?);
+        self.fixed_gains = Some(self.controller_for(
+            &self.context.selection.to_standard(&self.simulated_parameters(parameters)),
+        )?);
         Ok(self)
     }
 
     /// The parameters of the arm that is simulated with an estimate.
-    pub(super) fn arm(&self, parameters: &DVector<f64>) -> DVector<f64> {
-        parameters + &self.added
+    pub(super) fn simulated_parameters(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        parameters + &self.added_inertia
     }
 
     /// Simulates every later estimate without an addition.
     pub(super) fn add_nothing(&mut self) {
-        self.added.fill(0.0);
+        self.added_inertia.fill(0.0);
     }
 
     fn controller_for(&self, standard: &[f64]) -> Result<ControllerConfig, IdentificationError> {
@@ -161,15 +162,15 @@ impl<'a> Simulator<'a> {
     /// Impossible gains of the loop.
     pub(super) fn slow_down(&mut self) -> Result<bool, IdentificationError> {
         let is_stand_in = matches!(self.controller, SimulatedController::Bandwidth { .. });
-        if !is_stand_in || self.slowed == MAX_BANDWIDTH_REDUCTIONS {
+        if !is_stand_in || self.bandwidth_reductions == MAX_BANDWIDTH_REDUCTIONS {
             return Ok(false);
         }
-        self.slowed += 1;
+        self.bandwidth_reductions += 1;
         let setup = |error| IdentificationError::Setup(SetupError::Control(error));
         self.controller =
             self.controller.clone().with_bandwidth(BANDWIDTH_REDUCTION).map_err(setup)?;
-        if let Some(fixed) = self.fixed.take() {
-            self.fixed = Some(fixed.with_bandwidth(BANDWIDTH_REDUCTION).map_err(setup)?);
+        if let Some(fixed) = self.fixed_gains.take() {
+            self.fixed_gains = Some(fixed.with_bandwidth(BANDWIDTH_REDUCTION).map_err(setup)?);
         }
         Ok(true)
     }
@@ -177,7 +178,9 @@ impl<'a> Simulator<'a> {
     /// The smallest bandwidth of a joint's stand-in loop \[Hz\], where it had to be slowed down.
     pub(super) fn slower_bandwidth_hz(&self) -> Option<f64> {
         match &self.controller {
-            SimulatedController::Bandwidth { bandwidth_hz, .. } if self.slowed > 0 => {
+            SimulatedController::Bandwidth { bandwidth_hz, .. }
+                if self.bandwidth_reductions > 0 =>
+            {
                 bandwidth_hz.iter().copied().min_by(f64::total_cmp)
             }
             _ => None,
@@ -197,14 +200,14 @@ impl<'a> Simulator<'a> {
         parameters: &DVector<f64>,
         config: &SimulationConfig,
     ) -> Result<Loops<'_>, IdentificationError> {
-        let standard = self.context.selection.standard(&self.arm(parameters));
-        let controller = match &self.fixed {
+        let standard = self.context.selection.to_standard(&self.simulated_parameters(parameters));
+        let controller = match &self.fixed_gains {
             Some(fixed) => fixed.clone(),
             None => self.controller_for(&standard)?,
         };
         let (robot, mut config) = (self.context.robot, config.clone());
         let mut loops = Vec::with_capacity(self.recordings.len());
-        for Recorded { reference, initial, .. } in &self.recordings {
+        for Recorded { reference, initial_state: initial, .. } in &self.recordings {
             let start = initial.clone();
             let made = ClosedLoop::new(robot, &standard, &controller, reference, &config, start);
             loops.push(made.map_err(IdentificationError::Setup)?);
@@ -226,7 +229,7 @@ impl<'a> Simulator<'a> {
         for (closed_loop, of) in loops.iter_mut().zip(&self.recordings) {
             for k in of.samples.clone() {
                 if k > of.samples.start {
-                    for _ in 1..self.periods {
+                    for _ in 1..self.periods_per_sample {
                         closed_loop.step()?;
                     }
                 }
@@ -246,13 +249,13 @@ impl<'a> Simulator<'a> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
-        let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
+        let mut motion = self.spare_motion.take().unwrap_or_else(|| self.motion.clone());
         let mut loops = self.closed_loops(parameters)?;
         let recorded = self.for_each_sample(&mut loops, |k, sample, _| motion.set(k, sample));
         if recorded.is_ok() {
             core::mem::swap(&mut self.motion, &mut motion);
         }
-        self.spare = Some(motion);
+        self.spare_motion = Some(motion);
         Ok(recorded)
     }
 
@@ -292,7 +295,7 @@ impl<'a> Simulator<'a> {
                 let starting = simulations.iter_mut().filter_map(Iterator::next);
                 let mut lockstep = Lockstep::new(starting.collect());
                 for k in samples.clone() {
-                    let periods = if k > samples.start { self.periods } else { 1 };
+                    let periods = if k > samples.start { self.periods_per_sample } else { 1 };
                     (0..periods).try_for_each(|_| lockstep.step())?;
                     for (l, sample) in lockstep.outputs().enumerate() {
                         each(first + l, k, sample);

@@ -3,31 +3,31 @@
 use nalgebra::DVector;
 
 use super::consistent_parameters::ConsistentParameters;
-use super::inertia::ball;
+use super::inertia::ball_columns;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::problem::{Context, IdentificationError, Start};
 use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 /// A value for every selected parameter, those of bodies where the steps are to be theirs.
-pub(super) fn start(
+pub(super) fn start_parameters(
     context: &Context<'_>,
     fit: &EquationErrorFit,
     consistent_parameters: Option<&ConsistentParameters>,
 ) -> Result<DVector<f64>, IdentificationError> {
-    let start = chosen(context, fit)?;
+    let start = chosen_start(context, fit)?;
     consistent_parameters
-        .map_or(Ok(start.clone()), |body_list| Ok(body_list.start(&start)?.parameters))
+        .map_or(Ok(start.clone()), |body_list| Ok(body_list.start_parameters(&start)?.parameters))
 }
 
-fn chosen(
+fn chosen_start(
     context: &Context<'_>,
     fit: &EquationErrorFit,
 ) -> Result<DVector<f64>, IdentificationError> {
     let Context { robot, base, selection, .. } = context;
     let standard = match context.options.simulation.start {
-        Start::IdimLs => return Ok(fit.weighted.solution.parameters.clone()),
+        Start::IdimLs => return Ok(fit.weighting.solution.parameters.clone()),
         Start::Nominal => match robot.nominal() {
-            Some(nominal) => nominal.standard().to_vec(),
+            Some(nominal) => nominal.standard_parameters().to_vec(),
             None => {
                 let robot = robot.name().to_owned();
                 return Err(IdentificationError::NoNominalParameters { robot });
@@ -35,10 +35,10 @@ fn chosen(
         },
         Start::UnitDriveInertias => unit_drive_inertias(robot),
     };
-    let mut start = selection.of_base(base, &base.regroup(&standard));
+    let mut start = selection.of_base(base, &base.to_base(&standard));
     if context.model.feels_loads() && context.options.simulation.start == Start::UnitDriveInertias {
         // Without weight there is no load that friction could grow with.
-        let starts = fit.weighted.solution.parameters.iter().zip(selection.kinds());
+        let starts = fit.weighting.solution.parameters.iter().zip(selection.kinds());
         for (start, (value, kind)) in start.iter_mut().zip(starts) {
             if matches!(
                 kind,
@@ -72,7 +72,7 @@ fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
     for joint in 0..robot.joints() {
         match table.column(ParameterKind::Ia, JointIndex::new(joint)) {
             Some(column) => standard[column] = value(joint),
-            None => ball(robot, joint).for_each(|column| standard[column] = 1.0),
+            None => ball_columns(robot, joint).for_each(|column| standard[column] = 1.0),
         }
     }
     standard

@@ -20,10 +20,10 @@ pub(crate) struct EquationErrorFit {
     pub(crate) motion: Motion,
     pub(crate) observations: Observations,
     /// Singular values of the observation matrix without weights.
-    pub(crate) unweighted: SingularValues,
+    pub(crate) unweighted_singular_values: SingularValues,
     /// σ_j from the ordinary residuals.
     pub(crate) noise_levels: Vec<f64>,
-    pub(crate) weighted: Weighting,
+    pub(crate) weighting: Weighting,
 }
 
 impl EquationErrorFit {
@@ -31,7 +31,7 @@ impl EquationErrorFit {
     pub(crate) fn new(context: &Context<'_>) -> Result<Self, IdentificationError> {
         let motion = measured_motion(context)?;
         let matrix = fitted_matrix(context, &motion)?;
-        Self::solved(context, motion, matrix)
+        Self::solve_equation(context, motion, matrix)
     }
 
     /// The same, and what the model is checked with along the measured motion.
@@ -40,19 +40,19 @@ impl EquationErrorFit {
     ) -> Result<(Self, AuxiliaryObservation), IdentificationError> {
         let motion = measured_motion(context)?;
         let BaseColumns { selected, auxiliary } = BaseColumns::new(context, &motion)?;
-        Ok((Self::solved(context, motion, selected)?, auxiliary))
+        Ok((Self::solve_equation(context, motion, selected)?, auxiliary))
     }
 
     /// Steps 3 and 4, with the observation matrix of this motion.
-    fn solved(
+    fn solve_equation(
         context: &Context<'_>,
         motion: Motion,
         matrix: ObservationMatrix,
     ) -> Result<Self, IdentificationError> {
         let torque = filtered_torque(context)?;
-        let named = |error| context.selection.named(error);
+        let named = |error| context.selection.regression_failure(error);
         let observations = torque_equation(context, matrix, torque, &motion)?;
-        let ordinary = observations.ordinary().map_err(named)?;
+        let ordinary = observations.solve_ordinary().map_err(named)?;
         let robust = context.options.robust;
         let noise_levels = match robust {
             None => observations.noise_levels(&ordinary.residuals),
@@ -61,7 +61,13 @@ impl EquationErrorFit {
         let unweighted = SingularValues::new(&ordinary);
         drop(ordinary);
         let weighted = Weighting::new(&observations, &noise_levels, robust).map_err(named)?;
-        Ok(Self { motion, observations, unweighted, noise_levels, weighted })
+        Ok(Self {
+            motion,
+            observations,
+            unweighted_singular_values: unweighted,
+            noise_levels,
+            weighting: weighted,
+        })
     }
 
     /// Samples that outliers reach, by the equation error or by another equation's weights.
@@ -70,16 +76,16 @@ impl EquationErrorFit {
         context: &Context<'_>,
         other: Option<&Weighting>,
     ) -> Vec<Range<usize>> {
-        let weightings = [Some(&self.weighted), other].into_iter().flatten();
-        let downweighted = weightings.filter_map(Weighting::downweighted);
+        let weightings = [Some(&self.weighting), other].into_iter().flatten();
+        let downweighted = weightings.filter_map(Weighting::downweighted_rows);
         downweighted.flat_map(|rows| rows.outlier_samples(&context.samples)).collect()
     }
 
     /// Standard deviations of the parameters, corrected for the colour of the residuals.
     pub(crate) fn standard_deviations(&self, context: &Context<'_>) -> DVector<f64> {
-        let equation = self.weighted.solved(&self.observations);
+        let equation = self.weighting.solved_equation(&self.observations);
         let filter = context.row_filter();
-        let analysis = ResidualAnalysis::new(equation, &self.weighted.solution, &filter);
+        let analysis = ResidualAnalysis::new(equation, &self.weighting.solution, &filter);
         analysis.covariance().diagonal().map(f64::sqrt)
     }
 }

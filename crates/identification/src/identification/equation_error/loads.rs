@@ -17,9 +17,10 @@ pub(crate) fn settle_loads(context: &mut Context<'_>) -> Result<(), Identificati
         return Ok(());
     }
     let selection = context.selection.clone();
-    context.selection = selection.without(ParameterKind::FcLoad);
+    context.selection = selection.without_kind(ParameterKind::FcLoad);
     let first = EquationErrorFit::new(context)?;
-    context.set_loads(&first.weighted.solution.parameters);
+    context.set_loads(&first.weighting.solution.parameters);
     context.selection = selection;
-    context.settle_loads(|context| Ok(EquationErrorFit::new(context)?.weighted.solution.parameters))
+    context
+        .settle_loads(|context| Ok(EquationErrorFit::new(context)?.weighting.solution.parameters))
 }

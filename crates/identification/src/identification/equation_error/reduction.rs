@@ -64,11 +64,11 @@ pub fn essential_parameters(
     let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     settle_loads(&mut context)?;
     let fit = EquationErrorFit::new(&context)?;
-    let named = |error| context.selection.named(error);
+    let named = |error| context.selection.regression_failure(error);
     let (names, levels) = (context.selection.names(), &fit.noise_levels);
-    let full = fit.weighted.solved(&fit.observations);
+    let full = fit.weighting.solved_equation(&fit.observations);
     let filter = context.row_filter();
-    let analysis = ResidualAnalysis::new(full, &fit.weighted.solution, &filter);
+    let analysis = ResidualAnalysis::new(full, &fit.weighting.solution, &filter);
     let covariance = analysis.covariance();
 
     let mut essential: Vec<usize> = (0..names.len()).collect();
@@ -77,13 +77,13 @@ pub fn essential_parameters(
         let matrix = full.matrix().dense().select_columns(&essential);
         let reduced = Observations::new(matrix, full.measurements().clone(), full.joints());
         let reduced = reduced.map_err(named)?;
-        let solution = reduced.weighted(levels).map_err(named)?;
+        let solution = reduced.solve_weighted(levels).map_err(named)?;
         let deviations = ResidualAnalysis::new(&reduced, &solution, &filter).covariance();
         let deviations = deviations.diagonal().map(f64::sqrt);
         let relative = deviations.component_div(&solution.parameters).abs();
         let candidate = relative.imax();
         out.push(essential[candidate]);
-        let test = analysis.excluding(&out, &covariance).map_err(named)?;
+        let test = analysis.test_exclusion(&out, &covariance).map_err(named)?;
         let step = ReductionStep {
             name: names[essential[candidate]].clone(),
             relative_standard_deviation: relative[candidate],

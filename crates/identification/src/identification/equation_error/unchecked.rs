@@ -52,7 +52,7 @@ pub fn idim_ls_unchecked(
     let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
     settle_loads(&mut context)?;
     let fit = EquationErrorFit::new(&context)?;
-    let EquationErrorFit { observations, weighted, .. } = &fit;
+    let EquationErrorFit { observations, weighting: weighted, .. } = &fit;
     let solution = &weighted.solution;
     let robust = weighted.torque_rows(observations);
     let residuals = robust.map_or(&solution.residuals, |rows| rows.residuals);

@@ -13,7 +13,7 @@ pub(crate) struct Weighting {
 
 struct Robust {
     /// The equation with pseudo-values, without the rows that are downweighted.
-    fixed: Observations,
+    pseudo_equation: Observations,
     /// Residuals of the measurements.
     residuals: DVector<f64>,
     downweighted: DownweightedRows,
@@ -26,13 +26,14 @@ impl Weighting {
         loss: Option<RobustLoss>,
     ) -> Result<Self, RegressionError> {
         let Some(loss) = loss else {
-            return Ok(Self { solution: equation.weighted(noise_levels)?, robust: None });
+            return Ok(Self { solution: equation.solve_weighted(noise_levels)?, robust: None });
         };
-        let robust_fit = equation.robust(loss, noise_levels)?;
+        let robust_fit = equation.fit_robust(loss, noise_levels)?;
         let residuals = equation.residuals(&robust_fit.solution.parameters);
         let downweighted = DownweightedRows::new(&robust_fit, loss);
-        let (fixed, solution) = without(&robust_fit.pseudo, &robust_fit.solution, &downweighted)?;
-        let robust = Robust { fixed, residuals, downweighted };
+        let (fixed, solution) =
+            without_downweighted(&robust_fit.pseudo_equation, &robust_fit.solution, &downweighted)?;
+        let robust = Robust { pseudo_equation: fixed, residuals, downweighted };
         Ok(Self { solution, robust: Some(robust) })
     }
 
@@ -42,7 +43,7 @@ impl Weighting {
         equation: &Observations,
         parameters: DVector<f64>,
     ) -> Self {
-        self.solution.residuals = self.solved(equation).residuals(&parameters);
+        self.solution.residuals = self.solved_equation(equation).residuals(&parameters);
         if let Some(robust) = &mut self.robust {
             robust.residuals = equation.residuals(&parameters);
         }
@@ -51,8 +52,8 @@ impl Weighting {
     }
 
     /// The equation that least squares solved.
-    pub(crate) fn solved<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
-        self.robust.as_ref().map_or(equation, |robust| &robust.fixed)
+    pub(crate) fn solved_equation<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
+        self.robust.as_ref().map_or(equation, |robust| &robust.pseudo_equation)
     }
 
     /// The measured torques, where other values were solved.
@@ -62,7 +63,7 @@ impl Weighting {
     }
 
     /// Rows that count for less than a half, where any may.
-    pub(crate) fn downweighted(&self) -> Option<&DownweightedRows> {
+    pub(crate) fn downweighted_rows(&self) -> Option<&DownweightedRows> {
         self.robust.as_ref().map(|robust| &robust.downweighted)
     }
 }
@@ -74,7 +75,7 @@ impl Weighting {
 /// would be too small, and what the checks add to the model would have to be 0 there. The residuals
 /// that are kept lose what the parameters could still explain of them, so that they stay orthogonal
 /// to X.
-fn without(
+fn without_downweighted(
     pseudo: &Observations,
     solution: &Solution,
     downweighted: &DownweightedRows,
@@ -84,17 +85,17 @@ fn without(
     for (joint, rows) in downweighted.per_joint().iter().enumerate() {
         for row_of_joint in rows {
             let row = pseudo.joint_rows(joint).start + row_of_joint;
-            matrix.silence(joint, *row_of_joint);
+            matrix.zero_row(joint, *row_of_joint);
             residuals[row] = 0.0;
             if let Some(torque_known) = &mut known_torque {
                 torque_known[row] = 0.0;
             }
         }
     }
-    let predicted = matrix.times(&solution.parameters);
+    let predicted = matrix.times_parameters(&solution.parameters);
     let values = &predicted + residuals;
     let remaining = Observations::from_dense(matrix.clone(), values)?;
-    let mut solved = remaining.weighted(&solution.noise_levels)?;
+    let mut solved = remaining.solve_weighted(&solution.noise_levels)?;
     let reduced = Observations::from_dense(matrix, predicted + &solved.residuals)?;
     let reduced = reduced.with_known(known_torque);
     solved.parameters.copy_from(&solution.parameters);

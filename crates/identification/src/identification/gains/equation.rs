@@ -18,15 +18,15 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// configured gains, g the correction of these gains, u the arm's base parameters and the unknowns
 /// of the load, l the known torque.
 pub(super) struct Equation {
-    pub(super) drives: usize,
+    pub(super) drive_count: usize,
     /// t (r).
     pub(super) torque: DVector<f64>,
     /// U (r × m): the base parameters that are identified, then the load's inertia.
-    pub(super) unknown: DMatrix<f64>,
+    pub(super) unknown_columns: DMatrix<f64>,
     /// l (r).
     pub(super) known_torque: DVector<f64>,
     /// Torque of moments of the load (r × 3).
-    pub(super) moments: DMatrix<f64>,
+    pub(super) load_moments: DMatrix<f64>,
     /// Without a load, the drive whose gain is taken as 1, from 0.
     pub(super) reference: Option<usize>,
 }
@@ -54,18 +54,18 @@ impl Equation {
             None => rows,
             Some(transmission) => of_motors(&rows, transmission, arm.rows_per_joint()),
         };
-        let measured = of_drives(vector(arm.measured().into_owned())).column(0).into_owned();
+        let measured = of_drives(vector(arm.measured_values().into_owned())).column(0).into_owned();
         let Some((load, first_loaded)) = load_rows else {
             if arm.known_torque().is_some() {
                 return Err(GainsError::KnownTorque);
             }
             let rows = measured.len();
             let mut equation = Self {
-                drives: robot.joints(),
+                drive_count: robot.joints(),
                 torque: measured,
-                unknown: of_drives(matrix),
+                unknown_columns: of_drives(matrix),
                 known_torque: DVector::zeros(rows),
-                moments: DMatrix::zeros(rows, 0),
+                load_moments: DMatrix::zeros(rows, 0),
                 reference: None,
             };
             equation.reference = equation.least_noisy();
@@ -95,28 +95,28 @@ impl Equation {
         if weight.amax() <= 0.0 {
             return Err(GainsError::Unseen);
         }
-        let inertia = basis(&of_load.columns(0, 6).into_owned());
+        let inertia = orthonormal_basis(&of_load.columns(0, 6).into_owned());
         let mut unknown = matrix.resize_horizontally(width + inertia.ncols(), 0.0);
         unknown.columns_mut(width, inertia.ncols()).copy_from(&inertia);
 
         let known_sum = arm.known_torque().map_or_else(|| weight.clone(), |sum| sum + &weight);
         Ok(Self {
-            drives: robot.joints(),
+            drive_count: robot.joints(),
             torque: measured,
-            unknown: of_drives(unknown),
+            unknown_columns: of_drives(unknown),
             known_torque: of_drives(vector(known_sum)).column(0).into_owned(),
-            moments: of_drives(basis(&of_load.columns(6, 3).into_owned())),
+            load_moments: of_drives(orthonormal_basis(&of_load.columns(6, 3).into_owned())),
             reference: None,
         })
     }
 
     /// Returns R of the rows of a drive, \[U t\], with the known torque \[U l t\]. Its last entry
     /// is the residual of the drive's torque. `None` with too few rows.
-    pub(super) fn triangle(&self, drive: usize, with_known: bool) -> Option<DMatrix<f64>> {
-        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+    pub(super) fn triangular_factor(&self, drive: usize, with_known: bool) -> Option<DMatrix<f64>> {
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let (first, own) = (drive * rows, unknowns + usize::from(with_known));
         let mut block = DMatrix::zeros(rows, own + 1);
-        block.columns_mut(0, unknowns).copy_from(&self.unknown.rows(first, rows));
+        block.columns_mut(0, unknowns).copy_from(&self.unknown_columns.rows(first, rows));
         if with_known {
             block.set_column(unknowns, &self.known_torque.rows(first, rows));
         }
@@ -126,29 +126,29 @@ impl Equation {
 
     /// Returns the drive with the smallest relative residual of its own rows.
     fn least_noisy(&self) -> Option<usize> {
-        let (rows, own) = (self.rows_per_drive(), self.unknown.ncols());
+        let (rows, own) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let share = |drive: usize| {
-            let remainder = self.triangle(drive, false)?[(own, own)].abs();
+            let remainder = self.triangular_factor(drive, false)?[(own, own)].abs();
             Some(remainder / self.torque.rows(drive * rows, rows).norm())
                 .filter(|share| share.is_finite())
         };
-        let identifiable = (0..self.drives).filter_map(|drive| Some((drive, share(drive)?)));
+        let identifiable = (0..self.drive_count).filter_map(|drive| Some((drive, share(drive)?)));
         identifiable.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(drive, _)| drive)
     }
 
     /// Returns the drives with unknown gains, from 0.
-    pub(super) fn free(&self) -> Vec<usize> {
-        (0..self.drives).filter(|drive| Some(*drive) != self.reference).collect()
+    pub(super) fn drives_with_free_gain(&self) -> Vec<usize> {
+        (0..self.drive_count).filter(|drive| Some(*drive) != self.reference).collect()
     }
 
     /// Rows N of each drive.
     pub(super) fn rows_per_drive(&self) -> usize {
-        self.torque.len() / self.drives
+        self.torque.len() / self.drive_count
     }
 
     /// U u + l (r).
-    pub(super) fn arm(&self, unknowns: &DVector<f64>) -> DVector<f64> {
-        &self.unknown * unknowns + &self.known_torque
+    pub(super) fn arm_torque(&self, unknowns: &DVector<f64>) -> DVector<f64> {
+        &self.unknown_columns * unknowns + &self.known_torque
     }
 }
 
@@ -169,7 +169,7 @@ fn of_motors(rows: &DMatrix<f64>, transmission: &Transmission, per_joint: usize)
 }
 
 /// Orthonormal columns that span these.
-fn basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
+fn orthonormal_basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let scaled: Vec<_> = columns
         .column_iter()
         .filter(|column| column.norm() > 0.0)

@@ -35,10 +35,10 @@ impl Equation {
     /// Checks that the motion distinguishes the unknowns.
     ///
     /// # Errors
-    /// Those of [`Observations::ordinary`].
-    pub(super) fn check(&self) -> Result<(), RegressionError> {
-        Observations::new(self.unknown.clone(), self.torque.clone(), self.drives)?
-            .ordinary()
+    /// Those of [`Observations::solve_ordinary`].
+    pub(super) fn check_identifiable(&self) -> Result<(), RegressionError> {
+        Observations::new(self.unknown_columns.clone(), self.torque.clone(), self.drive_count)?
+            .solve_ordinary()
             .map(|_| ())
     }
 
@@ -52,12 +52,12 @@ impl Equation {
     ///
     /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
     pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
-        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let by_load = self.reference.is_none();
         let width = unknowns + usize::from(by_load);
-        let mut stacked = DMatrix::zeros(self.drives * (width + 1), width + self.drives);
-        for drive in 0..self.drives {
-            let mut triangle = self.triangle(drive, by_load)?;
+        let mut stacked = DMatrix::zeros(self.drive_count * (width + 1), width + self.drive_count);
+        for drive in 0..self.drive_count {
+            let mut triangle = self.triangular_factor(drive, by_load)?;
             let noise = triangle[(width, width)].abs() / ((rows - width) as f64).sqrt();
             let scale = self.torque.rows(drive * rows, rows).norm() / (rows as f64).sqrt();
             triangle /= noise.max(f64::EPSILON.sqrt() * scale).max(f64::MIN_POSITIVE);
@@ -68,10 +68,10 @@ impl Equation {
                 .copy_from(&triangle.column(width));
         }
         let r = stacked.qr().unpack_r();
-        let residual = r.view((width, width), (self.drives, self.drives)).into_owned();
+        let residual = r.view((width, width), (self.drive_count, self.drive_count)).into_owned();
         let singular = residual.svd(false, true);
         let gains = singular.v_t?.row(singular.singular_values.imin()).transpose();
-        let others = r.view((0, width), (width, self.drives)) * &gains;
+        let others = r.view((0, width), (width, self.drive_count)) * &gains;
         let others = r.view((0, 0), (width, width)).solve_upper_triangular(&others)?;
         let scale = self.reference.map_or_else(|| others[unknowns], |drive| gains[drive]);
         let estimate =
@@ -91,13 +91,13 @@ impl Equation {
         start: &TotalLeastSquares,
         filter: &RowFilter,
     ) -> Result<Estimate, GainsError> {
-        let free = self.free();
+        let free = self.drives_with_free_gain();
         let n = free.len();
         let mut inverse = start.gains.map(|gain| 1.0 / gain);
         let mut unknowns = start.unknowns.clone();
         for _ in 0..MAX_STEPS {
-            let system = self.linear(&inverse, &unknowns, None)?;
-            let solution = self.solved(&system, &inverse, &unknowns)?;
+            let system = self.linear_equation(&inverse, &unknowns, None)?;
+            let solution = self.solve_linear(&system, &inverse, &unknowns)?;
             let sigma = solution.standard_deviations();
             let estimates = &solution.parameters;
             let shifts = free.iter().enumerate();
@@ -123,13 +123,17 @@ impl Equation {
 
     /// Returns the distance of the configured centre of the load from the one in the records;
     /// `None` if the records do not identify it.
-    pub(super) fn centre(&self, estimate: &Estimate, filter: &RowFilter) -> Option<Distance> {
-        let n = self.drives;
+    pub(super) fn centre_distance(
+        &self,
+        estimate: &Estimate,
+        filter: &RowFilter,
+    ) -> Option<Distance> {
+        let n = self.drive_count;
         let (inverse, unknowns) =
             (estimate.values.rows(0, n).into_owned(), estimate.values.rows_range(n..).into_owned());
-        let moments = self.moments.ncols();
-        let system = self.linear(&inverse, &unknowns, Some(&self.moments)).ok()?;
-        let solution = self.solved(&system, &inverse, &unknowns).ok()?;
+        let moments = self.load_moments.ncols();
+        let system = self.linear_equation(&inverse, &unknowns, Some(&self.load_moments)).ok()?;
+        let solution = self.solve_linear(&system, &inverse, &unknowns).ok()?;
         let covariance = ResidualAnalysis::new(&system, &solution, filter).covariance();
         let first = solution.parameters.len() - moments;
         let off = solution.parameters.rows(first, moments).into_owned();
@@ -139,25 +143,26 @@ impl Equation {
 
     /// The equation at given values, linear in their change: `t + (U u)/g = p g'⁻¹ + U/g u'`, p = U
     /// u + l; with additional torques.
-    fn linear(
+    fn linear_equation(
         &self,
         inverse: &DVector<f64>,
         unknowns: &DVector<f64>,
         auxiliary: Option<&DMatrix<f64>>,
     ) -> Result<Observations, GainsError> {
-        let (free, rows, own) = (self.free(), self.rows_per_drive(), self.unknown.ncols());
+        let (free, rows, own) =
+            (self.drives_with_free_gain(), self.rows_per_drive(), self.unknown_columns.ncols());
         let n = free.len();
-        let arm = self.arm(unknowns);
+        let arm = self.arm_torque(unknowns);
         let further = auxiliary.map_or(0, DMatrix::ncols);
         let mut matrix = DMatrix::zeros(arm.len(), n + own + further);
         let mut right = self.torque.clone();
-        for drive in 0..self.drives {
+        for drive in 0..self.drive_count {
             let (first, by) = (drive * rows, inverse[drive]);
             let column = free.binary_search(&drive).ok();
             if let Some(column) = column {
                 matrix.view_mut((first, column), (rows, 1)).copy_from(&arm.rows(first, rows));
             }
-            let of_unknowns = self.unknown.rows(first, rows) * by;
+            let of_unknowns = self.unknown_columns.rows(first, rows) * by;
             matrix.view_mut((first, n), (rows, own)).copy_from(&of_unknowns);
             if let Some(auxiliary_columns) = auxiliary {
                 let auxiliary_part = auxiliary_columns.rows(first, rows) * by;
@@ -168,22 +173,23 @@ impl Equation {
                 right += &of_unknowns * unknowns;
             }
         }
-        Observations::new(matrix, right, self.drives).map_err(|error| self.named(error))
+        Observations::new(matrix, right, self.drive_count)
+            .map_err(|error| self.regression_failure(error))
     }
 
     /// Solves with the noise of these values.
-    fn solved(
+    fn solve_linear(
         &self,
         system: &Observations,
         inverse: &DVector<f64>,
         unknowns: &DVector<f64>,
     ) -> Result<Solution, GainsError> {
         let levels = system.noise_levels(&self.residuals(inverse, unknowns));
-        system.weighted(&levels).map_err(|error| self.named(error))
+        system.solve_weighted(&levels).map_err(|error| self.regression_failure(error))
     }
 
     fn residuals(&self, inverse: &DVector<f64>, unknowns: &DVector<f64>) -> DVector<f64> {
-        let (rows, mut residuals) = (self.rows_per_drive(), self.arm(unknowns));
+        let (rows, mut residuals) = (self.rows_per_drive(), self.arm_torque(unknowns));
         for (drive, by) in inverse.iter().enumerate() {
             residuals.rows_mut(drive * rows, rows).scale_mut(-by);
         }
@@ -191,11 +197,11 @@ impl Equation {
     }
 
     /// The failure of a regression, with columns of gains called by their joints.
-    fn named(&self, error: RegressionError) -> GainsError {
+    fn regression_failure(&self, error: RegressionError) -> GainsError {
         match error {
             RegressionError::ZeroColumns { columns }
             | RegressionError::DependentColumns { columns } => {
-                let free = self.free();
+                let free = self.drives_with_free_gain();
                 let mut drives: Vec<_> = columns.iter().filter_map(|k| free.get(*k)).collect();
                 // A parameter of the arm that nothing tells without the gains is as good as all of
                 // them.
@@ -229,7 +235,14 @@ mod tests {
         let gain = |row: usize| if row < N { 4.0 } else { 0.25 };
         let torque = DVector::from_fn(2 * N, |row, _| (arm[row] + noise(row)) / gain(row));
         let moments = DMatrix::zeros(2 * N, 0);
-        Equation { drives: 2, torque, unknown, known_torque, moments, reference: None }
+        Equation {
+            drive_count: 2,
+            torque,
+            unknown_columns: unknown,
+            known_torque,
+            load_moments: moments,
+            reference: None,
+        }
     }
 
     /// crates/identification/tests/golden/gains.py.

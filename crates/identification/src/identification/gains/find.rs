@@ -80,7 +80,7 @@ pub struct Gains {
 ///
 /// # Errors
 /// [`GainsError`].
-pub fn gains(
+pub fn find_gains(
     robot: &Robot,
     base: &BaseParameters,
     empty: &Experiment,
@@ -95,7 +95,7 @@ pub fn gains(
         return Err(GainsError::Load { mass_kg, centre_m });
     }
     let both = match load_rows {
-        Some((loaded, _)) => &Experiment::joined(&[empty.clone(), loaded.clone()])?,
+        Some((loaded, _)) => &Experiment::join(&[empty.clone(), loaded.clone()])?,
         None => empty,
     };
     let options =
@@ -106,9 +106,9 @@ pub fn gains(
     }
     let velocity_matrix = load.map(|load| (load, empty.samples()));
     let equation = Equation::new(&context, velocity_matrix, transmission)?;
-    equation.check().map_err(|error| context.selection.named(error))?;
+    equation.check_identifiable().map_err(|error| context.selection.regression_failure(error))?;
     let filter = context.row_filter();
-    let joints = equation.drives;
+    let joints = equation.drive_count;
     let unidentifiable =
         || GainsError::NotIdentifiable { joints: (0..joints).map(JointIndex::new).collect() };
     let of_drive = equation.reference.map(|drive| Scale::Reference(JointIndex::new(drive)));
@@ -133,7 +133,7 @@ pub fn gains(
             total_least_squares: start.gains[k],
         })
         .collect();
-    if equation.free().into_iter().all(|drive| gains[drive].factor.is_none()) {
+    if equation.drives_with_free_gain().into_iter().all(|drive| gains[drive].factor.is_none()) {
         return Err(unidentifiable());
     }
     let selection = &context.selection;
@@ -154,7 +154,7 @@ pub fn gains(
         gains,
         parameters,
         scale,
-        centre: load.and_then(|_| equation.centre(&estimate, &filter)),
+        centre: load.and_then(|_| equation.centre_distance(&estimate, &filter)),
         relative_error_per_joint: (0..joints)
             .map(|k| norm(&estimate.residuals, k) / norm(&equation.torque, k))
             .collect(),

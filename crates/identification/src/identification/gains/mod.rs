@@ -7,5 +7,5 @@ mod find;
 mod load;
 
 pub use error::GainsError;
-pub use find::{ArmParameter, DriveGain, Gains, Scale, gains};
+pub use find::{ArmParameter, DriveGain, Gains, Scale, find_gains};
 pub use load::KnownLoad;

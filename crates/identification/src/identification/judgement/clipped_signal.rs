@@ -66,9 +66,9 @@ impl ClippedSignal {
     /// share.
     fn standing_in_any(context: &Context<'_>, motor: usize, same: f64) -> Option<(f64, f64)> {
         let recordings = context.experiment.recordings().iter();
-        let long = recordings.filter(|of| of.counted.len() >= SAMPLES);
+        let long = recordings.filter(|of| of.counted_samples.len() >= SAMPLES);
         let found = long.filter_map(|of| {
-            let torque = of.counted.clone().map(|k| torques_at(context, k)[motor]);
+            let torque = of.counted_samples.clone().map(|k| torques_at(context, k)[motor]);
             standing(torque.collect(), same)
         });
         found.max_by(|one, other| one.1.total_cmp(&other.1))

@@ -109,8 +109,8 @@ impl Findings<'_> {
         let (held_out, disagreement) =
             HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
         let beside = Supplements {
-            repeats: pieces.repeats,
-            disagreement: disagreement.as_ref(),
+            mean_repeats: pieces.mean_repeats,
+            fold_deviations: disagreement.as_ref(),
             other: None,
         };
         let mut other = None;
@@ -159,7 +159,7 @@ impl Findings<'_> {
                 &context.selection,
                 solution,
                 &deviations,
-                &uncertainty.combined,
+                &uncertainty.combined_deviations,
             ),
             nominal: KeptParameter::list(context.robot, context.base, &context.selection),
             covariance: Some(ParameterCovariance::from_symmetric(&covariance)),
@@ -200,9 +200,9 @@ impl Findings<'_> {
         let held = estimate
             .nominal
             .iter()
-            .map(|kept| FixedParameter::nominal(kept.name.clone(), kept.value));
+            .map(|kept| FixedParameter::at_nominal(kept.name.clone(), kept.value));
         let held: Vec<FixedParameter> = held.collect();
-        let bodies = PhysicalConsistency::nearest(
+        let bodies = PhysicalConsistency::nearest_bodies(
             context,
             solution.parameters.as_slice(),
             &covariance,
@@ -235,7 +235,7 @@ impl Findings<'_> {
         let stale = stale.into_iter().map(|found| Reason::FrozenSignal { found });
         let misread = limits
             .are_rows_enough(context, &estimate)
-            .then(|| misassignment(context, self.motion, &torque.measured(), errors));
+            .then(|| misassignment(context, self.motion, &torque.measured_values(), errors));
         let (misread, perhaps) = match misread.flatten() {
             Some(Misassignment::For(reason)) => (Some(reason), None),
             Some(Misassignment::Perhaps(note)) => (None, Some(note)),
@@ -261,7 +261,7 @@ impl Findings<'_> {
         notes.extend(hardly_stale.into_iter().map(|found| Note::Stale { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
-        let measured = torque.measured();
+        let measured = torque.measured_values();
         let information = Information::new(
             observations,
             &analysis,
@@ -313,12 +313,12 @@ impl Findings<'_> {
 
 /// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
 fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
-    let (x, y) = (observations.matrix(), observations.measured());
+    let (x, y) = (observations.matrix(), observations.measured_values());
     let deviation = |joint: usize| {
         let acting = x.columns_of(joint);
         let own = covariance.select_rows(&acting).select_columns(&acting);
         let torque = y.rows_range(observations.joint_rows(joint)).norm();
-        x.gram(joint).dot(&own).max(0.0).sqrt() / torque
+        x.gram_matrix(joint).dot(&own).max(0.0).sqrt() / torque
     };
     (0..observations.joints()).map(deviation).collect()
 }
@@ -334,7 +334,7 @@ fn per_recording(
         return Vec::new();
     }
     let mut sums = vec![[0.0; 2]; recordings];
-    let measured = observations.measured();
+    let measured = observations.measured_values();
     for joint in 0..observations.joints() {
         for (row, &sample) in observations.joint_rows(joint).zip(&context.samples) {
             let [errors, torques] = &mut sums[context.experiment.recording_of(sample)];
@@ -357,7 +357,7 @@ fn largest_torques(context: &Context<'_>) -> Vec<f64> {
 
 /// The share of a joint's torque that each parameter carries, the largest of all joints.
 fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
-    let torque = observations.measured();
+    let torque = observations.measured_values();
     let share = |(column, value): (usize, &f64)| {
         let of_joint = |joint: usize| {
             let own = observations.matrix().column_of(joint, column).unwrap_or_default();

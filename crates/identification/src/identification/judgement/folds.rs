@@ -36,15 +36,15 @@ const MOVING_SHARE: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Folds {
     /// Fold of each row of a joint.
-    pub(super) of_row: Vec<usize>,
+    pub(super) fold_of_row: Vec<usize>,
     /// First row with the same state, for each row.
-    first_like: Vec<usize>,
+    first_equal_row: Vec<usize>,
     /// Number of folds.
     pub(super) count: usize,
     /// Number of rows that differ from all earlier rows.
-    pub(super) distinct: usize,
+    pub(super) distinct_rows: usize,
     /// Mean number of times that the arm repeats a state, over the rows where it moves.
-    pub(super) repeats: f64,
+    pub(super) mean_repeats: f64,
 }
 
 impl Folds {
@@ -53,7 +53,7 @@ impl Folds {
         let cut = Self::new(motion, &context.samples, context.rows_hz());
         let recording = |row: usize| context.experiment.recording_of(context.samples[row]);
         // Repeated motion belongs to the recording where it first occurred.
-        let of_row: Vec<usize> = cut.first_like.iter().map(|&row| recording(row)).collect();
+        let of_row: Vec<usize> = cut.first_equal_row.iter().map(|&row| recording(row)).collect();
         let mut recordings = of_row.clone();
         recordings.sort_unstable();
         recordings.dedup();
@@ -62,7 +62,7 @@ impl Folds {
         }
         let count = recordings.len().min(MAX_FOLDS);
         let number = |of: usize| recordings.partition_point(|before| *before < of) % count;
-        Self { of_row: of_row.into_iter().map(number).collect(), count, ..cut }
+        Self { fold_of_row: of_row.into_iter().map(number).collect(), count, ..cut }
     }
 
     /// `samples` are the samples of the rows, `rows_hz` is the number of rows per second.
@@ -73,14 +73,14 @@ impl Folds {
         let (mut firsts, mut like) = (Vec::new(), Vec::with_capacity(samples.len()));
         let (mut moving, mut moving_first) = (0.0, 0.0);
         for row in 0..samples.len() {
-            let [a, b] = states.cell(row);
+            let [a, b] = states.cell_of_row(row);
             let around = (a - 1..=a + 1).flat_map(|a| (b - 1..=b + 1).map(move |b| [a, b]));
             let before = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
             let matching = before.filter(|&first| {
-                row - firsts[first] > PASSAGE_ROWS && states.same(firsts[first], row)
+                row - firsts[first] > PASSAGE_ROWS && states.is_same_state(firsts[first], row)
             });
             let match_of = matching.min();
-            if states.moves(row) {
+            if states.is_moving(row) {
                 moving += 1.0;
                 moving_first += if match_of.is_none() { 1.0 } else { 0.0 };
             }
@@ -95,7 +95,13 @@ impl Folds {
         let first_like = like.into_iter().map(|first| firsts[first]).collect();
         let repeat_count =
             if moving_first > 0.0 { f64::max(moving / moving_first, 1.0) } else { 1.0 };
-        Self { of_row, first_like, count: FOLD_COUNT, distinct, repeats: repeat_count }
+        Self {
+            fold_of_row: of_row,
+            first_equal_row: first_like,
+            count: FOLD_COUNT,
+            distinct_rows: distinct,
+            mean_repeats: repeat_count,
+        }
     }
 }
 
@@ -104,12 +110,12 @@ struct States {
     /// One column for each position and speed.
     values: DMatrix<f64>,
     /// Distance within which other values are the same, in the same columns.
-    reach: DMatrix<f64>,
+    tolerances: DMatrix<f64>,
     /// Largest reach of each column.
-    widest: Vec<f64>,
+    largest_tolerances: Vec<f64>,
     /// The two columns that distinguish most states.
-    finest: [usize; 2],
-    moving: Vec<bool>,
+    finest_columns: [usize; 2],
+    moving_joints: Vec<bool>,
 }
 
 impl States {
@@ -148,24 +154,30 @@ impl States {
         let mut columns: Vec<usize> = (0..values.ncols()).collect();
         columns.sort_by(|&a, &b| cells(b).total_cmp(&cells(a)));
         let finest = [columns[0], columns[1]];
-        Self { values, reach, widest, finest, moving }
+        Self {
+            values,
+            tolerances: reach,
+            largest_tolerances: widest,
+            finest_columns: finest,
+            moving_joints: moving,
+        }
     }
 
-    fn moves(&self, row: usize) -> bool {
-        self.moving[row]
+    fn is_moving(&self, row: usize) -> bool {
+        self.moving_joints[row]
     }
 
-    fn same(&self, a: usize, b: usize) -> bool {
+    fn is_same_state(&self, a: usize, b: usize) -> bool {
         (0..self.values.ncols()).all(|column| {
             let distance = self.values[(a, column)] - self.values[(b, column)];
-            distance.abs() <= self.reach[(b, column)]
+            distance.abs() <= self.tolerances[(b, column)]
         })
     }
 
     /// Returns the cell of a row. Equal states are in the same cell or in an adjacent one.
-    fn cell(&self, row: usize) -> [i64; 2] {
-        self.finest.map(|column| {
-            let widest = self.widest[column];
+    fn cell_of_row(&self, row: usize) -> [i64; 2] {
+        self.finest_columns.map(|column| {
+            let widest = self.largest_tolerances[column];
             #[expect(clippy::cast_possible_truncation, reason = "casts saturate, and far inside")]
             let cell = (self.values[(row, column)] / widest)
                 .floor()
@@ -198,13 +210,17 @@ mod tests {
     fn what_recurs_is_the_same_piece() {
         let once: Vec<usize> = (0..500).collect();
         let alone = Folds::new(&motion(500, 500), &once, 100.0);
-        assert!(alone.distinct > 450 && alone.repeats < 1.1, "{alone:?}");
+        assert!(alone.distinct_rows > 450 && alone.mean_repeats < 1.1, "{alone:?}");
         let thrice: Vec<usize> = (0..1500).collect();
         let again = Folds::new(&motion(1500, 500), &thrice, 100.0);
-        assert_eq!(again.distinct, alone.distinct);
-        assert_eq!(again.of_row[..500], alone.of_row[..]);
-        assert_eq!(again.of_row[500..1000], again.of_row[1000..]);
-        assert!((again.repeats / alone.repeats - 3.0).abs() < 1e-12, "{}", again.repeats);
+        assert_eq!(again.distinct_rows, alone.distinct_rows);
+        assert_eq!(again.fold_of_row[..500], alone.fold_of_row[..]);
+        assert_eq!(again.fold_of_row[500..1000], again.fold_of_row[1000..]);
+        assert!(
+            (again.mean_repeats / alone.mean_repeats - 3.0).abs() < 1e-12,
+            "{}",
+            again.mean_repeats
+        );
     }
 
     #[test]
@@ -215,7 +231,7 @@ mod tests {
         let acceleration = DMatrix::zeros(1000, 2);
         let motion = Motion::from_matrices(position, velocity, acceleration);
         let folds = Folds::new(&motion, &samples, 1.0);
-        assert_eq!((folds.distinct, folds.repeats), (1000, 1.0));
-        assert!(folds.of_row.iter().enumerate().all(|(row, piece)| *piece == row / 200));
+        assert_eq!((folds.distinct_rows, folds.mean_repeats), (1000, 1.0));
+        assert!(folds.fold_of_row.iter().enumerate().all(|(row, piece)| *piece == row / 200));
     }
 }

@@ -51,9 +51,10 @@ impl FrozenSignal {
             let recordings = (1..).zip(context.experiment.recordings());
             let found = recordings.filter_map(|(recording, of)| {
                 let positions: Vec<f64> =
-                    of.counted.clone().map(|k| position_at(context, k, motor)).collect();
+                    of.counted_samples.clone().map(|k| position_at(context, k, motor)).collect();
                 let Still { samples, jump, held: fixed } = held(&positions)?;
-                let at_s = |k: usize| (of.counted.start - of.samples.start + k) as f64 / rate_hz;
+                let at_s =
+                    |k: usize| (of.counted_samples.start - of.samples.start + k) as f64 / rate_hz;
                 let (from_s, until_s) = (at_s(samples.start), at_s(samples.end));
                 let share = fixed as f64 / positions.len() as f64;
                 Some(Self {

@@ -44,12 +44,13 @@ impl HeldOut {
         let Some(changes) = without_each(folds, torque, residuals) else {
             return Ok((Self::default(), None));
         };
-        let (rows, measured) = (torque.rows_per_joint(), torque.measured());
+        let (rows, measured) = (torque.rows_per_joint(), torque.measured_values());
         let mut sums = vec![[0.0; 2]; torque.joints()];
         for (piece, change) in changes.iter().enumerate() {
-            let remainder = residuals - torque.matrix().times(change);
+            let remainder = residuals - torque.matrix().times_parameters(change);
             for (joint, [errors, torques]) in sums.iter_mut().enumerate() {
-                let piece_rows = folds.of_row.iter().enumerate().filter(|(_, of)| **of == piece);
+                let piece_rows =
+                    folds.fold_of_row.iter().enumerate().filter(|(_, of)| **of == piece);
                 for (row, _) in piece_rows {
                     *errors += remainder[joint * rows + row].powi(2);
                     *torques += measured[joint * rows + row].powi(2);
@@ -60,7 +61,7 @@ impl HeldOut {
         let without: Vec<_> = changes.iter().map(|change| parameters + change).collect();
         let piece_of = |sample: usize| {
             let next = context.samples.partition_point(|&row| row < sample);
-            folds.of_row[next.min(folds.of_row.len() - 1)]
+            folds.fold_of_row[next.min(folds.fold_of_row.len() - 1)]
         };
         let held_out = Self {
             relative_error: Some(relative_error),
@@ -69,14 +70,14 @@ impl HeldOut {
                 context, motion, &without, &piece_of,
             )?,
         };
-        Ok((held_out, Some(disagreement(&changes))))
+        Ok((held_out, Some(jackknife_deviations(&changes))))
     }
 }
 
 /// The jackknife's standard deviations (J. W. Tukey, *Bias and confidence in not quite large
 /// samples*, 1958), of what the parameters change by without each piece. It asks nothing of the
 /// residuals: what was there in one piece alone is in it.
-fn disagreement(changes: &[DVector<f64>]) -> DVector<f64> {
+fn jackknife_deviations(changes: &[DVector<f64>]) -> DVector<f64> {
     let count = changes.len() as f64;
     let deviation = |k: usize| {
         let mean = changes.iter().map(|change| change[k]).sum::<f64>() / count;
@@ -92,13 +93,13 @@ fn without_each(
     torque: &Observations,
     residuals: &DVector<f64>,
 ) -> Option<Vec<DVector<f64>>> {
-    if folds.distinct < folds.count * NEIGHBOUR_ROWS {
+    if folds.distinct_rows < folds.count * NEIGHBOUR_ROWS {
         return None;
     }
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
     // Folds that each row is in or near, one bit for each.
     let mut near = vec![0_u64; rows];
-    for (row, piece) in folds.of_row.iter().enumerate() {
+    for (row, piece) in folds.fold_of_row.iter().enumerate() {
         let end = rows.min(row + NEIGHBOUR_ROWS + 1);
         near[row.saturating_sub(NEIGHBOUR_ROWS)..end]
             .iter_mut()

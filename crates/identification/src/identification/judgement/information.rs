@@ -40,7 +40,7 @@ impl Information {
         samples: &[usize],
         sample_rate_hz: f64,
     ) -> Self {
-        let (between_rests, moves) = moves(motion, samples);
+        let (between_rests, moves) = find_moves(motion, samples);
         // z_k/‖z_k‖² = Ω^(1/2) times the influence on parameter k.
         let mut squares = vec![vec![0.0; moves.len()]; observations.matrix().ncols()];
         for (joint, level) in noise_levels.iter().enumerate() {
@@ -66,7 +66,7 @@ impl Information {
 }
 
 /// Returns the rows of each move, and whether rests divide them.
-fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
+fn find_moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
         return (false, Vec::new());
     };
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn moves_lie_between_rests() {
         let samples: Vec<usize> = (0..1800).step_by(10).collect();
-        let (between_rests, found) = moves(&motion(), &samples);
+        let (between_rests, found) = find_moves(&motion(), &samples);
         assert!(between_rests);
         // Rests from 50 to 60 and from 110 to 120, slightly wider because of the speed limit.
         assert_eq!(found.len(), 3, "{found:?}");
@@ -152,7 +152,7 @@ mod tests {
         });
         let motion = Motion::from_matrices(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..2800).step_by(10).collect();
-        let (between_rests, found) = moves(&motion, &samples);
+        let (between_rests, found) = find_moves(&motion, &samples);
         assert!(between_rests);
         assert_eq!(found.len(), 3, "{found:?}");
         assert_eq!((found[0].start, found[2].end), (0, 280));
@@ -164,7 +164,7 @@ mod tests {
             DMatrix::from_fn(1000, 2, |k, joint| (k as f64 / 50.0 + joint as f64 * 1.5).sin());
         let motion = Motion::from_matrices(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..1000).step_by(10).collect();
-        let (between_rests, found) = moves(&motion, &samples);
+        let (between_rests, found) = find_moves(&motion, &samples);
         assert!(!between_rests);
         assert_eq!(found.len(), MOTION_SLICES);
         assert!(found.windows(2).all(|pair| pair[0].end == pair[1].start));
@@ -190,7 +190,7 @@ mod tests {
             + DVector::from_fn(2 * rows, |k, _| ((k * k * 53 + 11 * k) % 307) as f64 / 307.0 - 0.5);
         let observations = Observations::new(x, y, 2).unwrap();
         let levels = [0.3, 2.0];
-        let solution = observations.weighted(&levels).unwrap();
+        let solution = observations.solve_weighted(&levels).unwrap();
         let filter = RowFilter::new(rows, 1.0, |_| 1.0);
         let analysis = ResidualAnalysis::new(&observations, &solution, &filter);
         let information =
@@ -210,7 +210,7 @@ mod tests {
         let dense = observations.matrix().dense();
         let column = dense.column(0);
         let square = |rows: Range<usize>| column.rows_range(rows).norm_squared();
-        let first = moves(&motion(), &samples).1[0].clone();
+        let first = find_moves(&motion(), &samples).1[0].clone();
         let expected = square(first) / square(0..2 * rows);
         assert!((information.shares[0][0] - expected).abs() < 1e-12);
         assert!(

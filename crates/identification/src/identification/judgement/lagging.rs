@@ -25,7 +25,8 @@ impl FittedModel<'_> {
             let of_joint = joint * rows..(joint + 1) * rows;
             let mut lags = DVector::zeros(residuals.len());
             lags.rows_range_mut(of_joint.clone()).copy_from(&changes.column(joint));
-            lags -= self.observations.matrix().times(&self.analysis.estimate_shift(&lags));
+            lags -=
+                self.observations.matrix().times_parameters(&self.analysis.estimate_shift(&lags));
             let [own, lags] = [residuals, &lags].map(|of| of.rows_range(of_joint.clone()));
             // Friction that leads would be another error.
             let squares = lags.norm_squared();

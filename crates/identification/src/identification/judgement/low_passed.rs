@@ -69,7 +69,7 @@ impl FittedModel<'_> {
                     }
                     silent.iter().for_each(|row| of_all[*row] = 0.0);
                     let moved = self.analysis.estimate_shift(&of_all);
-                    let left = residuals + of_all - observations.matrix().times(&moved);
+                    let left = residuals + of_all - observations.matrix().times_parameters(&moved);
                     let explains = (joints as f64 - squares(&left)) / own;
                     if explains > best.as_ref().map_or(EXPLAINS, |best| best.explains) {
                         let note = Note::LowPassed {
@@ -101,7 +101,7 @@ impl FittedModel<'_> {
     /// arm, because both sides have passed the same filter. Friction at reversals and gravity are
     /// not.
     fn all_low_passed(&self) -> Option<LowPassed> {
-        let logged = self.context.experiment.beginning(INSPECTED);
+        let logged = self.context.experiment.first_samples(INSPECTED);
         let Refit { parameters, remaining: left } = Refit::new(self.context, &logged).ok()?;
         let tried = |time_constant_s: f64| {
             // A filter without a solution does not fit better.
@@ -118,7 +118,7 @@ impl FittedModel<'_> {
 
     /// Returns the rows of a motor's torque \[N·m\].
     fn torque_of(&self, motor: usize) -> DVector<f64> {
-        let measured = self.observations.measured();
+        let measured = self.observations.measured_values();
         let (rows, joints) = (self.observations.rows_per_joint(), self.observations.joints());
         let torque = |row: usize| {
             let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];

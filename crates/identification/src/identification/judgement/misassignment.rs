@@ -74,7 +74,7 @@ fn swapped(context: &Context<'_>, glance: &ScreeningFit, worst: usize) -> Option
         Some((exchanged.remaining(context, columns)?.of_joints / as_stated, motors))
     });
     let (left, motors) = likely.min_by(|(one, _), (other, _)| one.total_cmp(other))?;
-    let configured = (left < LIKELY).then(|| context.experiment.beginning(INSPECTED))?;
+    let configured = (left < LIKELY).then(|| context.experiment.first_samples(INSPECTED))?;
     let exchanged = configured.with_exchanged_motors(transmission, motors);
     let [stated, exchanged] =
         [&configured, &exchanged].map(|of| Some(Refit::new(context, of).ok()?.remaining));

@@ -8,7 +8,7 @@ use super::nuisance_parameters::{Along, Columns, Observed};
 use super::rows::Rows;
 use crate::identification::observation::{AuxiliaryObservation, Motion};
 use crate::identification::problem::{Context, IdentificationError};
-use crate::regression::{JointSolution, Observations, gram};
+use crate::regression::{JointSolution, Observations, gram_matrix};
 
 /// Joint information of the data on the parameters and on everything that the model assumes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,12 @@ impl ModelUncertainty {
         Self {
             observed: columns.observed().clone(),
             deviations: columns.deviations(),
-            mean: solution.change.iter().chain(&solution.nuisance_parameters).copied().collect(),
+            mean: solution
+                .parameter_change
+                .iter()
+                .chain(&solution.nuisance_parameters)
+                .copied()
+                .collect(),
             covariance,
             influence,
             noise_nm,
@@ -78,7 +83,7 @@ impl ModelUncertainty {
         let alike = now.ncols() == then.ncols() && self.observed.is_like(&earlier.observed);
         if !alike {
             let [now, then] =
-                [(self, now), (earlier, then)].map(|(of, shifted)| of.variances(&shifted));
+                [(self, now), (earlier, then)].map(|(of, shifted)| of.shift_variances(&shifted));
             return Some(now.iter().zip(then).map(|(now, then)| (now + then).sqrt()).collect());
         }
         // In units of the earlier result. A nuisance parameter without size has no effect.
@@ -89,7 +94,7 @@ impl ModelUncertainty {
         let difference = DMatrix::from_fn(now.nrows(), now.ncols(), |row, k| {
             now[(row, k)] * unit(k) - then[(row, k)]
         });
-        Some(earlier.variances(&difference).into_iter().map(f64::sqrt).collect())
+        Some(earlier.shift_variances(&difference).into_iter().map(f64::sqrt).collect())
     }
 
     /// Returns K, if every matrix has the matching shape.
@@ -106,10 +111,10 @@ impl ModelUncertainty {
     }
 
     /// Returns the diagonal of `M (μμᵀ + P) Mᵀ`, where M maps the nuisance parameters to shifts.
-    fn variances(&self, shifted: &DMatrix<f64>) -> Vec<f64> {
+    fn shift_variances(&self, shifted: &DMatrix<f64>) -> Vec<f64> {
         let width = self.mean.len() - shifted.ncols();
         let mean = shifted * DVector::from_column_slice(&self.mean[width..]);
-        let posterior = shifted * self.covariance.symmetric(width..self.mean.len());
+        let posterior = shifted * self.covariance.symmetric_part(width..self.mean.len());
         let variance = |k: usize| mean[k].powi(2) + posterior.row(k).dot(&shifted.row(k));
         (0..shifted.nrows()).map(|k| variance(k).max(0.0)).collect()
     }
@@ -126,7 +131,7 @@ impl ModelUncertainty {
         let fits = self.mean.len() == width
             && self.covariance.has_shape(width, |row| row + 1)
             && self.noise_nm.len() == observations.joints()
-            && self.observed.fits(context);
+            && self.observed.belongs_to(context);
         let columns = fits.then(|| Columns::new(context, parameters, self.observed.clone()))?;
         columns.with_deviations(&self.deviations)
     }
@@ -155,9 +160,9 @@ impl ModelUncertainty {
         let Some(columns) = columns.filter(|_| shifted.nrows() == parameters.len()) else {
             return Ok(None);
         };
-        let along = Along::new(&columns, motion, auxiliary, observations)?.dense();
+        let along = Along::new(&columns, motion, auxiliary, observations)?.dense_columns();
         let mean = DVector::from_column_slice(&self.mean[shifted.nrows()..]);
-        let posterior = self.covariance.symmetric(shifted.nrows()..self.mean.len());
+        let posterior = self.covariance.symmetric_part(shifted.nrows()..self.mean.len());
         // Single precision may move a small eigenvalue below 0.
         let eigen = (posterior + &mean * mean.transpose()).symmetric_eigen();
         let deviations = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
@@ -183,18 +188,18 @@ impl ModelUncertainty {
         };
         let along = Along::new(&columns, motion, auxiliary, observations)?;
         let solution = JointSolution {
-            change: DVector::from_column_slice(&self.mean[..own]),
+            parameter_change: DVector::from_column_slice(&self.mean[..own]),
             nuisance_parameters: DVector::from_column_slice(&self.mean[own..]),
-            covariance: self.covariance.symmetric(0..all),
+            covariance: self.covariance.symmetric_part(0..all),
             noise: DMatrix::zeros(0, 0),
-            colour: 1.0,
+            colour_factor: 1.0,
         };
-        let measured = observations.measured();
+        let measured = observations.measured_values();
         let (mut total, mut sums) = (DMatrix::zeros(all, all), [0.0; 2]);
         let mut relative_error_per_joint = Vec::new();
         for joint in 0..observations.joints() {
             let rows = observations.joint_rows(joint);
-            let of_joint = gram(observations.matrix(), &along, joint);
+            let of_joint = gram_matrix(observations.matrix(), &along, joint);
             let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
             let torque = measured.rows_range(rows).norm_squared();
             let error = solution.median_squared_error(&of_joint) + noise;

@@ -45,15 +45,15 @@ impl DownweightedRows {
     pub(crate) fn new(found: &RobustSolution, loss: RobustLoss) -> Self {
         let scaled = &found.scaled_residuals;
         let rows_of = |counts: &dyn Fn(f64) -> bool| -> Vec<Vec<usize>> {
-            let joints = 0..found.pseudo.joints();
+            let joints = 0..found.pseudo_equation.joints();
             let rows = joints.map(|joint| {
-                let rows = found.pseudo.joint_rows(joint).enumerate();
+                let rows = found.pseudo_equation.joint_rows(joint).enumerate();
                 rows.filter(|(_, row)| counts(scaled[*row])).map(|(k, _)| k).collect()
             });
             rows.collect()
         };
         Self {
-            rows: found.pseudo.rows_per_joint(),
+            rows: found.pseudo_equation.rows_per_joint(),
             per_joint: rows_of(&|u| loss.weighs_down(u)),
             not_normal: rows_of(&|u| loss.weighs_down(u) && u.abs() > NOT_NORMAL),
             normal_share: loss.normal_share_weighed_down(),

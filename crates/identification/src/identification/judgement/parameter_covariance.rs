@@ -22,7 +22,7 @@ impl ParameterCovariance {
     /// differs or a number is not finite.
     pub fn matrix(&self, parameters: usize) -> Option<DMatrix<f64>> {
         let fits = self.0.has_shape(parameters, |row| row + 1);
-        let matrix = fits.then(|| self.0.symmetric(0..parameters));
+        let matrix = fits.then(|| self.0.symmetric_part(0..parameters));
         matrix.filter(|matrix| matrix.iter().all(|value| value.is_finite()))
     }
 }

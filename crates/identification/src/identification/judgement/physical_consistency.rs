@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::feasibility::{
-    Estimate, FeasibilityLimits, FixedParameter, Judgement, Outcome, Prior, consistent,
+    Estimate, FeasibilityLimits, FixedParameter, Judgement, Outcome, Prior, fit_consistent,
 };
 use crate::identification::problem::Context;
 
@@ -29,7 +29,7 @@ impl PhysicalConsistency {
     /// The bodies nearest to the values of the selected parameters; none where the robot's file
     /// states no nominal ones, where the selection leaves out what bodies have, or where the
     /// nearest are not found.
-    pub(super) fn nearest(
+    pub(super) fn nearest_bodies(
         context: &Context<'_>,
         values: &[f64],
         covariance: &DMatrix<f64>,
@@ -37,7 +37,7 @@ impl PhysicalConsistency {
     ) -> Option<Outcome> {
         let prior = Prior::nominal(context.robot).ok()?;
         let estimate = Estimate { names: context.selection.names(), values, covariance, fixed };
-        consistent(
+        fit_consistent(
             context.robot,
             context.base,
             &estimate,

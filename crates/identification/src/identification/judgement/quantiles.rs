@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, delayed};
+use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, delay_samples};
 use crate::identification::problem::{Context, IdentificationError};
 use didim_dynamics::numeric::WIDTH;
 
@@ -37,7 +37,7 @@ impl ResidualQuantiles {
             (parameters.iter()).map(|own| InverseDynamics::of_the_estimate(context, own)).collect();
         let experiment = context.experiment;
         let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
-        let torque = delayed(experiment, delay)?;
+        let torque = delay_samples(experiment, delay)?;
         let samples: Vec<usize> = (experiment.counted_samples())
             .filter(|sample| !experiment.is_held_out(*sample))
             .collect();
@@ -83,16 +83,16 @@ struct Largest {
 
 impl Largest {
     fn new(count: usize) -> Self {
-        Self { count, values: Vec::with_capacity(2 * Self::needed(count)) }
+        Self { count, values: Vec::with_capacity(2 * Self::needed_values(count)) }
     }
 
     /// Returns the number of values from the smallest quantile up.
-    fn needed(count: usize) -> usize {
-        count - Self::place(count, QUANTILE_LEVELS[0])
+    fn needed_values(count: usize) -> usize {
+        count - Self::quantile_index(count, QUANTILE_LEVELS[0])
     }
 
     /// Returns the index, in rising order, of the value that this share of all values stays below.
-    fn place(count: usize, share: f64) -> usize {
+    fn quantile_index(count: usize, share: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -105,12 +105,12 @@ impl Largest {
     fn add(&mut self, value: f64) {
         self.values.push(value);
         if self.values.len() == self.values.capacity().max(1) {
-            self.forget();
+            self.drop_smallest();
         }
     }
 
-    fn forget(&mut self) {
-        let needed = Self::needed(self.count);
+    fn drop_smallest(&mut self) {
+        let needed = Self::needed_values(self.count);
         if self.values.len() > needed {
             let first = self.values.len() - needed;
             self.values.select_nth_unstable_by(first, f64::total_cmp);
@@ -119,9 +119,10 @@ impl Largest {
     }
 
     fn quantiles(mut self) -> [f64; QUANTILE_LEVELS.len()] {
-        self.forget();
+        self.drop_smallest();
         self.values.sort_unstable_by(f64::total_cmp);
         let forgotten = self.count - self.values.len();
-        QUANTILE_LEVELS.map(|share| self.values[Self::place(self.count, share) - forgotten])
+        QUANTILE_LEVELS
+            .map(|share| self.values[Self::quantile_index(self.count, share) - forgotten])
     }
 }

@@ -34,12 +34,12 @@ impl Reached {
     }
 
     /// Returns the highest speed in either direction \[rad/s or m/s\].
-    pub fn speed(&self) -> f64 {
+    pub fn highest_speed(&self) -> f64 {
         self.velocity[0].abs().max(self.velocity[1].abs())
     }
 
     /// Returns the largest acceleration in either direction \[rad/s² or m/s²\].
-    pub fn hardest(&self) -> f64 {
+    pub fn largest_acceleration(&self) -> f64 {
         self.acceleration[0].abs().max(self.acceleration[1].abs())
     }
 }

@@ -27,9 +27,9 @@ impl Refit {
         let (context, motion) = of_signals(context, experiment)?;
         let matrix = fitted_matrix(&context, &motion)?;
         let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
-        let ordinary = equation.ordinary().map_err(IdentificationError::Regression)?;
+        let ordinary = equation.solve_ordinary().map_err(IdentificationError::Regression)?;
         let levels = equation.noise_levels(&ordinary.residuals);
-        let solution = equation.weighted(&levels).map_err(IdentificationError::Regression)?;
+        let solution = equation.solve_weighted(&levels).map_err(IdentificationError::Regression)?;
         let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
         let left = errors.iter().map(|error| error * error).sum();
         Ok(Self { parameters: solution.parameters, remaining: left })

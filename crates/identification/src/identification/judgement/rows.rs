@@ -30,19 +30,19 @@ impl Rows<f32> {
     /// Takes the first `length(row)` numbers of each row of a matrix, in single precision.
     #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
     pub(super) fn from_rows(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
-        Self::taken(matrix, length, |value| value as f32)
+        Self::from_matrix(matrix, length, |value| value as f32)
     }
 }
 
 impl Rows<f64> {
     /// Takes the lower triangle of a matrix.
     pub(super) fn lower_triangle(matrix: &DMatrix<f64>) -> Self {
-        Self::taken(matrix, |row| row + 1, |value| value)
+        Self::from_matrix(matrix, |row| row + 1, |value| value)
     }
 }
 
 impl<T: Copy + Into<f64>> Rows<T> {
-    fn taken(
+    fn from_matrix(
         matrix: &DMatrix<f64>,
         length: impl Fn(usize) -> usize,
         to: impl Fn(f64) -> T,
@@ -67,7 +67,7 @@ impl<T: Copy + Into<f64>> Rows<T> {
     }
 
     /// Returns part of the symmetric matrix whose lower triangle this is.
-    pub(super) fn symmetric(&self, part: Range<usize>) -> DMatrix<f64> {
+    pub(super) fn symmetric_part(&self, part: Range<usize>) -> DMatrix<f64> {
         DMatrix::from_fn(part.len(), part.len(), |i, j| {
             self.get(part.start + i.max(j), part.start + i.min(j))
         })

@@ -34,7 +34,7 @@ const NOISE_FLOOR: f64 = 0.01;
 /// Effect of the nuisance parameters on a result.
 pub(super) struct Uncertainty {
     /// Combined standard uncertainty of each parameter.
-    pub(super) combined: DVector<f64>,
+    pub(super) combined_deviations: DVector<f64>,
     /// Estimates of the nuisance parameters, largest torques first.
     pub(super) nuisance_parameters: Vec<NuisanceEstimate>,
     pub(super) extrapolation: Extrapolation,
@@ -49,9 +49,9 @@ pub(super) struct Uncertainty {
 #[derive(Clone, Copy)]
 pub(super) struct Supplements<'a> {
     /// Number of rows with the same information that count as one.
-    pub(super) repeats: f64,
+    pub(super) mean_repeats: f64,
     /// Standard deviation of each parameter from the disagreement of the folds.
-    pub(super) disagreement: Option<&'a DVector<f64>>,
+    pub(super) fold_deviations: Option<&'a DVector<f64>>,
     /// Difference of the checked parameters from those of the result, if they are not the same.
     pub(super) other: Option<&'a DVector<f64>>,
 }
@@ -63,22 +63,15 @@ impl Uncertainty {
         bias: Option<&DVector<f64>>,
         further: Supplements<'_>,
     ) -> Result<Self, IdentificationError> {
-        let FittedModel {
-            context,
-            motion,
-            auxiliary_columns: auxiliary,
-            observations,
-            analysis,
-            parameters,
-            ..
-        } = *fitted;
-        let Supplements { repeats, disagreement, other } = further;
+        let FittedModel { context, motion, observations, analysis, parameters, .. } = *fitted;
+        let auxiliary = fitted.auxiliary_columns;
+        let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
         let observed = Observed::new(context, motion, auxiliary, observations);
         let columns = Columns::new(context, parameters, observed);
         // Rows that an M-estimate removed from the equation do not inform the nuisance parameters
         // either.
         let along = Along::new(&columns, motion, auxiliary, observations)?
-            .without(analysis.rows_without_equation());
+            .with_zero_rows(analysis.rows_without_equation());
         let products = analysis.products(&along);
         let solved = |floors: &[f64]| {
             let solution = analysis.with_prior(&along, &products, floors, repeats);
@@ -87,7 +80,7 @@ impl Uncertainty {
         let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
         let mut solution = solved(&floors)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
-        let sensitivity = &products.shifted;
+        let sensitivity = &products.sensitivity;
         let residuals = observations.residuals(parameters);
         let residual_rms = observations.rms_per_joint(&residuals);
         let low_passed = fitted.low_passed(&residuals, &residual_rms);
@@ -119,11 +112,11 @@ impl Uncertainty {
             combined = combined.sup(&combined_by(&solved(&of_motion)?));
         }
         let rows = observations.rows_per_joint();
-        let nuisance_parameters = columns.estimates(&products.squares, rows, &solution);
-        let remaining = observations.residuals(&(parameters + &solution.change))
-            - along.times(&solution.nuisance_parameters);
+        let nuisance_parameters = columns.estimates(&products.column_products, rows, &solution);
+        let remaining = observations.residuals(&(parameters + &solution.parameter_change))
+            - along.weighted_sum(&solution.nuisance_parameters);
         if let Some(other) = other {
-            solution.change += other;
+            solution.parameter_change += other;
         }
         // A record is predicted behind the filter. The residual of unfiltered rows is much larger.
         let model = (!context.decimation.is_none()).then(|| {
@@ -133,7 +126,14 @@ impl Uncertainty {
         let extrapolation = Extrapolation::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
         let notes = low_passed.into_iter().map(|of| of.note).collect();
-        Ok(Self { combined, nuisance_parameters, extrapolation, torque, model, notes })
+        Ok(Self {
+            combined_deviations: combined,
+            nuisance_parameters,
+            extrapolation,
+            torque,
+            model,
+            notes,
+        })
     }
 }
 

@@ -458,7 +458,7 @@ fn unmoved(context: &Context<'_>) -> impl Iterator<Item = Reason> {
         (context.experiment.position_rad(), context.experiment.recordings());
     let moved = |joint: JointIndex| {
         let ranges = recordings.iter().map(|of| {
-            let of_samples = of.counted.clone().map(|k| positions[(k, joint.position())]);
+            let of_samples = of.counted_samples.clone().map(|k| positions[(k, joint.position())]);
             let [low, high] =
                 of_samples.fold([f64::MAX, f64::MIN], |[low, high], q| [low.min(q), high.max(q)]);
             high - low

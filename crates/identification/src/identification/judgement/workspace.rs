@@ -41,15 +41,16 @@ pub(super) fn indefinite_posture(
     parameters: &DVector<f64>,
     covariance: &DMatrix<f64>,
 ) -> Result<Option<Indefinite>, IdentificationError> {
-    let mut postures: Vec<_> = indefinite(robot, model, &selection.standard(parameters))
-        .into_iter()
-        .map(|(posture, mass)| {
-            let eigen = SymmetricEigen::new(mass);
-            let (index, value) = eigen.eigenvalues.argmin();
-            let direction: DVector<f64> = eigen.eigenvectors.column(index).into_owned();
-            (posture, value, direction)
-        })
-        .collect();
+    let mut postures: Vec<_> =
+        indefinite_postures(robot, model, &selection.to_standard(parameters))
+            .into_iter()
+            .map(|(posture, mass)| {
+                let eigen = SymmetricEigen::new(mass);
+                let (index, value) = eigen.eigenvalues.argmin();
+                let direction: DVector<f64> = eigen.eigenvectors.column(index).into_owned();
+                (posture, value, direction)
+            })
+            .collect();
     postures.sort_by(|(_, one, _), (_, other, _)| one.total_cmp(other));
     postures.truncate(MAX_EXAMINED_POSTURES);
     // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
@@ -81,7 +82,11 @@ pub(super) fn indefinite_posture(
 
 /// Returns the postures where the mass matrix of these standard parameters is not positive
 /// definite, with their matrices.
-fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, DMatrix<f64>)> {
+fn indefinite_postures(
+    robot: &Robot,
+    model: &Model,
+    standard: &[f64],
+) -> Vec<(Vec<f64>, DMatrix<f64>)> {
     let n = robot.joints();
     let standard: Vec<_> = standard.iter().map(|&value| Lanes::constant(value)).collect();
     let mut workspace = Workspace::new();

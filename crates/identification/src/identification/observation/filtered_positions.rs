@@ -4,9 +4,9 @@ use nalgebra::DMatrix;
 
 use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::identification::problem::{Experiment, IdentificationError, PositionFilter};
-use crate::signal::{Group, neighbours};
+use crate::signal::{Group, difference_neighbours};
 use didim_dynamics::MAX_JOINTS;
-use didim_dynamics::numeric::each;
+use didim_dynamics::numeric::from_lanes;
 use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are computed
@@ -14,7 +14,7 @@ use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
 pub(crate) struct FilteredPositions {
     rate_hz: f64,
     /// End of each recording, including the last.
-    ends: Vec<usize>,
+    recording_ends: Vec<usize>,
     /// 0 beyond the joints.
     samples: Vec<[f64; MAX_JOINTS]>,
     /// Hysteresis state of friction along the positions. Empty if not requested, or without
@@ -24,10 +24,10 @@ pub(crate) struct FilteredPositions {
 
 impl FilteredPositions {
     /// Allocates the positions of an experiment, all 0.
-    pub(crate) fn zeroed(experiment: &Experiment) -> Self {
+    pub(crate) fn with_zeros(experiment: &Experiment) -> Self {
         let samples = vec![[0.0; MAX_JOINTS]; experiment.samples()];
         let (rate_hz, ends) = (experiment.sample_rate_hz(), experiment.ends());
-        Self { rate_hz, ends, samples, hysteresis: Vec::new() }
+        Self { rate_hz, recording_ends: ends, samples, hysteresis: Vec::new() }
     }
 
     /// Filters the positions of the experiment with zero phase, each recording over its whole
@@ -44,7 +44,7 @@ impl FilteredPositions {
         let sections = filter.design(self.rate_hz).map_err(IdentificationError::PositionFilter)?;
         side_by_side(experiment.position_rad(), &mut self.samples);
         let mut start = 0;
-        for &end in &self.ends {
+        for &end in &self.recording_ends {
             sections
                 .filter_zero_phase_lanes(&mut self.samples[start..end], sections.default_padding())
                 .map_err(|cause| IdentificationError::Signal {
@@ -58,9 +58,11 @@ impl FilteredPositions {
     }
 
     /// Tracks the hysteresis of a robot's friction along the filtered positions.
-    pub(crate) fn follow(&mut self, robot: &Robot) {
+    pub(crate) fn track_hysteresis(&mut self, robot: &Robot) {
         self.hysteresis =
-            hysteresis_along(Hysteresis::from_robot(robot), &self.ends, |k| self.samples[k]);
+            hysteresis_along(Hysteresis::from_robot(robot), &self.recording_ends, |k| {
+                self.samples[k]
+            });
     }
 
     /// Returns the hysteresis state at some samples from `first` on.
@@ -105,7 +107,7 @@ impl FilteredPositions {
         value: impl Fn(&Self, usize) -> [f64; MAX_JOINTS],
     ) -> [f64; MAX_JOINTS] {
         // Most experiments have one recording.
-        let (start, end) = match self.ends.as_slice() {
+        let (start, end) = match self.recording_ends.as_slice() {
             [end] => (0, *end),
             ends => {
                 let recording = ends.partition_point(|end| *end <= sample);
@@ -113,9 +115,10 @@ impl FilteredPositions {
                 (start, ends[recording])
             }
         };
-        let (before, after, factor) = neighbours(sample - start, end - start, self.rate_hz);
+        let (before, after, factor) =
+            difference_neighbours(sample - start, end - start, self.rate_hz);
         let (before, after) = (value(self, start + before), value(self, start + after));
-        each(
+        from_lanes(
             #[inline(always)]
             |joint| (after[joint] - before[joint]) * factor,
         )

@@ -4,7 +4,7 @@ use super::filtered_positions::FilteredPositions;
 use super::motion::Motion;
 use crate::signal::Group;
 use didim_dynamics::MAX_JOINTS;
-use didim_dynamics::numeric::{Lanes, WIDTH, vectorised};
+use didim_dynamics::numeric::{Lanes, WIDTH, with_vector_instructions};
 
 /// States that determine the torques of every joint at some samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl MotionGroup {
     pub(crate) fn read(&mut self, motion: &Motion, first: usize) -> States<'_> {
         self.hysteresis = motion.hysteresis(first);
         for joint in 0..self.joints {
-            let groups = motion.groups(joint, first);
+            let groups = motion.joint_groups(joint, first);
             for (quantity, group) in self.quantities.iter_mut().zip(groups) {
                 quantity[joint] = group;
             }
@@ -44,7 +44,7 @@ impl MotionGroup {
 
     /// Computes the same states from filtered positions. The numbers equal those of
     /// [`filtered_motion`](super::motion::filtered_motion), to the last bit.
-    pub(crate) fn differentiate(
+    pub(crate) fn states_from_positions(
         &mut self,
         positions: &FilteredPositions,
         first: usize,
@@ -52,7 +52,7 @@ impl MotionGroup {
         self.hysteresis = positions.hysteresis(first);
         let last = positions.samples() - 1;
         let [q, dq, ddq] = &mut self.quantities;
-        vectorised(
+        with_vector_instructions(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
@@ -104,13 +104,13 @@ mod tests {
             let experiment = Experiment::joint_side(&signals).unwrap();
             let filter = PositionFilter { order: 4, cutoff_hz: 60.0 };
             let motion = filtered_motion(&robot, &experiment, &filter).unwrap();
-            let mut positions = FilteredPositions::zeroed(&experiment);
+            let mut positions = FilteredPositions::with_zeros(&experiment);
             positions.filter(&experiment, &filter).unwrap();
-            positions.follow(&robot);
+            positions.track_hysteresis(&robot);
             let (mut of_motion, mut of_positions) =
                 (MotionGroup::of_joints(6), MotionGroup::of_joints(6));
             for first in (0..samples).chain([0]) {
-                let group = of_positions.differentiate(&positions, first);
+                let group = of_positions.states_from_positions(&positions, first);
                 assert_eq!(group, of_motion.read(&motion, first), "{first} of {samples}");
             }
         }

@@ -15,8 +15,8 @@ pub(crate) fn hysteresis_along(
     let Some(mut state) = state else { return Vec::new() };
     let mut shares = Vec::with_capacity(ends.last().copied().unwrap_or_default());
     for &end in ends {
-        state.restart(&position(shares.len()));
-        shares.extend((shares.len()..end).map(|k| state.follow(&position(k))));
+        state.restart_at(&position(shares.len()));
+        shares.extend((shares.len()..end).map(|k| state.advance_to(&position(k))));
     }
     shares
 }

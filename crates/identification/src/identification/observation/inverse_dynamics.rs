@@ -12,15 +12,15 @@ use didim_dynamics::numeric::{Lanes, Scalar};
 
 /// Inverse dynamic model with the parameters of an estimate, evaluated by lanes of samples.
 pub(crate) struct InverseDynamics {
-    standard: Vec<Group>,
+    standard_parameters: Vec<Group>,
     workspace: Workspace<Group>,
 }
 
 impl InverseDynamics {
     pub(crate) fn of_the_estimate(context: &Context<'_>, parameters: &DVector<f64>) -> Self {
-        let standard = context.selection.standard(parameters);
+        let standard = context.selection.to_standard(parameters);
         let standard = standard.into_iter().map(Lanes::constant).collect();
-        Self { standard, workspace: Workspace::new() }
+        Self { standard_parameters: standard, workspace: Workspace::new() }
     }
 
     /// Returns the torque of every joint \[N·m or N\] at these states, and zeros beyond. The model
@@ -33,7 +33,14 @@ impl InverseDynamics {
         let mut torque = [Lanes::zero(); MAX_JOINTS];
         self.workspace.set_hysteresis(hysteresis.copied());
         let of_joints = &mut torque[..q.len()];
-        model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, of_joints);
+        model.inverse_dynamics(
+            &mut self.workspace,
+            &self.standard_parameters,
+            q,
+            dq,
+            ddq,
+            of_joints,
+        );
         torque
     }
 }

@@ -27,7 +27,7 @@ pub(crate) fn torque_equation(
         torque -= known_sum;
     }
     let observations = Observations::from_dense(matrix, torque);
-    let observations = observations.map_err(|error| context.selection.named(error))?;
+    let observations = observations.map_err(|error| context.selection.regression_failure(error))?;
     Ok(observations.with_known(known_torque))
 }
 
@@ -38,7 +38,7 @@ pub(crate) fn known_rows(
 ) -> Result<Option<DVector<f64>>, IdentificationError> {
     let Some(mut read) = known_along(context, motion) else { return Ok(None) };
     let rows = context
-        .decimate(context.robot.joints(), &mut read)
+        .decimate_signals(context.robot.joints(), &mut read)
         .map_err(IdentificationError::of_regressor)?;
     Ok(Some(DVector::from_column_slice(rows.as_slice())))
 }
@@ -51,7 +51,7 @@ pub(crate) fn known_at(
 ) -> Result<Option<DVector<f64>>, IdentificationError> {
     let Some(mut read) = known_along(context, states) else { return Ok(None) };
     let (samples, joints) = states.position.shape();
-    let none = ParallelDecimation::none();
+    let none = ParallelDecimation::identity();
     let rows = none
         .decimate_groups(samples, joints, 0..samples, &mut read)
         .map_err(IdentificationError::of_regressor)?;

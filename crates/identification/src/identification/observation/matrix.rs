@@ -55,7 +55,7 @@ pub(crate) fn fitted_matrix_of(
     let columns = model.regressor_entries(context.selection.columns());
     let mut read = entries_along(model, &columns, motion);
     let entries = context
-        .decimate(columns.entries().len(), &mut read)
+        .decimate_signals(columns.entries().len(), &mut read)
         .map_err(IdentificationError::of_regressor)?;
     let base_entries = columns.entries().iter().copied();
     Ok(ObservationMatrix::of_entries(model.joints(), columns.width(), base_entries, entries))
@@ -72,7 +72,7 @@ pub(crate) fn regressor_rows(
     states: &Motion,
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(columns);
-    let (all, none) = (0..states.position.nrows(), ParallelDecimation::none());
+    let (all, none) = (0..states.position.nrows(), ParallelDecimation::identity());
     let entries = entries(model, &columns, states, &none, all)?;
     Ok(matrix_of(&columns, model.joints(), entries))
 }
@@ -98,7 +98,7 @@ impl BaseColumns {
         let all_columns: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
         let columns = model.regressor_entries(&all_columns);
         let mut read = entries_along(model, &columns, motion);
-        let entries = context.decimate(columns.entries().len(), &mut read);
+        let entries = context.decimate_signals(columns.entries().len(), &mut read);
         let mut entries = entries.map_err(IdentificationError::of_regressor)?;
         // The entries are stored column by column.
         let count = columns.entries().partition_point(|(_, column)| *column < width);

@@ -23,5 +23,5 @@ pub(crate) use matrix::{
 };
 pub(crate) use motion::motion_along;
 pub use motion::{Motion, filtered_motion};
-pub(crate) use reference::reference_of;
-pub(crate) use torque::{delayed, delayed_torque, filtered_torque};
+pub(crate) use reference::find_reference;
+pub(crate) use torque::{delay_samples, delayed_torque, filtered_torque};

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::filtered_positions::FilteredPositions;
 use super::hysteresis::{hysteresis_along, hysteresis_from};
 use crate::identification::problem::{Experiment, IdentificationError, PositionFilter};
-use crate::signal::{Group, SignalError, group_of, neighbours};
+use crate::signal::{Group, SignalError, difference_neighbours, group_of};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::numeric::{Lanes, WIDTH};
 use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
@@ -57,7 +57,7 @@ impl Motion {
             Rates::Provided([velocity, _]) => velocity[(sample, joint)],
             Rates::Differences { rate_hz, ends } => {
                 let position = |k: usize| self.position[(k, joint)];
-                difference(*rate_hz, ends, sample, position)
+                difference_at(*rate_hz, ends, sample, position)
             }
         }
     }
@@ -67,7 +67,7 @@ impl Motion {
         match &self.rates {
             Rates::Provided([_, acceleration]) => acceleration[(sample, joint)],
             Rates::Differences { rate_hz, ends } => {
-                difference(*rate_hz, ends, sample, |k| self.velocity(k, joint))
+                difference_at(*rate_hz, ends, sample, |k| self.velocity(k, joint))
             }
         }
     }
@@ -126,7 +126,7 @@ impl Motion {
     /// Returns q, q̇ and q̈ of a joint at some samples from `first` on. Beyond the last sample they
     /// are those of the last.
     #[inline(always)]
-    pub(super) fn groups(&self, joint: usize, first: usize) -> [Group; 3] {
+    pub(super) fn joint_groups(&self, joint: usize, first: usize) -> [Group; 3] {
         let samples = self.position.nrows();
         let column = |of: &'_ DMatrix<f64>| group_of(of_joint(of, joint), first);
         let (rate_hz, ends) = match &self.rates {
@@ -160,10 +160,11 @@ impl Motion {
 
 /// Returns the [`central_difference`](crate::signal::central_difference) at one sample, within its
 /// recording.
-fn difference(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize) -> f64) -> f64 {
+fn difference_at(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize) -> f64) -> f64 {
     let recording = ends.partition_point(|end| *end <= sample);
     let start = recording.checked_sub(1).map_or(0, |before| ends[before]);
-    let (before, after, factor) = neighbours(sample - start, ends[recording] - start, rate_hz);
+    let (before, after, factor) =
+        difference_neighbours(sample - start, ends[recording] - start, rate_hz);
     (value(start + after) - value(start + before)) * factor
 }
 
@@ -187,7 +188,7 @@ pub fn filtered_motion(
     experiment: &Experiment,
     filter: &PositionFilter,
 ) -> Result<Motion, IdentificationError> {
-    let mut positions = FilteredPositions::zeroed(experiment);
+    let mut positions = FilteredPositions::with_zeros(experiment);
     positions.filter(experiment, filter)?;
     motion_along(robot, experiment, positions.joint_after_joint(experiment.joints()))
 }

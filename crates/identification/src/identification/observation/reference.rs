@@ -13,7 +13,7 @@ use didim_dynamics::trajectory::SampledReference;
 ///
 /// # Errors
 /// [`IdentificationError::Reference`].
-pub(crate) fn reference_of(
+pub(crate) fn find_reference(
     context: &Context<'_>,
     references: &DMatrix<f64>,
     samples: &Range<usize>,

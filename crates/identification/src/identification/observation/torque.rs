@@ -30,7 +30,7 @@ pub(crate) fn delayed_torque(
     delay: f64,
 ) -> Result<DVector<f64>, IdentificationError> {
     check_inside(context.experiment, delay)?;
-    context.rows_of(&delayed(context.experiment, delay)?, "torque")
+    context.rows_of(&delay_samples(context.experiment, delay)?, "torque")
 }
 
 /// Returns the torques logged this number of samples before every sample, samples × joints,
@@ -38,7 +38,7 @@ pub(crate) fn delayed_torque(
 ///
 /// # Errors
 /// [`IdentificationError::Signal`].
-pub(crate) fn delayed(
+pub(crate) fn delay_samples(
     experiment: &Experiment,
     delay: f64,
 ) -> Result<DMatrix<f64>, IdentificationError> {
@@ -63,10 +63,10 @@ pub(crate) fn delayed(
 /// Checks that the record holds the torque of every counted sample, except for one at either end.
 fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
     for of in experiment.recordings() {
-        let first = of.counted.start as f64 - shift_samples;
-        let last = of.counted.end as f64 - 1.0 - shift_samples;
+        let first = of.counted_samples.start as f64 - shift_samples;
+        let last = of.counted_samples.end as f64 - 1.0 - shift_samples;
         if first < of.samples.start as f64 - 1.0 || last > of.samples.end as f64 {
-            let (counted, samples) = (of.counted.clone(), experiment.samples());
+            let (counted, samples) = (of.counted_samples.clone(), experiment.samples());
             return Err(IdentificationError::TorqueOutside { shift_samples, counted, samples });
         }
     }

@@ -17,11 +17,11 @@ pub struct LoadSums {
     /// k × 10: sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
     /// Parameter whose column represents each sum, ascending.
-    chosen: Vec<usize>,
+    chosen_parameters: Vec<usize>,
     /// Parameters that no motion makes identifiable.
     without_effect: Vec<usize>,
     /// b' × k: change of the selected base parameters with each sum.
-    change: DMatrix<f64>,
+    base_parameter_change: DMatrix<f64>,
 }
 
 impl LoadSums {
@@ -48,14 +48,14 @@ impl LoadSums {
             return Err(PayloadError::NotIdentified { names });
         }
         let sums = select_columns(&load_columns, &CHOICE_ORDER)?;
-        if sums.fixed.is_empty() {
+        if sums.basis.is_empty() {
             return Err(PayloadError::Unseen);
         }
         let rows: Vec<usize> = identified.iter().filter_map(|name| base.find(name)).collect();
         Ok(Self {
-            change: load_columns.select_rows(&rows).select_columns(&sums.fixed),
+            base_parameter_change: load_columns.select_rows(&rows).select_columns(&sums.basis),
             regrouping: sums.regrouping,
-            chosen: sums.fixed,
+            chosen_parameters: sums.basis,
             without_effect: sums.without_effect,
         })
     }
@@ -66,19 +66,24 @@ impl LoadSums {
     /// # Errors
     /// [`PayloadError::Unseen`].
     pub fn identifiable_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
-        let preference = CHOICE_ORDER.into_iter().filter_map(|parameter| self.place(parameter));
+        let preference =
+            CHOICE_ORDER.into_iter().filter_map(|parameter| self.sum_of_parameter(parameter));
         // If rounding decides, the regression reports the fault.
         let preference: Vec<usize> = preference.collect();
-        let Ok(identifiable) = select_columns(&self.along(matrix), &preference) else {
+        let Ok(identifiable) = select_columns(&self.sum_torques(matrix), &preference) else {
             return Ok(self);
         };
-        if identifiable.fixed.is_empty() {
+        if identifiable.basis.is_empty() {
             return Err(PayloadError::Unseen);
         }
         Ok(Self {
             regrouping: identifiable.regrouping * self.regrouping,
-            chosen: identifiable.fixed.iter().map(|sum| self.chosen[*sum]).collect(),
-            change: self.change.select_columns(&identifiable.fixed),
+            chosen_parameters: identifiable
+                .basis
+                .iter()
+                .map(|sum| self.chosen_parameters[*sum])
+                .collect(),
+            base_parameter_change: self.base_parameter_change.select_columns(&identifiable.basis),
             ..self
         })
     }
@@ -86,7 +91,7 @@ impl LoadSums {
     /// Returns the expression of each sum, its representative parameter first: `xx - yy`.
     pub(super) fn names(&self) -> Vec<String> {
         let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
-        self.chosen
+        self.chosen_parameters
             .iter()
             .enumerate()
             .map(|(row, chosen): (usize, &usize)| {
@@ -100,12 +105,14 @@ impl LoadSums {
 
     /// Returns the unit of each sum. Units of a link are the same at any joint.
     pub(super) fn units(&self) -> impl Iterator<Item = &'static str> {
-        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
+        self.chosen_parameters
+            .iter()
+            .map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
     }
 
     /// Returns the parameter of the last link whose regressor column is that of each sum.
     pub fn kinds(&self) -> impl Iterator<Item = ParameterKind> {
-        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen])
+        self.chosen_parameters.iter().map(|chosen| ParameterKind::LINK[*chosen])
     }
 
     /// Returns the parameters of the ten that no motion makes identifiable, and those that this
@@ -113,7 +120,7 @@ impl LoadSums {
     pub(super) fn unidentifiable(&self) -> [Vec<&'static str>; 2] {
         let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
         let is_open = |parameter: &usize| {
-            !self.without_effect.contains(parameter) && self.alone(*parameter).is_none()
+            !self.without_effect.contains(parameter) && self.separate_sum(*parameter).is_none()
         };
         [
             self.without_effect.iter().map(symbol).collect(),
@@ -122,18 +129,22 @@ impl LoadSums {
     }
 
     /// Returns the base parameters (b') of an arm with this load, from those without.
-    pub(super) fn loaded(&self, arm: &DVector<f64>, values: &DVector<f64>) -> DVector<f64> {
-        arm + &self.change * values
+    pub(super) fn loaded_parameters(
+        &self,
+        arm: &DVector<f64>,
+        values: &DVector<f64>,
+    ) -> DVector<f64> {
+        arm + &self.base_parameter_change * values
     }
 
     /// Returns Z (r × k): the torques of each sum, along the motion of this observation matrix (r ×
     /// b').
-    pub(super) fn along(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        matrix * &self.change
+    pub(super) fn sum_torques(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        matrix * &self.base_parameter_change
     }
 
     /// Converts the failure of a regression, with columns called by their names.
-    pub(super) fn named(&self, error: RegressionError) -> PayloadError {
+    pub(super) fn regression_failure(&self, error: RegressionError) -> PayloadError {
         match error {
             RegressionError::ZeroColumns { columns }
             | RegressionError::DependentColumns { columns } => PayloadError::NotIdentifiable {
@@ -144,25 +155,25 @@ impl LoadSums {
     }
 
     /// Returns the sum that a parameter of the ten represents.
-    fn place(&self, parameter: usize) -> Option<usize> {
-        self.chosen.iter().position(|chosen| *chosen == parameter)
+    fn sum_of_parameter(&self, parameter: usize) -> Option<usize> {
+        self.chosen_parameters.iter().position(|chosen| *chosen == parameter)
     }
 
     /// Returns the sum that consists of this parameter of the ten alone, if there is one.
-    pub(super) fn alone(&self, parameter: usize) -> Option<usize> {
-        let row = self.place(parameter)?;
+    pub(super) fn separate_sum(&self, parameter: usize) -> Option<usize> {
+        let row = self.sum_of_parameter(parameter)?;
         let terms = self.regrouping.row(row).iter().filter(|entry| **entry != 0.0).count();
         (terms == 1).then_some(row)
     }
 
     /// Returns the ten (φ, and their covariance) for these sums: those that are sums by themselves,
     /// every other 0.
-    pub(super) fn ten(
+    pub(super) fn load_parameters(
         &self,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
     ) -> (DVector<f64>, DMatrix<f64>) {
-        let alone: Vec<Option<usize>> = (0..10).map(|k| self.alone(k)).collect();
+        let alone: Vec<Option<usize>> = (0..10).map(|k| self.separate_sum(k)).collect();
         let value = |k: usize, _| alone[k].map_or(0.0, |row| values[row]);
         let both = |i: usize, j: usize| Some(covariance[(alone[i]?, alone[j]?)]);
         let covariance = DMatrix::from_fn(10, 10, |i, j| both(i, j).unwrap_or_default());

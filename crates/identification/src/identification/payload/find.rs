@@ -81,7 +81,7 @@ pub struct Payload {
 ///
 /// # Errors
 /// [`PayloadError`].
-pub fn payload(
+pub fn find_payload(
     robot: &Robot,
     base: &BaseParameters,
     experiment: &Experiment,
@@ -119,8 +119,8 @@ pub fn payload(
             let matrix = arm.matrix().dense();
             let unexplained = arm.residuals(&parameters);
             let values_and_deviations =
-                Equation::new(&sums, &arm, &stands, matrix, unexplained)?.ordinary()?;
-            Ok::<_, PayloadError>(sums.loaded(&parameters, &values_and_deviations))
+                Equation::new(&sums, &arm, &stands, matrix, unexplained)?.ordinary_sums()?;
+            Ok::<_, PayloadError>(sums.loaded_parameters(&parameters, &values_and_deviations))
         })?;
         (arm, auxiliary_columns) = with_auxiliary(&context)?;
         matrix = arm.matrix().dense();
@@ -129,16 +129,16 @@ pub fn payload(
 
     let equation = Equation::new(&sums, &arm, &stands, matrix, unexplained)?;
     // A wrong torque gain or length also affects the torques of the load.
-    let loaded = sums.loaded(&parameters, &equation.ordinary()?);
+    let loaded = sums.loaded_parameters(&parameters, &equation.ordinary_sums()?);
     let errors = model.uncertainty.map_or(Ok(None), |arm_context| {
         arm_context.errors_along(&context, &motion, &auxiliary_columns, &arm, &loaded)
     })?;
     let of_arm = &equation.matrix * uncertain_arm(&context, model, &covariance)?;
     let of_arm = with_errors(of_arm, errors.as_ref(), &stands, &arm);
     let floors = noise_floors(&stands, &arm);
-    let (values, covariance) = equation.solved(&context, of_arm, &floors)?;
+    let (values, covariance) = equation.solve_sums(&context, of_arm, &floors)?;
 
-    let after = arm.residuals(&sums.loaded(&parameters, &values));
+    let after = arm.residuals(&sums.loaded_parameters(&parameters, &values));
     let load = Load::from_sums(&sums, &values, &covariance, limits);
     let values_found = (0..values.len()).map(|k| Uncertain {
         value: values[k],
@@ -146,8 +146,8 @@ pub fn payload(
     });
     let [without_effect, unidentifiable] = sums.unidentifiable();
     Ok(Payload {
-        presence: Presence::limit(load.mass_kg, &values, &covariance, limits)?,
-        body: body(&sums, &load, &values, &covariance, declared, limits)?,
+        presence: Presence::from_limit(load.mass_kg, &values, &covariance, limits)?,
+        body: load_body(&sums, &load, &values, &covariance, declared, limits)?,
         declared: Comparison::compare(declared, &sums, &values, &covariance, limits)?,
         load,
         parameters: (sums.names().into_iter().zip(sums.units()).zip(values_found))
@@ -184,7 +184,7 @@ fn with_errors(
 
 /// Returns the least noise of each joint \[N·m or N\], as a share of its measured torque.
 fn noise_floors(stands: &[bool], arm: &Observations) -> Vec<f64> {
-    let torques = arm.rms_per_joint(&arm.measured());
+    let torques = arm.rms_per_joint(&arm.measured_values());
     let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { MIN_NOISE };
     torques.iter().zip(stands).map(floor).collect()
 }
@@ -212,7 +212,7 @@ fn uncertain_arm(
     model: KnownModel<'_>,
     covariance: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PayloadError> {
-    let ordered = model.ordered(context, covariance);
+    let ordered = model.reorder_covariance(context, covariance);
     Ok(ordered.cholesky().ok_or(PayloadError::Covariance)?.unpack())
 }
 
@@ -236,45 +236,46 @@ impl<'a> Equation<'a> {
             matrix.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
             unexplained.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
         }
-        let system = Observations::new(sums.along(&matrix), unexplained, arm.joints());
-        let system = system.map_err(|error| sums.named(error))?;
+        let system = Observations::new(sums.sum_torques(&matrix), unexplained, arm.joints());
+        let system = system.map_err(|error| sums.regression_failure(error))?;
         Ok(Self { sums, matrix, system })
     }
 
     /// Returns the sums alone, with the same weight for every row.
-    fn ordinary(&self) -> Result<DVector<f64>, PayloadError> {
-        let solution = self.system.ordinary().map_err(|error| self.sums.named(error))?;
+    fn ordinary_sums(&self) -> Result<DVector<f64>, PayloadError> {
+        let solution =
+            self.system.solve_ordinary().map_err(|error| self.sums.regression_failure(error))?;
         Ok(solution.parameters)
     }
 
     /// Returns the sums and their covariance, solved together with the unknowns of the arm:
     /// `of_arm` (r × m) times independent unknowns of standard deviation 1. Noise is at least that
     /// of the floors.
-    fn solved(
+    fn solve_sums(
         &self,
         context: &Context<'_>,
         of_arm: DMatrix<f64>,
         floors: &[f64],
     ) -> Result<(DVector<f64>, DMatrix<f64>), PayloadError> {
-        let named = |error| self.sums.named(error);
-        let residuals = self.system.residuals(&self.ordinary()?);
+        let named = |error| self.sums.regression_failure(error);
+        let residuals = self.system.residuals(&self.ordinary_sums()?);
         let levels = self.system.noise_levels(&residuals);
         let levels: Vec<f64> =
             levels.iter().zip(floors).map(|(of, floor)| of.max(*floor)).collect();
-        let solution = self.system.weighted(&levels).map_err(named)?;
+        let solution = self.system.solve_weighted(&levels).map_err(named)?;
         let filter = context.row_filter();
         let analysis = ResidualAnalysis::new(&self.system, &solution, &filter);
         let of_arm = ObservationMatrix::from_dense(of_arm, self.system.joints());
         // Every row counts once.
         let products = analysis.products(&of_arm);
         let joint = analysis.with_prior(&of_arm, &products, floors, 1.0).map_err(named)?;
-        Ok((&solution.parameters + &joint.change, joint.coloured_covariance()))
+        Ok((&solution.parameters + &joint.parameter_change, joint.coloured_covariance()))
     }
 }
 
 /// Returns the estimate if it is a body, else the nearest body. Declared values replace
 /// unidentifiable ones. Returns `None` if no mass is seen or declared.
-fn body(
+fn load_body(
     sums: &LoadSums,
     load: &Load,
     values: &DVector<f64>,
@@ -282,7 +283,7 @@ fn body(
     declared: Declared,
     limits: &PayloadLimits,
 ) -> Result<Option<LoadBody>, PayloadError> {
-    let (ten, _) = sums.ten(values, covariance);
+    let (ten, _) = sums.load_parameters(values, covariance);
     let estimate = Body::from_parameters(core::array::from_fn(|k| ten[k]));
     let seen = load.mass_kg.filter(|mass| mass.is_seen(limits)).map(|mass| mass.value);
     let is_the_estimate = values.len() == 10 && seen.is_some() && estimate.is_possible();

@@ -77,10 +77,10 @@ impl Load {
         const MX_INDEX: usize = 6;
         const M_INDEX: usize = 9;
 
-        let (ten, covariance) = sums.ten(values, covariance);
+        let (ten, covariance) = sums.load_parameters(values, covariance);
         // With its gradient, which contains everything it depends on.
         let uncertain = |value: f64, gradient: &[(usize, f64)]| {
-            let is_identifiable = gradient.iter().all(|(k, _)| sums.alone(*k).is_some());
+            let is_identifiable = gradient.iter().all(|(k, _)| sums.separate_sum(*k).is_some());
             let both = |(i, a): &(usize, f64)| -> f64 {
                 gradient.iter().map(|(j, b)| a * b * covariance[(*i, *j)]).sum()
             };

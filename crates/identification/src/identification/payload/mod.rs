@@ -8,6 +8,6 @@ mod presence;
 
 pub use equation::LoadSums;
 pub use error::PayloadError;
-pub use find::{KnownArm, Payload, payload};
+pub use find::{KnownArm, Payload, find_payload};
 pub use load::{Load, LoadBody, LoadParameter, Uncertain};
 pub use presence::{Comparison, Declared, Distance, Presence};

@@ -64,7 +64,7 @@ pub struct Presence {
 }
 
 impl Presence {
-    pub(super) fn limit(
+    pub(super) fn from_limit(
         mass_kg: Option<Uncertain>,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
@@ -80,14 +80,14 @@ impl Presence {
             mass_deviations: mass_kg.map(|mass| mass.deviations_from(0.0)),
             mass_limit_kg: mass_kg
                 .filter(|of| !of.differs_from_none(limits))
-                .map(|mass| limit(mass, limits)),
+                .map(|mass| mass_limit(mass, limits)),
             from_none,
         })
     }
 }
 
 /// Returns the quantile of a normal variable that is known to be non-negative.
-fn limit(mass: Uncertain, limits: &PayloadLimits) -> f64 {
+fn mass_limit(mass: Uncertain, limits: &PayloadLimits) -> f64 {
     let normal = Normal::standard();
     // Probability above the limit: this share of the probability above 0.
     let above = (1.0 - limits.mass_limit_probability) * normal.sf(-mass.deviations_from(0.0));
@@ -122,12 +122,12 @@ impl Comparison {
         const MASS_INDEX: usize = 9;
         const FIRST_MOMENT_INDICES: usize = 6;
 
-        let mass = sums.alone(MASS_INDEX);
+        let mass = sums.separate_sum(MASS_INDEX);
         // Sums with their weights, and the declared total.
         let of_mass = declared.mass_kg.zip(mass).map(|(kg, m)| (vec![(m, 1.0)], kg));
         let of_centre = [0, 1, 2].map(|k| {
             let (centre, m) = (declared.centre_m?, mass?);
-            Some((vec![(sums.alone(FIRST_MOMENT_INDICES + k)?, 1.0), (m, -centre[k])], 0.0))
+            Some((vec![(sums.separate_sum(FIRST_MOMENT_INDICES + k)?, 1.0), (m, -centre[k])], 0.0))
         });
         let rows: Vec<_> = core::iter::once(&of_mass).chain(&of_centre).flatten().collect();
         if rows.is_empty() {

@@ -34,7 +34,7 @@ pub(crate) struct Context<'a> {
     /// The sample of each row of a joint.
     pub(crate) samples: Vec<usize>,
     /// Indices of the fitted rows among those behind the decimation; `None` for all.
-    fitted: Option<Vec<usize>>,
+    fitted_rows: Option<Vec<usize>>,
 }
 
 impl<'a> Context<'a> {
@@ -57,7 +57,7 @@ impl<'a> Context<'a> {
         let decimation = if decimated {
             options.decimation_filter.design().map_err(IdentificationError::DecimationFilter)?
         } else {
-            ParallelDecimation::none()
+            ParallelDecimation::identity()
         };
         options.validate_robust(method)?;
         if robot.joints() != experiment.joints() {
@@ -72,7 +72,7 @@ impl<'a> Context<'a> {
         let selection = options.selection(robot, base)?;
         options.validate_required(&selection)?;
         let rows_kept: Vec<usize> = (experiment.recordings().iter())
-            .flat_map(|Recording { samples, counted }| {
+            .flat_map(|Recording { samples, counted_samples: counted }| {
                 let start = samples.start;
                 let range = counted.start - start..counted.end - start;
                 decimation.kept_samples(range).map(move |sample| start + sample)
@@ -95,12 +95,22 @@ impl<'a> Context<'a> {
             return Err(IdentificationError::TooManyRows { rows, parameters });
         }
         let model = Model::new(robot);
-        Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
+        Ok(Self {
+            robot,
+            base,
+            experiment,
+            options,
+            model,
+            selection,
+            decimation,
+            samples,
+            fitted_rows: fitted,
+        })
     }
 
     /// The same context with the loads of a final estimate, which is judged with its own loads.
     #[must_use]
-    pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {
+    pub(crate) fn with_final_loads(&self, parameters: &DVector<f64>) -> Self {
         let mut judged = self.clone();
         judged.set_loads(parameters);
         judged
@@ -134,7 +144,7 @@ impl<'a> Context<'a> {
 
     /// The model with these loads.
     pub(crate) fn with_loads(&self, parameters: &DVector<f64>) -> Model {
-        self.model.clone().with_load(self.selection.standard(parameters))
+        self.model.clone().with_load(self.selection.to_standard(parameters))
     }
 
     /// Decimates a number of signals, each recording separately, and returns the fitted rows (rows
@@ -143,7 +153,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// As `decimate_groups`.
-    pub(crate) fn decimate(
+    pub(crate) fn decimate_signals(
         &self,
         signals: usize,
         read: &mut dyn FnMut(usize, &mut [Group]),
@@ -158,7 +168,7 @@ impl<'a> Context<'a> {
     }
 
     /// Decimates signals that are known a sample at a time
-    /// ([`decimate`](ParallelDecimation::decimate)).
+    /// ([`decimate_signals`](ParallelDecimation::decimate_signals)).
     ///
     /// # Errors
     /// As `decimate_groups`.
@@ -169,12 +179,14 @@ impl<'a> Context<'a> {
     ) -> Result<DMatrix<f64>, SignalError> {
         let [rows] = self.decimate_each(|decimation, samples, counted, first| {
             let mut read_from_first = |at: usize, values: &mut [f64]| read(first + at, values);
-            decimation.decimate(samples, signals, counted, &mut read_from_first).map(|rows| [rows])
+            decimation
+                .decimate_signals(samples, signals, counted, &mut read_from_first)
+                .map(|rows| [rows])
         })?;
         Ok(rows)
     }
 
-    /// As [`decimate`](Self::decimate), and the differences of
+    /// As [`decimate_signals`](Self::decimate_signals), and the differences of
     /// [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
     ///
     /// # Errors
@@ -202,7 +214,7 @@ impl<'a> Context<'a> {
         ) -> Result<[DMatrix<f64>; N], SignalError>,
     ) -> Result<[DMatrix<f64>; N], SignalError> {
         let mut parts: Vec<[DMatrix<f64>; N]> = Vec::new();
-        for Recording { samples, counted } in self.experiment.recordings() {
+        for Recording { samples, counted_samples: counted } in self.experiment.recordings() {
             let first = samples.start;
             let counted = counted.start - first..counted.end - first;
             let rows = filter(&self.decimation, samples.len(), counted, first);
@@ -210,7 +222,7 @@ impl<'a> Context<'a> {
         }
         // Most experiments need no copy.
         if let [one] = parts.as_mut_slice() {
-            return Ok(one.each_mut().map(core::mem::take).map(|rows| self.fitted(rows)));
+            return Ok(one.each_mut().map(core::mem::take).map(|rows| self.select_fitted(rows)));
         }
         Ok(core::array::from_fn(|which: usize| {
             let rows = parts.iter().map(|of| of[which].nrows()).sum();
@@ -220,13 +232,13 @@ impl<'a> Context<'a> {
                 stacked.rows_mut(next, part.nrows()).copy_from(part);
                 next += part.nrows();
             }
-            self.fitted(stacked)
+            self.select_fitted(stacked)
         }))
     }
 
     /// Returns the fitted rows of those behind the decimation filter.
-    fn fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
-        match &self.fitted {
+    fn select_fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
+        match &self.fitted_rows {
             None => rows,
             Some(fitted) => rows.select_rows(fitted),
         }
@@ -248,7 +260,7 @@ impl<'a> Context<'a> {
                 *group = group_of(signal, first);
             }
         };
-        let rows = self.decimate(signals.ncols(), &mut read);
+        let rows = self.decimate_signals(signals.ncols(), &mut read);
         let rows = rows.map_err(|cause| {
             let joint = match cause {
                 SignalError::NotFinite { index } => {

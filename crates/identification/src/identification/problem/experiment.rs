@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use nalgebra::DMatrix;
 
 use super::experiment_error::ExperimentError;
-use crate::signal::neighbours;
+use crate::signal::difference_neighbours;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::SignalTiming;
 use didim_dynamics::Signals;
@@ -18,7 +18,7 @@ pub(crate) struct Recording {
     /// Its samples.
     pub(crate) samples: Range<usize>,
     /// The counted ones of these samples.
-    pub(crate) counted: Range<usize>,
+    pub(crate) counted_samples: Range<usize>,
 }
 
 /// Joint-side signals of one window on a uniform grid, or of several one after the other: one row
@@ -84,7 +84,7 @@ impl Experiment {
             reference_rad: matrix("reference", reference)?,
             torque_timing: SignalTiming::INSTANTANEOUS,
             reference_timing: SignalTiming::INSTANTANEOUS,
-            recordings: vec![Recording { samples: 0..samples, counted: 0..samples }],
+            recordings: vec![Recording { samples: 0..samples, counted_samples: 0..samples }],
             held_out: Vec::new(),
         })
     }
@@ -121,17 +121,18 @@ impl Experiment {
     /// Returns its first recordings with this number of samples together, from the first counted
     /// one; of a longer one, the beginning.
     #[must_use]
-    pub(crate) fn beginning(&self, samples: usize) -> Self {
-        let limit = self.recordings.first().map_or(0, |first| first.counted.start) + samples;
+    pub(crate) fn first_samples(&self, samples: usize) -> Self {
+        let limit =
+            self.recordings.first().map_or(0, |first| first.counted_samples.start) + samples;
         let mut recordings: Vec<Recording> = Vec::new();
-        for Recording { samples: own, counted } in &self.recordings {
+        for Recording { samples: own, counted_samples: counted } in &self.recordings {
             // A part of one is wanted where those before are few.
             let few = recordings.last().is_none_or(|last| 2 * last.samples.end < limit);
             if own.end > limit && !few {
                 break;
             }
             let before = |range: &Range<usize>| range.start.min(limit)..range.end.min(limit);
-            recordings.push(Recording { samples: before(own), counted: before(counted) });
+            recordings.push(Recording { samples: before(own), counted_samples: before(counted) });
             if own.end >= limit {
                 break;
             }
@@ -175,7 +176,7 @@ impl Experiment {
                 for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
                     for k in start..end {
                         let (one, other, rate) =
-                            neighbours(k - start, end - start, self.sample_rate_hz);
+                            difference_neighbours(k - start, end - start, self.sample_rate_hz);
                         let change = logged[(start + other, joint)] - logged[(start + one, joint)];
                         to[k] += time_constant_s * rate * change;
                     }
@@ -214,7 +215,7 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError::Empty`] without any, [`ExperimentError::Different`] where one has another
     /// sample rate, another number of joints or other timings than the first.
-    pub fn joined(recordings: &[Self]) -> Result<Self, ExperimentError> {
+    pub fn join(recordings: &[Self]) -> Result<Self, ExperimentError> {
         let first = recordings.first().ok_or(ExperimentError::Empty)?;
         for (recording, other) in (1..).zip(recordings).skip(1) {
             let different = |what| Err(ExperimentError::Different { recording, what });
@@ -250,7 +251,7 @@ impl Experiment {
             let shifted = |range: &Range<usize>| start + range.start..start + range.end;
             joined.recordings.extend(part.recordings.iter().map(|of| Recording {
                 samples: shifted(&of.samples),
-                counted: shifted(&of.counted),
+                counted_samples: shifted(&of.counted_samples),
             }));
             joined.held_out.extend(part.held_out.iter().map(shifted));
             start += part.samples();
@@ -268,7 +269,7 @@ impl Experiment {
         if counted.is_empty() || counted.end > samples || self.recordings.len() > 1 {
             return Err(ExperimentError::Counted { counted, samples });
         }
-        self.recordings[0].counted = counted;
+        self.recordings[0].counted_samples = counted;
         Ok(self)
     }
 
@@ -344,12 +345,12 @@ impl Experiment {
     /// first of the first to the last of the last.
     pub fn counted(&self) -> Range<usize> {
         let [first, last] = [self.recordings.first(), self.recordings.last()];
-        first.map_or(0, |of| of.counted.start)..last.map_or(0, |of| of.counted.end)
+        first.map_or(0, |of| of.counted_samples.start)..last.map_or(0, |of| of.counted_samples.end)
     }
 
     /// The samples that count, of each recording in turn.
     pub(crate) fn counted_samples(&self) -> impl Iterator<Item = usize> {
-        self.recordings.iter().flat_map(|of| of.counted.clone())
+        self.recordings.iter().flat_map(|of| of.counted_samples.clone())
     }
 
     /// The recordings, one as a rule.
@@ -489,7 +490,7 @@ mod tests {
             let signals =
                 Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
             let recording = Experiment::joint_side(&signals).unwrap();
-            Experiment::joined(&[recording.clone(), recording]).unwrap()
+            Experiment::join(&[recording.clone(), recording]).unwrap()
         };
         let logged = experiment(passed.atan(), 1.0 / passed.hypot(1.0));
         let (found, before) = (logged.before_low_pass(time_constant_s), experiment(0.0, 1.0));

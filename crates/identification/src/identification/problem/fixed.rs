@@ -55,8 +55,8 @@ impl KeptParameters {
     ///
     /// # Errors
     /// [`IdentificationError::NothingNominal`], [`IdentificationError::NoNominalValue`], and those
-    /// of [`Selection::keep`].
-    pub(crate) fn keep(
+    /// of [`Selection::keep_values`].
+    pub(crate) fn keep_nominal(
         &self,
         selection: &mut Selection,
         robot: &Robot,
@@ -65,7 +65,7 @@ impl KeptParameters {
         let Some(nominal) = robot.nominal() else {
             return Err(IdentificationError::NothingNominal { robot: robot.name().to_owned() });
         };
-        let nominal = base.regroup(nominal.standard());
+        let nominal = base.to_base(nominal.standard_parameters());
         let value = |index: usize| nominal.get(index).copied().filter(|value| *value != 0.0);
         let (names, columns) = (base.names(), base.columns());
         match self {
@@ -74,7 +74,7 @@ impl KeptParameters {
                     .filter(|&index| !selection.columns().contains(&columns[index]))
                     .collect();
                 let fixed = unselected.iter().filter_map(|&k| Some((names[k].as_str(), value(k)?)));
-                selection.keep(base, fixed)
+                selection.keep_values(base, fixed)
             }
             Self::Named(fixed_part) => {
                 let with_value = |name: &String| match base.find(name) {
@@ -84,7 +84,8 @@ impl KeptParameters {
                         .ok_or_else(|| IdentificationError::NoNominalValue { name: name.clone() }),
                 };
                 let fixed = fixed_part.iter().map(with_value).collect::<Result<Vec<_>, _>>()?;
-                selection.keep(base, fixed.iter().map(|(name, value)| (name.as_str(), *value)))
+                selection
+                    .keep_values(base, fixed.iter().map(|(name, value)| (name.as_str(), *value)))
             }
         }
     }

@@ -29,15 +29,15 @@ impl Method {
 
     /// The name: `idim-ls`.
     pub fn name(self) -> &'static str {
-        self.names().0
+        self.name_list().0
     }
 
     /// Returns the long form of the name.
     pub fn long_name(self) -> &'static str {
-        self.names().1
+        self.name_list().1
     }
 
-    fn names(self) -> (&'static str, &'static str) {
+    fn name_list(self) -> (&'static str, &'static str) {
         match self {
             Self::IdimLs => ("idim-ls", "inverse dynamic identification model, least squares"),
             Self::IdimIv => {

@@ -44,7 +44,7 @@ pub struct Options {
     pub limits: VerdictLimits,
     /// Intended uses: an applicable result is usable for all of these. Monitoring and prediction
     /// unless stated.
-    #[serde(default = "Use::usual")]
+    #[serde(default = "Use::default_uses")]
     pub required_uses: Vec<Use>,
     /// Names of the parameters whose values are asked for; those that carry torque unless stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -85,7 +85,7 @@ impl Options {
             keep_nominal: None,
             robust: None,
             limits: VerdictLimits::default(),
-            required_uses: Use::usual(),
+            required_uses: Use::default_uses(),
             required_parameters: None,
             tolerances: Tolerances::default(),
             controller: None,
@@ -128,7 +128,7 @@ impl Options {
     ) -> Result<Selection, IdentificationError> {
         let mut selection = Selection::new(robot, base, self.parameters.as_deref())?;
         if let Some(fixed) = &self.keep_nominal {
-            fixed.keep(&mut selection, robot, base)?;
+            fixed.keep_nominal(&mut selection, robot, base)?;
         }
         Ok(selection)
     }

@@ -14,18 +14,18 @@ pub struct FrictionSearch {
     pub refinements: Vec<f64>,
     /// Largest number of refinements by one factor. Derived: further refinement would go past the
     /// neighbouring candidate.
-    pub most_refinements: usize,
+    pub max_refinements: usize,
     /// Share of a joint's held-out error that a change has to remove \[1\]. Convention: a law that
     /// nobody needs is one more that the next motion may contradict.
-    pub least_gain: f64,
+    pub min_gain: f64,
     /// Increase of the torque uncertainty outside the recorded motion that counts as a tie,
     /// relative to all of the torque \[1\]. Convention.
     pub extrapolation_tie: f64,
     /// Largest share of the load that friction may take \[1\]. Derived: a gear of which it takes
     /// more than half locks itself, and cannot be driven back.
-    pub most_of_load: f64,
+    pub max_load_share: f64,
     /// Rounds in which every joint may get one change. Convention: no joint needs more laws.
-    pub rounds: usize,
+    pub max_rounds: usize,
 }
 
 impl Default for FrictionSearch {
@@ -34,11 +34,11 @@ impl Default for FrictionSearch {
             sign_widths: vec![0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2],
             stribeck_speeds: vec![0.02, 0.06, 0.2],
             refinements: vec![1.4, 1.0 / 1.4, 1.18, 1.0 / 1.18],
-            most_refinements: 5,
-            least_gain: 0.05,
+            max_refinements: 5,
+            min_gain: 0.05,
             extrapolation_tie: 0.001,
-            most_of_load: 0.5,
-            rounds: 4,
+            max_load_share: 0.5,
+            max_rounds: 4,
         }
     }
 }
@@ -47,25 +47,25 @@ impl Default for FrictionSearch {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CutoffSearch {
     /// Candidates of a decade \[1\]. Convention: round numbers, 1.4 to 1.5 times the one before.
-    pub decade: Vec<f64>,
+    pub candidates_of_decade: Vec<f64>,
     /// Lowest and highest candidate, as multiples of the parallel filter's cut-off \[1\].
     /// Convention: the motion lies within this range.
     pub range: [f64; 2],
     /// Highest candidate as a share of the sample rate \[1\]. Derived: beyond, differences take
     /// noise for acceleration.
-    pub highest: f64,
+    pub highest_share: f64,
     /// Increase of the held-out error over the smallest one, relative to it, that counts as a tie
     /// \[1\]. Convention.
-    pub tie: f64,
+    pub tie_tolerance: f64,
 }
 
 impl Default for CutoffSearch {
     fn default() -> Self {
         Self {
-            decade: vec![1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+            candidates_of_decade: vec![1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
             range: [0.1, 20.0],
-            highest: 0.35,
-            tie: 0.01,
+            highest_share: 0.35,
+            tie_tolerance: 0.01,
         }
     }
 }

@@ -16,9 +16,9 @@ pub struct Selection {
     names: Vec<String>,
     columns: Vec<usize>,
     kinds: Vec<ParameterKind>,
-    regrouped: Vec<bool>,
+    is_regrouped: Vec<bool>,
     /// Further parameters that are fixed at a value, by regressor column.
-    fixed: Vec<(usize, f64)>,
+    fixed_columns: Vec<(usize, f64)>,
     /// Columns of the regressor.
     width: usize,
 }
@@ -66,19 +66,26 @@ impl Selection {
         let terms =
             |&index: &usize| base.regrouping().row(index).iter().filter(|c| **c != 0.0).count();
         let regrouped = chosen.iter().map(|index| terms(index) > 1).collect();
-        Ok(Self { names, columns, kinds, regrouped, fixed: Vec::new(), width: table.names().len() })
+        Ok(Self {
+            names,
+            columns,
+            kinds,
+            is_regrouped: regrouped,
+            fixed_columns: Vec::new(),
+            width: table.names().len(),
+        })
     }
 
     /// Without those of a kind.
-    pub(crate) fn without(&self, kind: ParameterKind) -> Self {
+    pub(crate) fn without_kind(&self, kind: ParameterKind) -> Self {
         let is_other_kind = |index: &usize| self.kinds[*index] != kind;
         let selected: Vec<usize> = (0..self.kinds.len()).filter(is_other_kind).collect();
         Self {
             names: selected.iter().map(|&k| self.names[k].clone()).collect(),
             columns: selected.iter().map(|&k| self.columns[k]).collect(),
             kinds: selected.iter().map(|&k| self.kinds[k]).collect(),
-            regrouped: selected.iter().map(|&k| self.regrouped[k]).collect(),
-            fixed: self.fixed.clone(),
+            is_regrouped: selected.iter().map(|&k| self.is_regrouped[k]).collect(),
+            fixed_columns: self.fixed_columns.clone(),
             width: self.width,
         }
     }
@@ -100,7 +107,7 @@ impl Selection {
 
     /// Returns for each parameter if others are regrouped into it.
     pub(crate) fn regrouped(&self) -> &[bool] {
-        &self.regrouped
+        &self.is_regrouped
     }
 
     /// Lets further base parameters, which are not identified, keep these values; every other is 0.
@@ -108,12 +115,12 @@ impl Selection {
     /// # Errors
     /// [`IdentificationError::UnknownParameter`], [`IdentificationError::RepeatedParameter`], and
     /// [`IdentificationError::KeptAndIdentified`].
-    pub(crate) fn keep<'a>(
+    pub(crate) fn keep_values<'a>(
         &mut self,
         base: &BaseParameters,
         fixed: impl Iterator<Item = (&'a str, f64)>,
     ) -> Result<(), IdentificationError> {
-        self.fixed.clear();
+        self.fixed_columns.clear();
         for (name, value) in fixed {
             let index = base.find(name).ok_or_else(|| IdentificationError::UnknownParameter {
                 name: name.to_owned(),
@@ -124,23 +131,23 @@ impl Selection {
             if self.columns.contains(&column) {
                 return Err(IdentificationError::KeptAndIdentified { name });
             }
-            if self.fixed.iter().any(|(own, _)| *own == column) {
+            if self.fixed_columns.iter().any(|(own, _)| *own == column) {
                 return Err(IdentificationError::RepeatedParameter { name });
             }
-            self.fixed.push((column, value));
+            self.fixed_columns.push((column, value));
         }
         Ok(())
     }
 
     /// Those that keep their values, by regressor column.
     pub(crate) fn fixed(&self) -> &[(usize, f64)] {
-        &self.fixed
+        &self.fixed_columns
     }
 
     /// Standard parameters with these selected ones and those that are kept, every other 0.
-    pub(crate) fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
+    pub(crate) fn to_standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
         let mut standard = vec![0.0; self.width];
-        for &(column, value) in &self.fixed {
+        for &(column, value) in &self.fixed_columns {
             standard[column] = value;
         }
         for (&column, &value) in self.columns.iter().zip(parameters.iter()) {
@@ -159,7 +166,7 @@ impl Selection {
     }
 
     /// The failure of a regression, with columns called by their parameters' names.
-    pub(crate) fn named(&self, error: RegressionError) -> IdentificationError {
+    pub(crate) fn regression_failure(&self, error: RegressionError) -> IdentificationError {
         let named = |columns: Vec<usize>| -> Vec<String> {
             columns.iter().filter_map(|&column| self.names.get(column).cloned()).collect()
         };

@@ -33,7 +33,7 @@ impl Use {
     ];
 
     /// Those that a cell asks for which says nothing else.
-    pub fn usual() -> Vec<Self> {
+    pub fn default_uses() -> Vec<Self> {
         vec![Self::Monitoring, Self::Prediction]
     }
 

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use didim_identification::identification::{Method, ParameterEstimate, SingularValues};
 use maud::{Markup, PreEscaped, html};
 
-use super::class;
+use super::css_class;
 use crate::comparison::INTERVAL_DEVIATIONS;
-use didim::text::significant;
+use didim::text::significant_digits;
 
 /// Width of a drawing in a table, height of a line, and total margin of the height.
 const CHART_WIDTH: f64 = 240.0;
@@ -16,7 +16,7 @@ const VERTICAL_MARGIN: f64 = 4.0;
 /// Half of the scale range, in standard deviations of the reference.
 const SCALE_DEVIATIONS: f64 = 8.0;
 
-fn place(deviations: f64) -> f64 {
+fn x_position(deviations: f64) -> f64 {
     ((deviations / SCALE_DEVIATIONS + 1.0) / 2.0 * CHART_WIDTH).clamp(0.0, CHART_WIDTH)
 }
 
@@ -25,13 +25,13 @@ pub(super) fn interval_labels() -> Markup {
     let mut svg = String::new();
     for tick in [-6.0, -3.0, 0.0, 3.0, 6.0] {
         let text = tick.to_string().replace('-', "−");
-        let x = place(tick);
+        let x = x_position(tick);
         let _ = write!(
             svg,
             r#"<text class="tick" x="{x:.1}" y="11" text-anchor="middle">{text}</text>"#
         );
     }
-    inline(&svg, 14.0)
+    inline_svg(&svg, 14.0)
 }
 
 /// Draws one line per estimate: a dot with 3 σ to either side, over the band of the reference.
@@ -48,12 +48,12 @@ pub(super) fn intervals(
         svg,
         "<rect class=\"band\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{height}\"/><line \
          class=\"axis\" x1=\"{2:.1}\" x2=\"{2:.1}\" y1=\"0\" y2=\"{height}\"/>",
-        place(-INTERVAL_DEVIATIONS),
-        place(INTERVAL_DEVIATIONS) - place(-INTERVAL_DEVIATIONS),
-        place(0.0)
+        x_position(-INTERVAL_DEVIATIONS),
+        x_position(INTERVAL_DEVIATIONS) - x_position(-INTERVAL_DEVIATIONS),
+        x_position(0.0)
     );
     if let Some(x) = truth.map(scaled).filter(|x| x.abs() <= SCALE_DEVIATIONS) {
-        let x = place(x);
+        let x = x_position(x);
         let _ =
             write!(svg, r#"<line class="truth" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{height}"/>"#);
     }
@@ -64,15 +64,18 @@ pub(super) fn intervals(
         if !(x + spread).is_finite() {
             continue;
         }
-        let class = class(*method);
-        let (low, high) = (place(x - spread), place(x + spread));
+        let class = css_class(*method);
+        let (low, high) = (x_position(x - spread), x_position(x + spread));
         let _ = write!(
             svg,
             r#"<line class="spread {class}" x1="{low:.1}" x2="{high:.1}" y1="{y}" y2="{y}"/>"#
         );
         if x.abs() <= SCALE_DEVIATIONS {
-            let _ =
-                write!(svg, r#"<circle class="{class}" cx="{:.1}" cy="{y}" r="2.6"/>"#, place(x));
+            let _ = write!(
+                svg,
+                r#"<circle class="{class}" cx="{:.1}" cy="{y}" r="2.6"/>"#,
+                x_position(x)
+            );
         } else {
             let (tip, back) = if x > 0.0 { (CHART_WIDTH, CHART_WIDTH - 7.0) } else { (0.0, 7.0) };
             let _ = write!(
@@ -83,11 +86,11 @@ pub(super) fn intervals(
             );
         }
     }
-    inline(&svg, height)
+    inline_svg(&svg, height)
 }
 
 /// Draws the legend mark of a method.
-pub(super) fn key(class: &str) -> Markup {
+pub(super) fn legend_mark(class: &str) -> Markup {
     html! { svg viewBox="0 0 20 6" width="20" height="6" {
         line.spread.(class) x1="0" x2="20" y1="3" y2="3" {}
         circle.(class) cx="10" cy="3" r="2.6" {}
@@ -118,7 +121,7 @@ impl Decades {
         (last > first).then_some(Self { first, last })
     }
 
-    fn place(self, value: f64) -> f64 {
+    fn x_position(self, value: f64) -> f64 {
         ((value.log10() - self.first) / (self.last - self.first) * CHART_WIDTH)
             .clamp(0.0, CHART_WIDTH)
     }
@@ -131,7 +134,7 @@ impl Decades {
         let decades: Vec<f64> = decades.take_while(|decade| *decade <= self.last).collect();
         for (k, decade) in decades.iter().enumerate() {
             let value = 10_f64.powf(*decade);
-            let text = didim::report::html::page::signed(&significant(value, 1));
+            let text = didim::report::html::page::with_real_minus(&significant_digits(value, 1));
             let anchor = match k {
                 0 => "start",
                 _ if k + 1 == decades.len() => "end",
@@ -140,10 +143,10 @@ impl Decades {
             let _ = write!(
                 svg,
                 r#"<text class="tick" x="{:.1}" y="11" text-anchor="{anchor}">{text}</text>"#,
-                self.place(value)
+                self.x_position(value)
             );
         }
-        inline(&svg, 14.0)
+        inline_svg(&svg, 14.0)
     }
 
     /// Draws the range from the smallest to the largest singular value.
@@ -151,17 +154,18 @@ impl Decades {
         if !(values.min > 0.0 && values.max.is_finite()) {
             return html! {};
         }
-        let (low, high, class) = (self.place(values.min), self.place(values.max), class(method));
+        let (low, high, class) =
+            (self.x_position(values.min), self.x_position(values.max), css_class(method));
         let svg = format!(
-            "<line class=\"grid\" x1=\"0\" x2=\"{CHART_WIDTH}\" y1=\"7\" y2=\"7\"/><line class=\"range \
-             {class}\" x1=\"{low:.1}\" x2=\"{high:.1}\" y1=\"7\" y2=\"7\"/>"
+            "<line class=\"grid\" x1=\"0\" x2=\"{CHART_WIDTH}\" y1=\"7\" y2=\"7\"/><line \
+             class=\"range {class}\" x1=\"{low:.1}\" x2=\"{high:.1}\" y1=\"7\" y2=\"7\"/>"
         );
-        inline(&svg, 14.0)
+        inline_svg(&svg, 14.0)
     }
 }
 
 /// The numbers next to a drawing say the same, so the drawing is only visual.
-fn inline(svg: &str, height: f64) -> Markup {
+fn inline_svg(svg: &str, height: f64) -> Markup {
     let view = format!("0 0 {CHART_WIDTH} {height}");
     html! {
         svg.inline viewBox=(view) width=(CHART_WIDTH) height=(height) aria-hidden="true" {

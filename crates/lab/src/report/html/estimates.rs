@@ -3,11 +3,11 @@
 use didim_identification::identification::{Method, ParameterEstimate};
 use maud::{Markup, html};
 
-use super::{ComparisonReport, chart, class};
+use super::{ComparisonReport, chart, css_class};
 use crate::comparison::{Framework, Trial, title};
 use crate::report::View;
-use didim::report::estimate::value;
-use didim::report::html::page::{number, section as in_section, signed};
+use didim::report::estimate::value_text;
+use didim::report::html::page::{number_text, section as in_section, with_real_minus};
 
 pub(super) fn section(report: &ComparisonReport<'_>) -> Markup {
     let view = &report.view;
@@ -41,12 +41,14 @@ pub(super) fn section(report: &ComparisonReport<'_>) -> Markup {
             } }
             tbody { @for p in &reference.parameters { tr {
                 th scope="row" { (p.name) }
-                td.number { (if p.value.is_finite() { signed(&value(p)) } else { "–".into() }) }
+                td.number {
+                    @if p.value.is_finite() { (with_real_minus(&value_text(p))) } @else { "–" }
+                }
                 td { (p.unit) }
-                td.number.aside { (number(p.standard_deviation, 2)) }
+                td.number.aside { (number_text(p.standard_deviation, 2)) }
                 @let truth = view.comparison.truth_of(&p.name);
                 @if has_truth {
-                    td.number.aside { (truth.map_or("–".into(), |truth| number(truth, 4))) }
+                    td.number.aside { (truth.map_or("–".into(), |truth| number_text(truth, 4))) }
                 }
                 @for framework in &frameworks {
                     td.plot { (chart::intervals(p, truth, &estimates(view, *framework, &p.name))) }
@@ -94,7 +96,9 @@ fn legend(view: &View<'_>, has_truth: bool) -> Markup {
     }
     html! {
         p.legend aria-hidden="true" {
-            @for method in methods { span { (chart::key(&class(method))) (title(method)) } }
+            @for method in methods {
+                span { (chart::legend_mark(&css_class(method))) (title(method)) }
+            }
             @if has_truth { span { (chart::truth_key()) "truth" } }
         }
     }

@@ -94,7 +94,7 @@ impl ComparisonReport<'_> {
 }
 
 /// Returns the CSS class of a method.
-fn class(method: Method) -> String {
+fn css_class(method: Method) -> String {
     format!("m-{method}")
 }
 

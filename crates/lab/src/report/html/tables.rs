@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::Decades;
 use crate::report::{Table, View};
-use didim::report::html::page::{number, section as in_section, signed};
+use didim::report::html::page::{number_text, section as in_section, with_real_minus};
 
 pub(super) fn section(view: &View<'_>) -> Markup {
     html! {
@@ -22,7 +22,7 @@ fn table(of: &Table) -> Markup {
                 @if let Some((name, cells)) = row.split_first() {
                     th scope="row" { (name.text) }
                     @for cell in cells {
-                        td.number[numbers].marked[cell.marked] { (signed_text(&cell.text)) }
+                        td.number[numbers].marked[cell.is_marked] { (signed_text(&cell.text)) }
                     }
                 }
             } } }
@@ -33,7 +33,7 @@ fn table(of: &Table) -> Markup {
 /// Gives numbers a true minus sign; names with a hyphen do not change.
 fn signed_text(text: &str) -> String {
     let number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
-    if number { signed(text) } else { text.to_owned() }
+    if number { with_real_minus(text) } else { text.to_owned() }
 }
 
 pub(super) fn singular_values(view: &View<'_>) -> Markup {
@@ -56,10 +56,10 @@ pub(super) fn singular_values(view: &View<'_>) -> Markup {
             tbody { @for (trial, estimate) in results() { tr {
                 @let values = estimate.unweighted_singular_values;
                 th scope="row" { (trial) }
-                td.number { (number(values.min, 4)) }
+                td.number { (number_text(values.min, 4)) }
                 td.plot { (scale.range(values, trial.method)) }
-                td.number { (number(values.max, 4)) }
-                td.number { (number(estimate.unweighted_condition_number, 4)) }
+                td.number { (number_text(values.max, 4)) }
+                td.number { (number_text(estimate.unweighted_condition_number, 4)) }
             } } }
         } }
     };

@@ -32,7 +32,7 @@ fn comparison() -> Comparison {
 
 fn html() -> String {
     let (cell, comparison, origin) = (cell(), comparison(), origin());
-    let view = View { comparison: &comparison, published: None, outcomes: &[], times: false };
+    let view = View { comparison: &comparison, published: None, outcomes: &[], shows_times: false };
     ComparisonReport { cell: &cell, view, origin: &origin, scenario: None }.to_html()
 }
 

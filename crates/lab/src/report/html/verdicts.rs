@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 
 use crate::report::{Judgement, View};
-use didim::report::html::page::{section as in_section, sentence};
+use didim::report::html::page::{section as in_section, to_sentence};
 
 pub(super) fn section(view: &View<'_>) -> Markup {
     let failed: Vec<String> =
-        view.outcomes.iter().filter(|of| !of.holds()).map(|of| of.limit.to_string()).collect();
+        view.outcomes.iter().filter(|of| !of.is_met()).map(|of| of.limit.to_string()).collect();
     let content = html! {
         @if !view.outcomes.is_empty() {
             p.limits.violated[!failed.is_empty()] {
@@ -34,10 +34,11 @@ fn judgement(of: &Judgement) -> Markup {
             dd.reason {
                 @match &of.reason {
                     None => { "No finding contradicts its use." },
-                    Some(reason) => { (sentence(reason)) },
+                    Some(reason) => { (to_sentence(reason)) },
                 }
-                @if of.more > 0 {
-                    " " (of.more) @if of.more == 1 { " more reason." } @else { " more reasons." }
+                @if of.further_reasons > 0 {
+                    " " (of.further_reasons)
+                    @if of.further_reasons == 1 { " more reason." } @else { " more reasons." }
                 }
             }
         }

@@ -42,9 +42,9 @@ fn its_window_and_no_other_is_made() {
     let [WindowEvent::Closed(window)] = &events[..] else { panic!("{events:?}") };
     assert_eq!((window.number, window.end), (41, WindowEnd::Command));
     assert_eq!((window.first_sequence(), window.last_sequence()), (1000, 1399));
-    assert_eq!(window.counted, 50..300);
-    assert_eq!(RecordingStart::shown(window.start), "2026-11-22 07:17:29.250 UTC");
-    assert_eq!((windower.opened(), windower.finish()), (1, None));
+    assert_eq!(window.counted_samples, 50..300);
+    assert_eq!(RecordingStart::display_text(window.recording_start), "2026-11-22 07:17:29.250 UTC");
+    assert_eq!((windower.opened_count(), windower.finish()), (1, None));
 }
 
 #[test]

@@ -6,24 +6,24 @@ use ratatui::text::Line;
 /// Text styles. Without colours only bold and dim are used.
 #[derive(Clone, Copy)]
 pub(super) struct Looks {
-    pub(super) colour: bool,
+    pub(super) has_colour: bool,
 }
 
 impl Looks {
-    pub(super) fn coloured(self, colour: Color) -> Style {
-        if self.colour { Style::new().fg(colour) } else { Style::new() }
+    pub(super) fn in_colour(self, colour: Color) -> Style {
+        if self.has_colour { Style::new().fg(colour) } else { Style::new() }
     }
 
-    pub(super) fn good(self) -> Style {
-        self.coloured(Color::Green)
+    pub(super) fn good_style(self) -> Style {
+        self.in_colour(Color::Green)
     }
 
-    pub(super) fn bad(self) -> Style {
-        self.coloured(Color::Red).add_modifier(Modifier::BOLD)
+    pub(super) fn bad_style(self) -> Style {
+        self.in_colour(Color::Red).add_modifier(Modifier::BOLD)
     }
 
     pub(super) fn name(self) -> Style {
-        self.coloured(Color::Cyan)
+        self.in_colour(Color::Cyan)
     }
 
     pub(super) fn heading(self) -> Style {
@@ -33,7 +33,7 @@ impl Looks {
 
 /// Splits a text into words. A number and the next word, usually its unit, count as one word if
 /// they fit a line.
-fn words(text: &str, width: usize) -> Vec<String> {
+fn split_words(text: &str, width: usize) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
         match words.last_mut() {
@@ -52,12 +52,12 @@ fn words(text: &str, width: usize) -> Vec<String> {
 
 /// Breaks a text between words into lines of at most `width` characters. The first line begins with
 /// `lead`; the others have the same indent.
-pub(super) fn wrapped(lead: &str, text: &str, style: Style, width: u16) -> Vec<Line<'static>> {
+pub(super) fn wrap_lines(lead: &str, text: &str, style: Style, width: u16) -> Vec<Line<'static>> {
     let indent = lead.chars().count();
     let space = usize::from(width).saturating_sub(indent).max(8);
     let mut lines: Vec<String> = vec![String::new()];
     let mut used = 0;
-    for word in words(text, space) {
+    for word in split_words(text, space) {
         let mut word: Vec<char> = word.chars().collect();
         while !word.is_empty() {
             let gap = usize::from(used > 0);

@@ -12,10 +12,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use looks::{Looks, wrapped};
+use looks::{Looks, wrap_lines};
 
 use didim::service::status::Snapshot;
-use didim::service::status::render::{clean, duration};
+use didim::service::status::render::{duration_text, without_control_characters};
 
 /// Width from which the parameters are shown next to the other sections.
 const SIDE_BY_SIDE_WIDTH: u16 = 120;
@@ -28,41 +28,41 @@ pub(crate) struct View {
     /// The last status.
     pub(crate) snapshot: Option<Snapshot>,
     /// Reason for the missing newer status, and its duration \[s\].
-    pub(crate) away: Option<(String, u64)>,
+    pub(crate) unreachable: Option<(String, u64)>,
     /// True if new statuses are not shown.
-    pub(crate) paused: bool,
+    pub(crate) is_paused: bool,
     /// True if the terminal supports colours.
-    pub(crate) colour: bool,
+    pub(crate) has_colour: bool,
     /// True if the parameters that use most of their bands come first.
     pub(crate) by_band: bool,
     /// True if an explanation of keys and figures replaces the status.
-    pub(crate) help: bool,
+    pub(crate) shows_help: bool,
     /// Lines scrolled down.
-    pub(crate) scroll: u16,
+    pub(crate) scrolled_lines: u16,
 }
 
 /// Draws the view. Returns the largest scroll offset and the lines of a page scroll.
 pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
-    let (looks, width) = (Looks { colour: view.colour }, frame.area().width);
+    let (looks, width) = (Looks { has_colour: view.has_colour }, frame.area().width);
     let mut head = vec![title(view, looks)];
-    head.extend(health(view, looks, width));
+    head.extend(health_lines(view, looks, width));
     let [head_area, body, foot] = Layout::vertical([
-        Constraint::Length(height(&head)),
+        Constraint::Length(line_count(&head)),
         Constraint::Fill(1),
         Constraint::Length(1),
     ])
     .areas(frame.area());
     frame.render_widget(Paragraph::new(head), head_area);
     let scrolls = draw_body(frame, view, looks, body);
-    frame.render_widget(Paragraph::new(keys(view, scrolls)), foot);
+    frame.render_widget(Paragraph::new(key_line(view, scrolls)), foot);
     (scrolls, body.height.saturating_sub(1).max(1))
 }
 
 fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u16 {
-    if view.help {
-        let lines = help(looks, area.width);
-        let scrolls = height(&lines).saturating_sub(area.height);
-        let scroll = (view.scroll.min(scrolls), 0);
+    if view.shows_help {
+        let lines = help_lines(looks, area.width);
+        let scrolls = line_count(&lines).saturating_sub(area.height);
+        let scroll = (view.scrolled_lines.min(scrolls), 0);
         frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
         return scrolls;
     }
@@ -85,38 +85,41 @@ fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u1
         lines.extend(parameters::lines(snapshot, looks, area.width, view.by_band));
         vec![(area, lines)]
     };
-    let longest = columns.iter().map(|(_, lines)| height(lines)).max().unwrap_or(0);
+    let longest = columns.iter().map(|(_, lines)| line_count(lines)).max().unwrap_or(0);
     let scrolls = longest.saturating_sub(area.height);
     for (area, lines) in columns {
         // A column that fits does not scroll.
-        let most = height(&lines).saturating_sub(area.height);
-        let scroll = (view.scroll.min(most), 0);
+        let most = line_count(&lines).saturating_sub(area.height);
+        let scroll = (view.scrolled_lines.min(most), 0);
         frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
     }
     scrolls
 }
 
-fn height(lines: &[Line<'_>]) -> u16 {
+fn line_count(lines: &[Line<'_>]) -> u16 {
     u16::try_from(lines.len()).unwrap_or(u16::MAX)
 }
 
 fn title(view: &View, looks: Looks) -> Line<'static> {
     let mut spans = vec![Span::styled("didim top", looks.heading())];
     if let Some(snapshot) = &view.snapshot {
-        let (cell, version) = (clean(&snapshot.cell), clean(&snapshot.version));
+        let (cell, version) = (
+            without_control_characters(&snapshot.cell),
+            without_control_characters(&snapshot.version),
+        );
         spans.push(Span::raw(format!("  {cell}  ")));
-        spans.push(Span::raw(format!("up {}  didim {version}", duration(snapshot.uptime_s))));
+        spans.push(Span::raw(format!("up {}  didim {version}", duration_text(snapshot.uptime_s))));
     }
-    if view.paused {
+    if view.is_paused {
         spans.push(Span::styled("  PAUSED", looks.heading()));
     }
     Line::from(spans)
 }
 
 /// Returns the reasons for bad health, or a line that all is well.
-fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
+fn health_lines(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
     let mut reasons = Vec::new();
-    if let Some((why, seconds)) = &view.away {
+    if let Some((why, seconds)) = &view.unreachable {
         reasons.push(match view.snapshot {
             Some(_) => format!(
                 "no answer for {seconds} s, asking again every second; the last answer is below"
@@ -131,28 +134,36 @@ fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
         return match &view.snapshot {
             Some(snapshot) => {
                 let text = format!("health: {}", snapshot.health.label());
-                vec![Line::styled(text, looks.good())]
+                vec![Line::styled(text, looks.good_style())]
             }
             None => vec![Line::raw("asking …")],
         };
     }
     let mut lines = Vec::new();
     for reason in &reasons {
-        lines.extend(wrapped("! ", &clean(reason), looks.bad(), width));
+        lines.extend(wrap_lines(
+            "! ",
+            &without_control_characters(reason),
+            looks.bad_style(),
+            width,
+        ));
     }
     let more = lines.len().saturating_sub(HEALTH_LINES);
     if more > 0 {
         lines.truncate(HEALTH_LINES - 1);
-        lines.push(Line::styled(format!("! {} lines more: `didim status`", more + 1), looks.bad()));
+        lines.push(Line::styled(
+            format!("! {} lines more: `didim status`", more + 1),
+            looks.bad_style(),
+        ));
     }
     lines
 }
 
-fn keys(view: &View, scrolls: u16) -> Line<'static> {
-    let help = if view.help { "? back" } else { "? help" };
-    let pause = if view.paused { "p go on" } else { "p pause" };
+fn key_line(view: &View, scrolls: u16) -> Line<'static> {
+    let help = if view.shows_help { "? back" } else { "? help" };
+    let pause = if view.is_paused { "p go on" } else { "p pause" };
     let order = if view.by_band { "s model's order" } else { "s by band" };
-    let scroll = match (view.scroll.min(scrolls), scrolls) {
+    let scroll = match (view.scrolled_lines.min(scrolls), scrolls) {
         (_, 0) => String::new(),
         (at, most) => format!("  ↑ ↓ scroll ({at} of {most})"),
     };
@@ -178,9 +189,9 @@ const HELP_LINES: [(&str, &str); 14] = [
     ("error", "of the torque that the model predicts, relative to the measured"),
 ];
 
-fn help(looks: Looks, width: u16) -> Vec<Line<'static>> {
+fn help_lines(looks: Looks, width: u16) -> Vec<Line<'static>> {
     let mut section = sections::Section::new(looks, width);
-    HELP_LINES.iter().for_each(|(name, meaning)| section.plain(name, meaning));
+    HELP_LINES.iter().for_each(|(name, meaning)| section.add_row(name, meaning));
     section.lines
 }
 

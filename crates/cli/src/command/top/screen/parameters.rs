@@ -6,8 +6,8 @@ use super::looks::Looks;
 use didim::archive::drift::ParameterDrift;
 use didim::archive::store::ParameterValue;
 use didim::service::status::Snapshot;
-use didim::service::status::render::clean;
-use didim::text::{significant, to_uncertainty};
+use didim::service::status::render::without_control_characters;
+use didim::text::{significant_digits, to_uncertainty};
 
 /// Characters of each half of a bar, which represents half of a band.
 const HALF_BAR_WIDTH: usize = 6;
@@ -74,13 +74,16 @@ fn row(
     width: u16,
 ) -> Line<'static> {
     let ParameterValue { name, value, standard_deviation, .. } = parameter;
-    let mut text =
-        format!("{:8}{:>12}", clean(name), to_uncertainty(*value, *standard_deviation, 7));
+    let mut text = format!(
+        "{:8}{:>12}",
+        without_control_characters(name),
+        to_uncertainty(*value, *standard_deviation, 7)
+    );
     if width >= WITHOUT_CHANGES {
-        text += &format!("{:>11}", significant(*standard_deviation, 2));
+        text += &format!("{:>11}", significant_digits(*standard_deviation, 2));
     }
     if width >= WITHOUT_DEVIATIONS {
-        text += &format!("  {:9}", clean(parameter.unit_or_dash()));
+        text += &format!("  {:9}", without_control_characters(parameter.unit_or_dash()));
     }
     let Some(change) = change else { return Line::raw(text) };
     let relative = match change.relative_change {
@@ -90,9 +93,9 @@ fn row(
     };
     text += &format!("{relative:>10}");
     let style = match (alarmed, change.band_share) {
-        (true, _) => looks.bad(),
-        (false, Some(share)) if share > 1.0 => looks.coloured(ratatui::style::Color::Yellow),
-        (false, _) => looks.good(),
+        (true, _) => looks.bad_style(),
+        (false, Some(share)) if share > 1.0 => looks.in_colour(ratatui::style::Color::Yellow),
+        (false, _) => looks.good_style(),
     };
     let mut spans = vec![Span::raw(text)];
     if bars {

@@ -200,7 +200,7 @@ fn the_parameters_that_use_most_of_their_bands_come_first_on_demand() {
 
 #[test]
 fn help_fits_a_small_terminal_and_names_every_key() {
-    let view = View { help: true, ..shown(snapshot(None)) };
+    let view = View { shows_help: true, ..shown(snapshot(None)) };
     let (text, scrolls) = drawn(&view, (80, 24));
     assert_eq!(scrolls, 0);
     for key in ["q, Esc", "?, h", "p  ", "s  ", "↑ ↓", "? back"] {
@@ -226,9 +226,9 @@ fn the_service_is_away() {
     let why = "no service at /run/didim/status.sock: Connection refused (os error 111); start \
                `didim run`, or give the folder of its sockets with --runtime";
     let away = Some((why.to_owned(), 17));
-    let never = View { away: away.clone(), ..View::default() };
+    let never = View { unreachable: away.clone(), ..View::default() };
     golden("top-never-there-80x24.txt", &never, (80, 24));
-    golden("top-away-80x24.txt", &View { away, ..shown(snapshot(None)) }, (80, 24));
+    golden("top-away-80x24.txt", &View { unreachable: away, ..shown(snapshot(None)) }, (80, 24));
 }
 
 #[test]
@@ -253,15 +253,15 @@ fn everything_is_reached_by_scrolling_and_nothing_panics_at_any_size() {
         for height in [1, 2, 3, 5, 24] {
             let (_, scrolls) = drawn(&view, (width, height));
             for scroll in [0, scrolls, u16::MAX] {
-                drawn(&View { scroll, ..view.clone() }, (width, height));
+                drawn(&View { scrolled_lines: scroll, ..view.clone() }, (width, height));
             }
         }
     }
     let (top, scrolls) = drawn(&view, (80, 24));
     assert!(!top.contains("fc_m6") && scrolls > 0);
-    let (bottom, _) = drawn(&View { scroll: scrolls, ..view.clone() }, (80, 24));
+    let (bottom, _) = drawn(&View { scrolled_lines: scrolls, ..view.clone() }, (80, 24));
     assert!(bottom.contains("fc_m6"), "{bottom}");
-    assert!(!drawn(&View { scroll: scrolls - 1, ..view }, (80, 24)).0.contains("fc_m6"));
+    assert!(!drawn(&View { scrolled_lines: scrolls - 1, ..view }, (80, 24)).0.contains("fc_m6"));
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn colours_only_where_they_are_wanted_and_never_alone() {
     let view = shown(snapshot(Some(drift(true))));
     let colours = |colour: bool| {
         let mut terminal = Terminal::new(TestBackend::new(120, 40)).unwrap();
-        let view = View { colour, ..view.clone() };
+        let view = View { has_colour: colour, ..view.clone() };
         terminal.draw(|frame| _ = draw(frame, &view)).unwrap();
         let cells = terminal.backend().buffer().content().to_vec();
         cells.into_iter().filter(|cell| cell.fg != Color::Reset).count()
@@ -296,7 +296,7 @@ fn what_another_process_says_cannot_command_the_terminal() {
 #[test]
 fn words_are_wrapped_and_long_ones_are_cut() {
     let texts = |text: &str, width| -> Vec<String> {
-        wrapped("! ", text, Style::new(), width).iter().map(ToString::to_string).collect()
+        wrap_lines("! ", text, Style::new(), width).iter().map(ToString::to_string).collect()
     };
     assert_eq!(texts("one two three", 11), ["! one two", "  three"]);
     assert_eq!(texts("abcdefghijkl mn", 10), ["! abcdefgh", "  ijkl mn"]);

@@ -14,10 +14,10 @@ pub(super) struct Damped {
     /// D^{-1/2} N D^{-1/2}.
     normal: DMatrix<f64>,
     /// Lengths of the columns, the roots of D.
-    lengths: DVector<f64>,
+    column_lengths: DVector<f64>,
     /// D^{-1/2} N δ_0.
     gradient: DVector<f64>,
-    undamped: DVector<f64>,
+    undamped_step: DVector<f64>,
 }
 
 impl Damped {
@@ -36,7 +36,7 @@ impl Damped {
         }
         let normal = columns.tr_mul(&columns);
         let gradient = &normal * step.component_mul(&lengths);
-        Self { normal, lengths, gradient, undamped: step.clone() }
+        Self { normal, column_lengths: lengths, gradient, undamped_step: step.clone() }
     }
 
     /// δ for λ.
@@ -46,9 +46,9 @@ impl Damped {
             matrix[(k, k)] += damping;
         }
         match Cholesky::new(matrix) {
-            Some(factor) => factor.solve(&self.gradient).component_div(&self.lengths),
+            Some(factor) => factor.solve(&self.gradient).component_div(&self.column_lengths),
             // Only rounding makes a damped normal matrix indefinite.
-            None => self.undamped.clone(),
+            None => self.undamped_step.clone(),
         }
     }
 }
@@ -63,7 +63,7 @@ mod tests {
         let measured = DVector::from_vec(vec![1.0, 2.0, 3.0, 4.0]);
         let observations = Observations::new(matrix.clone(), measured.clone(), 2).unwrap();
         let levels = [0.5, 2.0];
-        let linear = observations.weighted(&levels).unwrap().parameters;
+        let linear = observations.solve_weighted(&levels).unwrap().parameters;
         let damped = Damped::new(&observations, &levels, &linear);
         // No damping is the linear step, to rounding.
         assert!((damped.step(0.0) - &linear).norm() < 1e-12 * linear.norm());

@@ -35,31 +35,31 @@ pub(super) struct Linearised {
     pub(super) observations: Observations,
     pub(super) solution: Solution,
     /// The bodies of the point and of the solution, where they are to be those of an arm.
-    pub(super) possible: Option<Possible>,
-    pub(super) target: Option<Possible>,
+    pub(super) consistent_point: Option<Possible>,
+    pub(super) consistent_target: Option<Possible>,
 }
 
 /// Parameters to go to.
 pub(super) struct Place {
     pub(super) parameters: DVector<f64>,
-    pub(super) possible: Option<Possible>,
+    pub(super) consistent_point: Option<Possible>,
 }
 
 impl Place {
     /// Whatever bodies have them.
     pub(super) fn new(parameters: DVector<f64>) -> Self {
-        Self { parameters, possible: None }
+        Self { parameters, consistent_point: None }
     }
 
     /// Returns the penalty of the distance from physically consistent parameters.
     fn penalty(&self) -> f64 {
-        penalty(self.possible.as_ref())
+        penalty(self.consistent_point.as_ref())
     }
 }
 
 impl From<Possible> for Place {
     fn from(possible: Possible) -> Self {
-        Self { parameters: possible.parameters.clone(), possible: Some(possible) }
+        Self { parameters: possible.parameters.clone(), consistent_point: Some(possible) }
     }
 }
 
@@ -80,7 +80,7 @@ pub(super) struct Descent<'p, 'a> {
     /// Restriction of the steps.
     pub(super) consistent_parameters: Option<&'p ConsistentParameters>,
     /// σ_j.
-    pub(super) levels: Vec<f64>,
+    pub(super) noise_levels: Vec<f64>,
     damping: f64,
     /// Simulations of new parameters, those before the first sensitivities included; those for
     /// differences are not counted.
@@ -100,7 +100,7 @@ impl<'p, 'a> Descent<'p, 'a> {
             trials: problem.simulations,
             problem,
             consistent_parameters,
-            levels: vec![],
+            noise_levels: vec![],
             damping: FIRST_DAMPING,
             linear_steps: 0,
             convergence: Convergence::new(limits, context.selection.names()),
@@ -120,14 +120,20 @@ impl<'p, 'a> Descent<'p, 'a> {
         }
     }
 
-    pub(super) fn solved(
+    pub(super) fn solve_at(
         &mut self,
         point: Point,
         possible: Option<Possible>,
         observations: Observations,
     ) -> Result<Linearised, Rejection> {
         let (solution, target) = self.solve(&observations).map_err(Rejection::Equation)?;
-        Ok(Linearised { point, observations, solution, possible, target })
+        Ok(Linearised {
+            point,
+            observations,
+            solution,
+            consistent_point: possible,
+            consistent_target: target,
+        })
     }
 
     pub(super) fn solve(
@@ -135,12 +141,12 @@ impl<'p, 'a> Descent<'p, 'a> {
         observations: &Observations,
     ) -> Result<(Solution, Option<Possible>), IdentificationError> {
         self.linear_steps += 1;
-        let solved = observations.weighted(&self.levels);
-        let mut solution = solved.map_err(|error| self.problem.named(error))?;
+        let solved = observations.solve_weighted(&self.noise_levels);
+        let mut solution = solved.map_err(|error| self.problem.regression_failure(error))?;
         let Some(consistent_parameters) = self.consistent_parameters else {
             return Ok((solution, None));
         };
-        let target = consistent_parameters.nearest(&solution)?;
+        let target = consistent_parameters.nearest_arm(&solution)?;
         solution.residuals = observations.residuals(&target.parameters);
         solution.parameters.copy_from(&target.parameters);
         Ok((solution, Some(target)))
@@ -148,8 +154,8 @@ impl<'p, 'a> Descent<'p, 'a> {
 
     /// Σ ‖ρ_j‖²/σ_j².
     fn criterion(&self, residuals: &DVector<f64>) -> f64 {
-        let rows = residuals.len() / self.levels.len();
-        let joints = residuals.as_slice().chunks(rows).zip(&self.levels);
+        let rows = residuals.len() / self.noise_levels.len();
+        let joints = residuals.as_slice().chunks(rows).zip(&self.noise_levels);
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
     }
 
@@ -159,9 +165,9 @@ impl<'p, 'a> Descent<'p, 'a> {
         &mut self,
         from: &Linearised,
     ) -> Result<(Linearised, u32), IdentificationError> {
-        let Linearised { point, observations, solution, possible, .. } = from;
+        let Linearised { point, observations, solution, consistent_point: possible, .. } = from;
         let step = &solution.parameters - &point.parameters;
-        let damped = Damped::new(observations, &self.levels, &step);
+        let damped = Damped::new(observations, &self.noise_levels, &step);
         let before = self.criterion(&self.problem.residuals(point)) + penalty(possible.as_ref());
         let optimiser = self.problem.context.options.simulation.optimiser;
         let mut cause = None;
@@ -170,7 +176,7 @@ impl<'p, 'a> Descent<'p, 'a> {
             let part = 0.5_f64.powi(tries.cast_signed());
             let place = match optimiser {
                 _ if self.consistent_parameters.is_some() => {
-                    let Some(place) = self.between(from, part) else { continue };
+                    let Some(place) = self.interpolate(from, part) else { continue };
                     place
                 }
                 Optimiser::GaussNewton => Place::new(&point.parameters + &step * part),
@@ -202,7 +208,7 @@ impl<'p, 'a> Descent<'p, 'a> {
             Some(Rejection::Equation(error)) => error,
             None => IterationError::NoDescent {
                 simulations,
-                parameter: self.convergence.furthest(),
+                parameter: self.convergence.most_changed_name(),
                 parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
             }
             .into(),
@@ -211,9 +217,10 @@ impl<'p, 'a> Descent<'p, 'a> {
 
     /// Returns a part of the step to physically consistent parameters, if the steps are restricted
     /// to them.
-    fn between(&self, from: &Linearised, part: f64) -> Option<Place> {
-        let (possible, target) = (from.possible.as_ref()?, from.target.as_ref()?);
-        Some(self.consistent_parameters?.between(possible, target, part)?.into())
+    fn interpolate(&self, from: &Linearised, part: f64) -> Option<Place> {
+        let (possible, target) =
+            (from.consistent_point.as_ref()?, from.consistent_target.as_ref()?);
+        Some(self.consistent_parameters?.interpolate(possible, target, part)?.into())
     }
 
     /// The point with these parameters, if it is one to go on from; why not, where that is more
@@ -228,25 +235,25 @@ impl<'p, 'a> Descent<'p, 'a> {
         let before = before - place.penalty();
         // Most first tries are accepted. After a rejected one, a simulation without sensitivities
         // is the faster check of the next.
-        if tries > 0 && self.problem.exact() {
+        if tries > 0 && self.problem.is_exact() {
             match self.problem.simulate_output(parameters)? {
                 Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
-                Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+                Ok(point) if !self.lowers_criterion(&point, before) => return Ok(Err(None)),
                 Ok(_) => {}
             }
         }
         let point = match self.problem.simulate(parameters)? {
             Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
-            Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+            Ok(point) if !self.lowers_criterion(&point, before) => return Ok(Err(None)),
             Ok(point) => point,
         };
         let linearised = self.linearise(point);
-        let solved =
-            linearised.and_then(|(point, equation)| self.solved(point, place.possible, equation));
+        let solved = linearised
+            .and_then(|(point, equation)| self.solve_at(point, place.consistent_point, equation));
         Ok(solved.map_err(Some))
     }
 
-    fn lowers(&self, point: &Point, before: f64) -> bool {
+    fn lowers_criterion(&self, point: &Point, before: f64) -> bool {
         self.criterion(&self.problem.residuals(point)) < before
     }
 

@@ -20,7 +20,7 @@ const MIN_LEVEL: f64 = 1e-9;
 
 /// The point where the parameters stand still, and the way there.
 pub(super) struct Optimum {
-    pub(super) at: Linearised,
+    pub(super) linearisation: Linearised,
     pub(super) linear_steps: u32,
     pub(super) steps: Vec<ConvergenceStep>,
 }
@@ -35,7 +35,7 @@ impl Descent<'_, '_> {
     ) -> Result<Optimum, IdentificationError> {
         let mut halvings = 0;
         let mut state = loop {
-            match (self.first(&start)?, before) {
+            match (self.first_linearisation(&start)?, before) {
                 (Ok(at), _) => break at,
                 (Err(_), Some(before)) if halvings < MAX_TRIES => start = (start + before) * 0.5,
                 (Err(Rejection::Simulation(_)), _) if self.problem.simulator.slow_down()? => {
@@ -53,16 +53,16 @@ impl Descent<'_, '_> {
             let relative_error = state.solution.residuals.norm() / self.problem.measured.norm();
             let changes = (&state.solution.parameters - &state.point.parameters)
                 .component_div(&state.solution.standard_deviations());
-            if self.convergence.note(self.trials, tries, relative_error, &changes) {
-                let levels = self.renewed(&state.observations, &state.solution);
-                let same = levels.iter().zip(&self.levels);
+            if self.convergence.record_step(self.trials, tries, relative_error, &changes) {
+                let levels = self.renewed_levels(&state.observations, &state.solution);
+                let same = levels.iter().zip(&self.noise_levels);
                 let settled =
                     same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= LEVEL_TOLERANCE);
-                self.levels = levels;
-                (state.solution, state.target) = self.solve(&state.observations)?;
+                self.noise_levels = levels;
+                (state.solution, state.consistent_target) = self.solve(&state.observations)?;
                 if settled || renewals == MAX_RENEWALS {
                     let (linear_steps, steps) = (self.linear_steps, self.convergence.steps);
-                    return Ok(Optimum { at: state, linear_steps, steps });
+                    return Ok(Optimum { linearisation: state, linear_steps, steps });
                 }
                 renewals += 1;
                 tries = 0;
@@ -73,14 +73,14 @@ impl Descent<'_, '_> {
     }
 
     /// The first point and its weights.
-    fn first(
+    fn first_linearisation(
         &mut self,
         start: &DVector<f64>,
     ) -> Result<Result<Linearised, Rejection>, IdentificationError> {
         self.trials += 1;
         let place = match self.consistent_parameters {
             None => Place::new(start.clone()),
-            Some(consistent_parameters) => consistent_parameters.start(start)?.into(),
+            Some(consistent_parameters) => consistent_parameters.start_parameters(start)?.into(),
         };
         let point = match self.problem.simulate(&place.parameters)? {
             Err(failed) => return Ok(Err(Rejection::Simulation(failed))),
@@ -91,10 +91,10 @@ impl Descent<'_, '_> {
             Ok(linearised) => linearised,
         };
         match self.first_levels(&observations) {
-            Ok(levels) => self.levels = levels,
+            Ok(levels) => self.noise_levels = levels,
             Err(error) => return Ok(Err(Rejection::Equation(error))),
         }
-        Ok(self.solved(point, place.possible, observations))
+        Ok(self.solve_at(point, place.consistent_point, observations))
     }
 
     /// Returns the initial weights. Residuals of the first linear step, without weights, do not
@@ -102,12 +102,12 @@ impl Descent<'_, '_> {
     /// joint can be linearised, and weigh it accordingly. They stay until the parameters have
     /// converged.
     fn first_levels(&self, observations: &Observations) -> Result<Vec<f64>, IdentificationError> {
-        let named = |error| self.problem.named(error);
-        let solution = observations.ordinary().map_err(named)?;
-        Ok(self.renewed(observations, &solution))
+        let named = |error| self.problem.regression_failure(error);
+        let solution = observations.solve_ordinary().map_err(named)?;
+        Ok(self.renewed_levels(observations, &solution))
     }
 
-    fn renewed(&self, observations: &Observations, solution: &Solution) -> Vec<f64> {
+    fn renewed_levels(&self, observations: &Observations, solution: &Solution) -> Vec<f64> {
         let levels = observations.noise_levels(&solution.residuals).into_iter().enumerate();
         let rows = (observations.rows_per_joint() as f64).sqrt();
         levels

@@ -12,7 +12,7 @@ use super::consistent_parameters::ConsistentParameters;
 use super::pseudo_linear::{Equation, PseudoLinear};
 use super::simulation_error::{position_errors, relative_errors};
 use super::simulator::Simulator;
-use super::start::start;
+use super::start::start_parameters;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::judgement::{
     Findings, Identification, Iteration, Output, PositionError, Reason, SingularValues, TorqueRows,
@@ -66,41 +66,46 @@ fn identify(
     output: Output,
 ) -> Result<Identification, IdentificationError> {
     let fit = EquationErrorFit::new(context)?;
-    let simulator =
-        Simulator::new(context, &fit, method)?.with_gains_for(&fit.weighted.solution.parameters)?;
+    let simulator = Simulator::new(context, &fit, method)?
+        .with_gains_for(&fit.weighting.solution.parameters)?;
     let torque = torque_of_simulated_samples(context, simulator.timing())?;
     let equation = Equation::Simulated { torque: torque.clone() };
     let consistent_parameters = ConsistentParameters::new(context, &fit)?;
     let body_list = consistent_parameters.as_ref();
     let mut approach = PseudoLinear::new(context, &fit, equation, body_list, simulator);
-    let (start, before) = approach
-        .steps_from(start(context, &fit, body_list)?, context.options.simulation.didim_steps)?;
+    let (start, before) = approach.steps_from(
+        start_parameters(context, &fit, body_list)?,
+        context.options.simulation.didim_steps,
+    )?;
     let measured = match output {
         Output::Torque => torque.clone(),
         Output::Position => context.rows_of(context.experiment.position_rad(), "position")?,
     };
     let PseudoLinear { simulations, mut simulator, .. } = approach;
     // The addition to the start is part of it: these parameters are the arm.
-    let (start, before) = (simulator.arm(&start), before.map(|before| simulator.arm(&before)));
+    let (start, before) = (
+        simulator.simulated_parameters(&start),
+        before.map(|before| simulator.simulated_parameters(&before)),
+    );
     simulator.add_nothing();
     let mut problem = Problem { output, context, fit: &fit, measured, simulations, simulator };
     let optimum = Descent::new(&mut problem, body_list).run(start, before.as_ref())?;
 
-    let named = |error| context.selection.named(error);
-    let Linearised { point, observations, solution, .. } = &optimum.at;
-    let context = &context.judging(&solution.parameters);
-    let unweighted = SingularValues::new(&observations.ordinary().map_err(named)?);
+    let named = |error| context.selection.regression_failure(error);
+    let Linearised { point, observations, solution, .. } = &optimum.linearisation;
+    let context = &context.with_final_loads(&solution.parameters);
+    let unweighted = SingularValues::new(&observations.solve_ordinary().map_err(named)?);
     let BaseColumns { selected, auxiliary } = BaseColumns::new(context, &point.motion)?;
     let joints = context.robot.joints();
-    let above_noise = sufficiency::above_noise(context, &fit, &(&torque - &point.torque));
+    let above_noise = sufficiency::is_above_noise(context, &fit, &(&torque - &point.torque));
     let torque_error_per_joint = relative_errors(joints, &torque, &point.torque);
     let torque_equation = torque_equation(context, selected, torque, &point.motion)?;
     let (torque_residuals, own) = match output {
         Output::Torque => (solution.residuals.clone(), None),
         Output::Position => {
-            let levels =
-                torque_equation.noise_levels(&torque_equation.ordinary().map_err(named)?.residuals);
-            let levels_of_equation = torque_equation.weighted(&levels).map_err(named)?;
+            let levels = torque_equation
+                .noise_levels(&torque_equation.solve_ordinary().map_err(named)?.residuals);
+            let levels_of_equation = torque_equation.solve_weighted(&levels).map_err(named)?;
             (torque_equation.residuals(&solution.parameters), Some(levels_of_equation))
         }
     };
@@ -123,7 +128,7 @@ fn identify(
             linear_steps: optimum.linear_steps,
             simulations: problem.simulations,
             steps: optimum.steps.clone(),
-            reference: Some(problem.simulator.source()),
+            reference: Some(problem.simulator.reference_source()),
             slower_bandwidth_hz: problem.simulator.slower_bandwidth_hz(),
             position_error_per_joint: Some(position_errors(context, &point.motion)?),
             torque_error_per_joint: Some(torque_error_per_joint),
@@ -142,7 +147,7 @@ fn with_sufficiency(
     above_noise: Option<Reason>,
     mut outcome: Identification,
 ) -> Identification {
-    let insensitive = sufficiency::insensitive(context, output, &outcome.estimate, fit);
+    let insensitive = sufficiency::insensitivity_reason(context, output, &outcome.estimate, fit);
     let mut reasons = [above_noise, insensitive];
     // Torques that are off make the standard deviations of CLIE large; those of CLOE are of
     // positions, and where they do not say what the parameters are, torques are off.

@@ -33,7 +33,7 @@ pub(super) struct Point {
 }
 
 impl Point {
-    fn simulated(&self, output: Output) -> &DVector<f64> {
+    fn simulated_signal(&self, output: Output) -> &DVector<f64> {
         match output {
             Output::Torque => &self.torque,
             Output::Position => &self.position,
@@ -62,11 +62,11 @@ impl Problem<'_> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<Point, SimulationError>, IdentificationError> {
-        self.run(parameters, self.exact())
+        self.run(parameters, self.is_exact())
     }
 
     /// True if simulations come with exact sensitivities.
-    pub(super) fn exact(&self) -> bool {
+    pub(super) fn is_exact(&self) -> bool {
         self.context.options.simulation.sensitivities == SensitivityMethod::Exact
     }
 
@@ -114,8 +114,8 @@ impl Problem<'_> {
         let jacobian = signals.map(|signals| signals.rows(self.context)).transpose()?;
         Ok(Ok(Point {
             parameters: parameters.clone(),
-            torque: self.context.rows_of(&torque, simulated(Output::Torque))?,
-            position: self.context.rows_of(&motion.position, simulated(Output::Position))?,
+            torque: self.context.rows_of(&torque, signal_name(Output::Torque))?,
+            position: self.context.rows_of(&motion.position, signal_name(Output::Position))?,
             motion,
             jacobian,
         }))
@@ -132,25 +132,25 @@ impl Problem<'_> {
     ) -> Result<Result<Observations, SimulationError>, IdentificationError> {
         let jacobian = match point.jacobian.take() {
             Some(jacobian) => jacobian,
-            None => match self.differences(point)? {
+            None => match self.difference_sensitivities(point)? {
                 Ok(jacobian) => jacobian,
                 Err(error) => return Ok(Err(error)),
             },
         };
         point.jacobian = Some(jacobian.clone());
         let equation = self.residuals(point) + &jacobian * &point.parameters;
-        let named = |error| self.named(error);
+        let named = |error| self.regression_failure(error);
         let joints = self.context.robot.joints();
         Observations::new(jacobian, equation, joints).map(Ok).map_err(named)
     }
 
     /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
-    fn differences(
+    fn difference_sensitivities(
         &mut self,
         point: &Point,
     ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
-        let base = point.simulated(self.output).clone();
-        let deviations = self.fit.weighted.solution.standard_deviations();
+        let base = point.simulated_signal(self.output).clone();
+        let deviations = self.fit.weighting.solution.standard_deviations();
         let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
         let (samples, joints) = point.motion.position.shape();
         let output = self.output;
@@ -180,7 +180,7 @@ impl Problem<'_> {
                 return Ok(Err(error));
             }
             for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
-                let other = self.context.rows_of(signals, simulated(output))?;
+                let other = self.context.rows_of(signals, signal_name(output))?;
                 jacobian.set_column(k, &((other - &base) / h));
             }
         }
@@ -189,17 +189,17 @@ impl Problem<'_> {
 
     /// `y − y_s`.
     pub(super) fn residuals(&self, point: &Point) -> DVector<f64> {
-        &self.measured - point.simulated(self.output)
+        &self.measured - point.simulated_signal(self.output)
     }
 
     /// The failure of a regression: where columns do not tell parameters apart, it is the criterion
     /// that does not see them.
-    pub(super) fn named(&self, error: RegressionError) -> IdentificationError {
+    pub(super) fn regression_failure(&self, error: RegressionError) -> IdentificationError {
         let signal = match self.output {
             Output::Torque => "torque",
             Output::Position => "position",
         };
-        match self.context.selection.named(error) {
+        match self.context.selection.regression_failure(error) {
             IdentificationError::NotExcited { parameters }
             | IdentificationError::RankDeficient { parameters } => {
                 IterationError::Insensitive { signal, parameters }.into()
@@ -210,7 +210,7 @@ impl Problem<'_> {
 }
 
 /// Returns the name of a simulated signal in an error.
-fn simulated(output: Output) -> &'static str {
+fn signal_name(output: Output) -> &'static str {
     match output {
         Output::Torque => "simulated torque",
         Output::Position => "simulated position",

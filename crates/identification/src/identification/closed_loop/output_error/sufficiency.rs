@@ -9,7 +9,7 @@ use crate::identification::problem::Context;
 /// A minimum that leaves more than the noise is not that of the arm's parameters: the torque
 /// errors, in the noise levels of the equation error, √(Σ ‖ρ_j‖²/σ_j² / (r − b)), about 1 where
 /// both models are right.
-pub(super) fn above_noise(
+pub(super) fn is_above_noise(
     context: &Context<'_>,
     fit: &EquationErrorFit,
     residuals: &DVector<f64>,
@@ -18,7 +18,7 @@ pub(super) fn above_noise(
     let joints = residuals.as_slice().chunks(rows).zip(&fit.noise_levels);
     let sum: f64 =
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum();
-    let degrees_of_freedom = residuals.len() - fit.weighted.solution.parameters.len();
+    let degrees_of_freedom = residuals.len() - fit.weighting.solution.parameters.len();
     let ratio = (sum / degrees_of_freedom as f64).sqrt();
     let noise = ratio <= context.options.closed_loop_limits.noise_ratio;
     (!noise).then_some(Reason::AboveNoise { ratio })
@@ -28,7 +28,7 @@ pub(super) fn above_noise(
 /// record tells (section 4.3). Only the parameters that IDIM-LS finds significantly count. Half of
 /// them have a large relative uncertainty, and half are much less certain than by IDIM-LS on the
 /// same record.
-pub(super) fn insensitive(
+pub(super) fn insensitivity_reason(
     context: &Context<'_>,
     output: Output,
     estimate: &Estimate,
@@ -36,7 +36,7 @@ pub(super) fn insensitive(
 ) -> Option<Reason> {
     let limits = &context.options.closed_loop_limits;
     let uncertainties = fit.standard_deviations(context);
-    let well_known = (fit.weighted.solution.parameters.iter())
+    let well_known = (fit.weighting.solution.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
         .filter(|((value, sd), _)| value.abs() > limits.significant_deviations * **sd);

@@ -26,8 +26,8 @@ impl FittedModel<'_> {
         let mut group = MotionGroup::of_joints(joints);
         let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
         let model = &self.context.model;
-        let rows = self.context.decimate(joints, &mut |first, torques| {
-            let torque = dynamics.torque(model, group.differentiate(other, first));
+        let rows = self.context.decimate_signals(joints, &mut |first, torques| {
+            let torque = dynamics.torque(model, group.states_from_positions(other, first));
             torques.copy_from_slice(&torque[..joints]);
             let silenced = &silenced[first..samples.min(first + WIDTH)];
             if silenced.contains(&true) {
@@ -57,7 +57,7 @@ impl FittedModel<'_> {
         let difference = read_signals(samples, joints, |first, difference| {
             let torque = dynamics.torque(model, group.read(self.motion, first));
             difference.copy_from_slice(&torque[..joints]);
-            let torque = dynamics.torque(model, group.differentiate(other, first));
+            let torque = dynamics.torque(model, group.states_from_positions(other, first));
             for (difference, torque) in difference.iter_mut().zip(torque) {
                 *difference -= torque;
             }

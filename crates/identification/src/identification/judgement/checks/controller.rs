@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::reasons::ControllerUnchecked;
 use super::{ControllerError, FittedModel};
 use crate::identification::observation::{
-    InverseDynamics, MotionGroup, delayed, motion_along, reference_of,
+    InverseDynamics, MotionGroup, delay_samples, find_reference, motion_along,
 };
 use crate::identification::problem::{Context, IdentificationError, Tolerances};
 use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter};
@@ -240,13 +240,13 @@ fn explained(
         return Ok(0.0);
     }
     let equation = Observations::new(DMatrix::from_columns(columns), error, 1)?;
-    let left = equation.ordinary()?.residuals;
+    let left = equation.solve_ordinary()?.residuals;
     let levels = equation.noise_levels(&left);
-    let solution = equation.weighted(&levels)?;
+    let solution = equation.solve_weighted(&levels)?;
     let analysis = ResidualAnalysis::new(&equation, &solution, filter);
     let covariance = analysis.covariance();
     let all: Vec<usize> = (0..columns.len()).collect();
-    let probability = analysis.excluding(&all, &covariance)?.probability;
+    let probability = analysis.test_exclusion(&all, &covariance)?.probability;
     let size = solution.parameters.norm_squared() - covariance.trace();
     Ok(if probability > LEVEL { 0.0 } else { size.max(0.0).sqrt() })
 }
@@ -297,14 +297,16 @@ fn commands(
             return Ok(Err(ControllerUnchecked::BetweenSamples));
         }
         ControlTiming::Sampled { .. } => experiment.torque_nm().clone(),
-        ControlTiming::Continuous { .. } => delayed(experiment, torque.mean_delay_s() * rate_hz)?,
+        ControlTiming::Continuous { .. } => {
+            delay_samples(experiment, torque.mean_delay_s() * rate_hz)?
+        }
     };
     let (samples, n) = recorded.shape();
     let mut described = DMatrix::zeros(samples, n);
     let mut lag = described.clone();
     for of in experiment.recordings() {
         let delay_s = experiment.reference_timing().delay_s;
-        let reference = reference_of(context, references, &of.samples, delay_s)?;
+        let reference = find_reference(context, references, &of.samples, delay_s)?;
         let mut law = match config.timing {
             ControlTiming::Sampled { .. } => {
                 Law::Sampled(SampledController::new(config).map_err(setup)?)

@@ -101,7 +101,7 @@ impl FittedModel<'_> {
         if bias.is_none() {
             notes.push(self.position_unchecked());
         }
-        let delays = self.analysis.extended(&self.delays()?);
+        let delays = self.analysis.extend(&self.delays()?);
         let delays = delays.map_err(IdentificationError::Regression)?;
         if delays.is_none() {
             notes.push(Note::DelayUnchecked);
@@ -143,7 +143,7 @@ impl FittedModel<'_> {
     /// Which joints leave so much of their torque, in root mean squares, that something else than a
     /// small error is the matter.
     pub(super) fn unexplained(&self, left: &[f64]) -> Vec<bool> {
-        let torque = self.observations.rms_per_joint(&self.observations.measured());
+        let torque = self.observations.rms_per_joint(&self.observations.measured_values());
         left.iter().zip(&torque).map(|(left, torque)| *left > UNEXPLAINED * torque).collect()
     }
 
@@ -225,11 +225,11 @@ impl FittedModel<'_> {
         let reach = reach.ceil() as usize;
         // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
         // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
-        let mut positions = FilteredPositions::zeroed(experiment);
+        let mut positions = FilteredPositions::with_zeros(experiment);
         let mut shift_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..filter };
             positions.filter(experiment, &other)?;
-            positions.follow(self.context.robot);
+            positions.track_hysteresis(self.context.robot);
             Ok(self.analysis.estimate_shift(&self.torque_difference(&positions, reach)?))
         };
         let [shift_1, shift_2] = [shift_with(ratios[0])?, shift_with(ratios[1])?];

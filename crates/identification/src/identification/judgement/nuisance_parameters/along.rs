@@ -32,14 +32,14 @@ pub(in super::super) struct Along<'a> {
     /// stands over other ways, behind the filter.
     laws: DMatrix<f64>,
     /// The motion behind the filter.
-    states: Motion,
+    motion: Motion,
     /// The torques of the estimate and their rates (r).
     predicted: DVector<f64>,
-    rates: DVector<f64>,
+    torque_rates: DVector<f64>,
     /// Columns of the states (r), by their numbers; nothing of others, and of long records.
-    fixed: Vec<Option<DVector<f64>>>,
+    state_columns: Vec<Option<DVector<f64>>>,
     /// Rows of the equation that are 0, as those of the columns then are.
-    silent: Vec<usize>,
+    zero_rows: Vec<usize>,
 }
 
 impl<'a> Along<'a> {
@@ -53,19 +53,19 @@ impl<'a> Along<'a> {
         let along = Self {
             columns,
             auxiliary,
-            laws: laws(columns, motion)?,
-            states: decimated(columns, motion)?,
+            laws: law_columns(columns, motion)?,
+            motion: decimated_motion(columns, motion)?,
             predicted: observations.predicted(parameters),
-            rates: torque_rates(context, motion, parameters)?,
-            fixed: Vec::new(),
-            silent: Vec::new(),
+            torque_rates: torque_rates(context, motion, parameters)?,
+            state_columns: Vec::new(),
+            zero_rows: Vec::new(),
         };
         Ok(along.with_state_columns())
     }
 
     /// With its columns of the states, where they are few.
     fn with_state_columns(mut self) -> Self {
-        let (rows, joints) = self.states.position.shape();
+        let (rows, joints) = self.motion.position.shape();
         let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
         let several = of_states.iter().filter(|own| **own).count();
         if several * rows * joints > MAX_STORED_VALUES {
@@ -73,7 +73,7 @@ impl<'a> Along<'a> {
         }
         let mut stored: Vec<_> =
             of_states.iter().map(|own| own.then(|| DVector::zeros(rows * joints))).collect();
-        self.columns.for_each_state(&self.states, |first, of_state| {
+        self.columns.for_each_state(&self.motion, |first, of_state| {
             for (column, to) in self.columns.columns.iter().zip(&mut stored) {
                 let Some(to) = to else { continue };
                 let Some(torque) = of_state.torque(column) else { continue };
@@ -82,20 +82,20 @@ impl<'a> Along<'a> {
                 }
             }
         });
-        self.fixed = stored;
+        self.state_columns = stored;
         self
     }
 
     /// With these rows 0.
     #[must_use]
-    pub(in super::super) fn without(mut self, rows: Vec<usize>) -> Self {
-        self.silent = rows;
+    pub(in super::super) fn with_zero_rows(mut self, rows: Vec<usize>) -> Self {
+        self.zero_rows = rows;
         self
     }
 
     /// All of it.
-    pub(in super::super) fn dense(&self) -> DMatrix<f64> {
-        let (rows, joints) = self.states.position.shape();
+    pub(in super::super) fn dense_columns(&self) -> DMatrix<f64> {
+        let (rows, joints) = self.motion.position.shape();
         let mut dense = DMatrix::zeros(rows * joints, self.count());
         for joint in 0..joints {
             for FurtherColumn { number, factor, values } in self.of_joint(joint) {
@@ -108,9 +108,9 @@ impl<'a> Along<'a> {
 
     /// Returns true if a column acts on a joint.
     fn acts_on(&self, column: &Column, joint: usize) -> bool {
-        match &column.acts {
+        match &column.effect {
             Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
-                self.columns.directions[*direction].shares[joint] != 0.0
+                self.columns.directions[*direction].joint_shares[joint] != 0.0
             }
             Acts::Neighbour { row: own, .. }
             | Acts::Gain(Some(own))
@@ -125,15 +125,15 @@ impl<'a> Along<'a> {
     /// Returns the recorded part of a column in the rows of a joint, with its factor; `None` if the
     /// column follows from the states.
     fn of_record(&self, number: usize, joint: usize) -> Option<(f64, &[f64])> {
-        let rows = self.states.position.nrows();
+        let rows = self.motion.position.nrows();
         let of_joint = joint * rows..(joint + 1) * rows;
-        if let Some(Some(fixed)) = self.fixed.get(number) {
+        if let Some(Some(fixed)) = self.state_columns.get(number) {
             return Some((1.0, &fixed.as_slice()[of_joint]));
         }
         let column = &self.columns.columns[number];
         let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
-        let share = |direction: usize| self.columns.directions[direction].shares[joint];
-        Some(match column.acts {
+        let share = |direction: usize| self.columns.directions[direction].joint_shares[joint];
+        Some(match column.effect {
             Acts::Bend { direction, bend } => {
                 (share(direction), law(EXTRA_LAWS * direction + bend))
             }
@@ -147,7 +147,7 @@ impl<'a> Along<'a> {
                 (1.0, law(EXTRA_LAWS * self.columns.directions.len() + self.joints() + number))
             }
             Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
-            Acts::Delay(_) => (1.0, &self.rates.as_slice()[of_joint]),
+            Acts::Delay(_) => (1.0, &self.torque_rates.as_slice()[of_joint]),
             Acts::LeftOut(index) => (1.0, self.auxiliary.left_out.column_of(joint, index)?),
             _ => return None,
         })
@@ -155,17 +155,17 @@ impl<'a> Along<'a> {
 
     /// At the states of the record, unless what follows from them is kept.
     fn for_each_state(&self, visit: impl FnMut(usize, &mut AtStates<'_>)) {
-        if self.fixed.is_empty() {
-            self.columns.for_each_state(&self.states, visit);
+        if self.state_columns.is_empty() {
+            self.columns.for_each_state(&self.motion, visit);
         }
     }
 
     fn joints(&self) -> usize {
-        self.states.position.ncols()
+        self.motion.position.ncols()
     }
 
     /// Those columns that act on a joint, each with its number.
-    fn acting(&self, joint: usize) -> impl Iterator<Item = (usize, &Column)> {
+    fn acting_columns(&self, joint: usize) -> impl Iterator<Item = (usize, &Column)> {
         let numbered = self.columns.columns.iter().enumerate();
         numbered.filter(move |(_, column)| self.acts_on(column, joint))
     }
@@ -177,9 +177,9 @@ impl FurtherColumns for Along<'_> {
     }
 
     fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>> {
-        let rows = self.states.position.nrows();
+        let rows = self.motion.position.nrows();
         let mut columns: Vec<_> = self
-            .acting(joint)
+            .acting_columns(joint)
             .map(|(number, column): (usize, &Column)| match self.of_record(number, joint) {
                 Some((share, values)) => FurtherColumn {
                     number,
@@ -202,14 +202,14 @@ impl FurtherColumns for Along<'_> {
                 to[first..].iter_mut().zip(torque[joint].0).for_each(|(to, value)| *to = value);
             }
         });
-        for row in self.silent.iter().filter(|row| *row / rows == joint) {
+        for row in self.zero_rows.iter().filter(|row| *row / rows == joint) {
             columns.iter_mut().for_each(|column| column.values.to_mut()[row % rows] = 0.0);
         }
         columns
     }
 
-    fn times(&self, nuisance_parameters: &DVector<f64>) -> DVector<f64> {
-        let (rows, joints) = self.states.position.shape();
+    fn weighted_sum(&self, nuisance_parameters: &DVector<f64>) -> DVector<f64> {
+        let (rows, joints) = self.motion.position.shape();
         let mut sum = DVector::zeros(rows * joints);
         let terms = || self.columns.columns.iter().zip(nuisance_parameters);
         for (joint, to) in sum.as_mut_slice().chunks_exact_mut(rows).enumerate() {
@@ -232,7 +232,7 @@ impl FurtherColumns for Along<'_> {
                 }
             }
         });
-        for row in &self.silent {
+        for row in &self.zero_rows {
             sum[*row] = 0.0;
         }
         sum
@@ -241,7 +241,7 @@ impl FurtherColumns for Along<'_> {
 
 /// Returns true if a column follows from the filtered state of the arm.
 fn is_of_states(column: &Column) -> bool {
-    match column.acts {
+    match column.effect {
         Acts::Neighbour { by, .. } => !matches!(by, Motive::Sign),
         Acts::KnownTorque { .. } | Acts::Zero(_) | Acts::Geometry(_) => true,
         Acts::Bend { .. }
@@ -255,7 +255,10 @@ fn is_of_states(column: &Column) -> bool {
 
 /// Returns the columns that are not smooth over the motion, after the parallel filter: the laws of
 /// each direction, and each joint's sign function.
-fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
+fn law_columns(
+    columns: &Columns<'_>,
+    motion: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
     let joints = motion.position.ncols();
     let (context, directions) = (columns.context, &columns.directions);
     let mut group = MotionGroup::of_joints(joints);
@@ -271,7 +274,7 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
         let States { dq, hysteresis, .. } = group.read(motion, first);
         for (laws, direction) in laws.chunks_exact_mut(EXTRA_LAWS).zip(directions) {
             let mut u = Lanes::zero();
-            for (speed, share) in dq.iter().zip(&direction.shares) {
+            for (speed, share) in dq.iter().zip(&direction.joint_shares) {
                 if *share != 0.0 {
                     u += *speed * Lanes::constant(*share);
                 }
@@ -294,12 +297,12 @@ fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, Identifi
         }
     };
     let signals = EXTRA_LAWS * directions.len() + joints + PRESLIDING_FACTORS.len() * lagging.len();
-    let rows = context.decimate(signals, &mut read);
+    let rows = context.decimate_signals(signals, &mut read);
     rows.map_err(IdentificationError::RegressorFilter)
 }
 
 /// The motion behind the parallel filter.
-fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, IdentificationError> {
+fn decimated_motion(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, IdentificationError> {
     let joints = motion.position.ncols();
     let mut group = MotionGroup::of_joints(joints);
     let mut part = |which: usize| {
@@ -307,7 +310,7 @@ fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, Identific
             let states = group.read(motion, first);
             signals.copy_from_slice([states.q, states.dq, states.ddq][which]);
         };
-        let rows = columns.context.decimate(joints, &mut read);
+        let rows = columns.context.decimate_signals(joints, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)
     };
     Ok(Motion::from_matrices(part(0)?, part(1)?, part(2)?))

@@ -41,7 +41,7 @@ impl<'a> Columns<'a> {
         let left_out = context.base.columns().iter().filter(|own| !selected.contains(own));
         let left_out = left_out.copied().collect();
         let sizes = Sizes { context, parameters, observed: &observed };
-        let directions = sizes.directions();
+        let directions = sizes.motion_directions();
         let columns = sizes.columns(&directions);
         Self { context, columns, directions, left_out, parameters, observed }
     }
@@ -92,7 +92,7 @@ impl<'a> Columns<'a> {
             }
         });
         for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
-            if let Acts::LeftOut(index) = column.acts {
+            if let Acts::LeftOut(index) = column.effect {
                 to.axpy(column.deviation, &left_out.column(index), 0.0);
             }
         }
@@ -137,7 +137,7 @@ impl<'a> Columns<'a> {
         rows: usize,
         solution: &JointSolution,
     ) -> Vec<NuisanceEstimate> {
-        let width = solution.change.len();
+        let width = solution.parameter_change.len();
         let mut estimates: Vec<NuisanceEstimate> = Vec::new();
         let mut numbers: Vec<NuisanceParameter> = Vec::new();
         for column in &self.columns {
@@ -161,14 +161,14 @@ impl<'a> Columns<'a> {
                 continue;
             };
             let quantity = columns().next().and_then(|(k, column)| {
-                let (scale, unit) = self.unit(&column.acts)?;
+                let (scale, unit) = self.unit(&column.effect)?;
                 let size = column.deviation * scale;
                 // The data alone: the prior is taken out of mean and variance afterwards.
                 let variance = solution.covariance[(width + k, width + k)];
                 let identified = 1.0 - variance;
                 (identified > MIN_IDENTIFIABLE).then(|| Quantity {
                     value: solution.nuisance_parameters[k] / identified * size,
-                    standard_deviation: solution.colour
+                    standard_deviation: solution.colour_factor
                         * (variance / identified).max(0.0).sqrt()
                         * size,
                     configured: size,
@@ -189,7 +189,7 @@ impl<'a> Columns<'a> {
 
     /// Returns for each column if it has a prior.
     pub(in super::super) fn has_prior(&self) -> Vec<bool> {
-        self.columns.iter().map(|column| self.unit(&column.acts).is_some()).collect()
+        self.columns.iter().map(|column| self.unit(&column.effect).is_some()).collect()
     }
 
     /// The unit of a column's coefficient, where it is a quantity, and how many there are to one of
@@ -204,7 +204,7 @@ impl<'a> Columns<'a> {
                 JointKind::Prismatic => Some((1.0, "m")),
             },
             Acts::Geometry(_) => {
-                let is_same = |column: &&Column| core::ptr::eq(&column.acts, acts);
+                let is_same = |column: &&Column| core::ptr::eq(&column.effect, acts);
                 match self.columns.iter().find(is_same)?.nuisance {
                     NuisanceParameter::Twist(_) => Some((degrees, "deg")),
                     _ => Some((1.0, "m")),
@@ -231,11 +231,11 @@ impl AtStates<'_> {
     pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
         let (States { q, dq, ddq, .. }, model) = (self.state, &self.context.model);
         let mut torque = [Lanes::zero(); MAX_JOINTS];
-        match &column.acts {
+        match &column.effect {
             Acts::Bend { direction, bend } => {
-                torque = self.along(*direction, |of, u| bend_of(of, *bend, u));
+                torque = self.law_column(*direction, |of, u| bend_of(of, *bend, u));
             }
-            Acts::Curvature { direction } => torque = self.along(*direction, curvature),
+            Acts::Curvature { direction } => torque = self.law_column(*direction, curvature),
             Acts::Neighbour { row, of, by } => {
                 torque[*row] = match by {
                     Motive::Speed => dq[*of],
@@ -269,18 +269,18 @@ impl AtStates<'_> {
     }
 
     /// Returns the column of a law of a direction's speed.
-    fn along(
+    fn law_column(
         &self,
         direction: usize,
         law: impl Fn(&Direction, Group) -> Group,
     ) -> [Group; MAX_JOINTS] {
         let direction = &self.directions[direction];
         let mut u = Lanes::zero();
-        for (share, speed) in direction.shares.iter().zip(self.state.dq) {
+        for (share, speed) in direction.joint_shares.iter().zip(self.state.dq) {
             u += *speed * Lanes::constant(*share);
         }
         let (mut torque, value) = ([Lanes::zero(); MAX_JOINTS], law(direction, u));
-        for (torque, share) in torque.iter_mut().zip(&direction.shares) {
+        for (torque, share) in torque.iter_mut().zip(&direction.joint_shares) {
             *torque = value * Lanes::constant(*share);
         }
         torque
@@ -305,5 +305,5 @@ pub(super) fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
 /// |u| u over the highest speed.
 #[inline(always)]
 pub(super) fn curvature(direction: &Direction, u: Group) -> Group {
-    u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest)
+    u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest_speed)
 }

@@ -47,7 +47,7 @@ pub(super) struct Column {
     pub(super) nuisance: NuisanceParameter,
     /// Its standard deviation beforehand, in the unit of the column's coefficient.
     pub(super) deviation: f64,
-    pub(super) acts: Acts,
+    pub(super) effect: Acts,
 }
 
 /// Origin of a column's torque. Joints are counted from 0.
@@ -87,9 +87,9 @@ pub(super) enum Motive {
 /// A joint's or a coupled motor's own motion.
 pub(super) struct Direction {
     /// Share of each joint's speed in it, and share of its friction that acts on each joint.
-    pub(super) shares: Vec<f64>,
+    pub(super) joint_shares: Vec<f64>,
     /// The highest speed along the motion.
-    pub(super) highest: f64,
+    pub(super) highest_speed: f64,
     /// The model's own law for the sign.
     pub(super) sign: SignModel,
     nuisance: NuisanceParameter,
@@ -100,7 +100,7 @@ pub(super) struct Direction {
 impl Direction {
     /// Inverse of the width w of a bend.
     pub(super) fn scale(&self, bend: usize) -> f64 {
-        1.0 / (BEND_SPEEDS[bend] * self.highest)
+        1.0 / (BEND_SPEEDS[bend] * self.highest_speed)
     }
 }
 
@@ -123,7 +123,7 @@ impl Observed {
         auxiliary: &AuxiliaryObservation,
         observations: &Observations,
     ) -> Self {
-        let torque_nm = observations.rms_per_joint(&observations.measured());
+        let torque_nm = observations.rms_per_joint(&observations.measured_values());
         let count = observations.rows_per_joint() as f64;
         let left_out_shares = (0..auxiliary.left_out.ncols())
             .map(|column: usize| {
@@ -140,7 +140,7 @@ impl Observed {
             })
             .collect();
         let highest = |(_, shares): (Moving, Vec<f64>)| {
-            highest(motion, context.experiment.counted_samples(), &shares)
+            highest_speed(motion, context.experiment.counted_samples(), &shares)
         };
         let highest_speed = speed_shares(context.robot).map(highest).collect();
         Self { torque_nm, highest_speed, left_out_shares }
@@ -166,7 +166,7 @@ impl Observed {
     }
 
     /// Returns true if it belongs to this robot and these parameters.
-    pub(in super::super) fn fits(&self, context: &Context<'_>) -> bool {
+    pub(in super::super) fn belongs_to(&self, context: &Context<'_>) -> bool {
         let (robot, base) = (context.robot, context.base.columns().len());
         self.torque_nm.len() == robot.joints()
             && self.highest_speed.len() == speed_shares(robot).count()
@@ -182,43 +182,45 @@ pub(super) struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
+    fn parameter_value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
         let column = self.context.robot.parameters().column(kind, JointIndex::new(joint))?;
         let index = self.context.selection.columns().iter().position(|own| *own == column)?;
         Some(self.parameters[index].abs())
     }
 
     /// Returns the Coulomb friction of a joint as it begins to move \[N·m or N\].
-    fn coulomb(&self, joint: usize) -> f64 {
-        let coulomb = self.value(ParameterKind::Fc, joint);
+    fn coulomb_friction(&self, joint: usize) -> f64 {
+        let coulomb = self.parameter_value(ParameterKind::Fc, joint);
         let coulomb = coulomb.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
-        let by_load = self.value(ParameterKind::FcLoad, joint).unwrap_or_default();
+        let by_load = self.parameter_value(ParameterKind::FcLoad, joint).unwrap_or_default();
         let by_load = by_load * self.observed.torque_nm[joint];
-        let others = [ParameterKind::Fs, ParameterKind::Fh].map(|kind| self.value(kind, joint));
+        let others =
+            [ParameterKind::Fs, ParameterKind::Fh].map(|kind| self.parameter_value(kind, joint));
         coulomb + by_load + others.into_iter().flatten().sum::<f64>()
     }
 
     /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]:
     /// however it is shared out among the laws that the joint has.
-    fn viscous(&self, joint: usize) -> f64 {
+    fn viscous_friction(&self, joint: usize) -> f64 {
         use ParameterKind::{Fv, FvAsymmetric, FvCubic, FvQuadratic};
 
         let highest = self.observed.highest_speed[joint];
         let at_highest = [Fv, FvAsymmetric, FvQuadratic, FvCubic].into_iter().zip([0, 0, 1, 2]);
-        let viscous = at_highest
-            .map(|(kind, power)| self.value(kind, joint).unwrap_or_default() * highest.powi(power));
+        let viscous = at_highest.map(|(kind, power)| {
+            self.parameter_value(kind, joint).unwrap_or_default() * highest.powi(power)
+        });
         viscous.sum()
     }
 
     /// Those along which the arm moves.
-    pub(super) fn directions(&self) -> Vec<Direction> {
+    pub(super) fn motion_directions(&self) -> Vec<Direction> {
         let speeds = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
         let moving = speeds.filter(|(_, highest)| **highest > 0.0);
         moving
             .map(|((of, shares), highest): ((Moving, Vec<f64>), &f64)| {
                 let (nuisance, coulomb, viscous) = match of {
                     Moving::Motor(motor) => {
-                        let value = |kind| self.value(kind, motor).unwrap_or_default();
+                        let value = |kind| self.parameter_value(kind, motor).unwrap_or_default();
                         let friction = [ParameterKind::FcMotor, ParameterKind::FvMotor].map(value);
                         (
                             NuisanceParameter::MotorFriction(MotorIndex::new(motor)),
@@ -228,12 +230,19 @@ impl Sizes<'_> {
                     }
                     Moving::Joint(joint) => {
                         let nuisance = NuisanceParameter::JointFriction(JointIndex::new(joint));
-                        (nuisance, self.coulomb(joint), self.viscous(joint))
+                        (nuisance, self.coulomb_friction(joint), self.viscous_friction(joint))
                     }
                 };
                 let (Moving::Joint(index) | Moving::Motor(index)) = of;
                 let sign = self.context.robot.sign_model(index);
-                Direction { shares, highest: *highest, sign, nuisance, coulomb, viscous }
+                Direction {
+                    joint_shares: shares,
+                    highest_speed: *highest,
+                    sign,
+                    nuisance,
+                    coulomb,
+                    viscous,
+                }
             })
             .collect()
     }
@@ -244,7 +253,7 @@ impl Sizes<'_> {
         let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
         let mut columns = Vec::new();
         let mut add = |nuisance, deviation: f64, acts| {
-            columns.push(Column { nuisance, deviation, acts });
+            columns.push(Column { nuisance, deviation, effect: acts });
         };
         for (index, direction) in directions.iter().enumerate() {
             for bend in 0..BEND_SPEEDS.len() {
@@ -255,12 +264,11 @@ impl Sizes<'_> {
             add(direction.nuisance, CURVATURE_SHARE * direction.viscous, acts);
         }
         for (number, (joint, _)) in context.model.hysteresis().enumerate() {
-            let size = BEND_SHARE * self.value(ParameterKind::Fh, joint).unwrap_or_default();
+            let size =
+                BEND_SHARE * self.parameter_value(ParameterKind::Fh, joint).unwrap_or_default();
             for factor_index in 0..PRESLIDING_FACTORS.len() {
-                let acts = Acts::PreslidingDistance {
-                    joint,
-                    number: PRESLIDING_FACTORS.len() * number + factor_index,
-                };
+                let number = PRESLIDING_FACTORS.len() * number + factor_index;
+                let acts = Acts::PreslidingDistance { joint, number };
                 add(NuisanceParameter::JointFriction(JointIndex::new(joint)), size, acts);
             }
         }
@@ -271,10 +279,11 @@ impl Sizes<'_> {
                     joint: JointIndex::new(row),
                     neighbour: JointIndex::new(of),
                 };
+                let value = |kind| self.parameter_value(kind, row).unwrap_or_default();
                 let sizes = [
-                    (Motive::Speed, self.viscous(row)),
-                    (Motive::Sign, self.value(ParameterKind::Fc, row).unwrap_or_default()),
-                    (Motive::Acceleration, self.value(ParameterKind::Ia, row).unwrap_or_default()),
+                    (Motive::Speed, self.viscous_friction(row)),
+                    (Motive::Sign, value(ParameterKind::Fc)),
+                    (Motive::Acceleration, value(ParameterKind::Ia)),
                 ];
                 for (by, size) in sizes {
                     add(nuisance, COUPLING_SHARE * size, Acts::Neighbour { row, of, by });
@@ -301,7 +310,7 @@ impl Sizes<'_> {
             add(NuisanceParameter::Zero(index), zero, Acts::Zero(joint));
             let geometry =
                 |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
-            let twist = geometry(Joint { alpha: rotated(link.alpha, GEOMETRY_STEP), ..link });
+            let twist = geometry(Joint { alpha: rotate_angle(link.alpha, GEOMETRY_STEP), ..link });
             add(NuisanceParameter::Twist(index), tolerances.twist_deg.to_radians(), twist);
             let distance = geometry(Joint { d_m: link.d_m + GEOMETRY_STEP, ..link });
             add(NuisanceParameter::Distance(index), tolerances.length_m, distance);
@@ -320,7 +329,7 @@ impl Sizes<'_> {
     }
 }
 
-fn rotated(angle: Angle, by: f64) -> Angle {
+fn rotate_angle(angle: Angle, by: f64) -> Angle {
     let (sin, cos) = by.sin_cos();
     Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
 }
@@ -348,7 +357,7 @@ fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ 
 }
 
 /// The highest speed along a direction.
-fn highest(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
+fn highest_speed(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
     let speed = |k: usize| -> f64 {
         let joints = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);
         joints.map(|(joint, share)| motion.velocity(k, joint) * share).sum()
