@@ -47,7 +47,7 @@ pub struct JointDifference {
 
 /// Computes the torque difference of a later and an earlier result along recordings. Only the
 /// samples in each range count. Each result comes with the cell that it [was read
-/// with](StoredModel::read).
+/// with](StoredModel::read_stored_model).
 ///
 /// # Errors
 /// [`TorqueDifferenceError`].

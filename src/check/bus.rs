@@ -1,14 +1,13 @@
 //! Check of the cell's buses and their receive buffers.
 
 use super::finding::Finding;
+use super::limits::CheckLimits;
 use super::machine::Machine;
 use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant_digits;
 
 /// Receive buffer space per queued frame, in the kernel's accounting \[bytes\].
 const QUEUED_FRAME_BYTES: f64 = 768.0;
-/// Possible delay of a bus thread of ordinary priority on a busy machine \[s\].
-const SHORT_S: f64 = 0.1;
 /// The MTU of a CAN FD interface (CANFD_MTU) \[bytes\].
 const FD_MTU: u32 = 72;
 
@@ -132,8 +131,8 @@ fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut 
             problem,
             format!("sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN", asked / 2),
         ));
-    } else if seconds(granted) < SHORT_S {
-        let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;
+    } else if seconds(granted) < CheckLimits::DEFAULT.thread_delay_s {
+        let needed = CheckLimits::DEFAULT.thread_delay_s * frames_per_second * QUEUED_FRAME_BYTES;
         findings.push(Finding::warning(
             BUFFER_KEY,
             format!("{granted} bytes hold {holds} s of frames: a busy machine loses some"),

@@ -4,13 +4,10 @@ use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{CompiledLayout, Role};
 
 use super::finding::Finding;
+use super::limits::CheckLimits;
 use super::wire;
 use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant_digits;
-
-/// Largest share of the bit rate for the layout. Above it, there is no capacity for repetitions and
-/// SDOs.
-const MAX_BUS_LOAD: f64 = 0.7;
 
 const BITRATE_KEY: &str = "bus.bitrate_bps";
 
@@ -55,7 +52,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     };
     if load > 1.0 {
         findings.push(Finding::error(BITRATE_KEY, problem, remedy));
-    } else if load > MAX_BUS_LOAD {
+    } else if load > CheckLimits::DEFAULT.max_bus_load {
         findings.push(Finding::warning(BITRATE_KEY, problem, remedy));
     }
 }

@@ -4,10 +4,9 @@ use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::JointKind;
 
 use super::finding::Finding;
+use super::limits::CheckLimits;
 use crate::cell::Cell;
 
-/// Smallest position range of a joint that moves \[rad or m\].
-const MIN_MOTION: f64 = 1e-3;
 /// Number of random motions. They give several times as many equations as eight joints have
 /// parameters.
 const RANDOM_MOTIONS: usize = 60;
@@ -28,7 +27,9 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
     let still: Vec<String> = (1..)
         .zip(cell.model.chain())
-        .filter(|(_, joint)| joint.limits.position_max - joint.limits.position_min < MIN_MOTION)
+        .filter(|(_, joint)| {
+            joint.limits.position_max - joint.limits.position_min < CheckLimits::DEFAULT.min_range
+        })
         .map(|(number, _)| number.to_string())
         .collect();
     let because = if still.is_empty() {
@@ -68,7 +69,7 @@ fn indistinct_columns(model: &Model, columns: &[usize]) -> Vec<usize> {
                 JointKind::Prismatic => 10.0,
             };
             let (low, high) = (limits.position_min.max(-reach), limits.position_max.min(reach));
-            let moves = limits.position_max - limits.position_min >= MIN_MOTION;
+            let moves = limits.position_max - limits.position_min >= CheckLimits::DEFAULT.min_range;
             let (low, high) =
                 if low <= high { (low, high) } else { (limits.position_min, limits.position_max) };
             q[k] = low + (high - low) * random.unit();

@@ -4,19 +4,11 @@
 use didim_dynamics::JointSample;
 
 use super::finding::Finding;
+use super::limits::CheckLimits;
 use crate::cell::Cell;
 use crate::live::worker::Trigger;
 use crate::service::pipeline::MAX_WINDOWS;
 use crate::text::significant_digits;
-
-/// Largest share of the sample rate for the position filter's cut-off. Above it, the filter passes
-/// the noise that central differences amplify most. Twice-differentiated white noise is strongest
-/// at half the sample rate.
-const MAX_CUTOFF_SHARE: f64 = 0.35;
-/// Smallest ratio of the position filter's cut-off to the identified band. The filter should be
-/// flat in this band. Four poles, forward and backward, are down by 1 % at 0.56 of their cut-off
-/// frequency.
-const MIN_CUTOFF_RATIO: f64 = 1.8;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     check_reference(cell, findings);
@@ -51,7 +43,7 @@ fn check_filters(cell: &Cell, findings: &mut Vec<Finding>) {
     let cutoff = cell.options.position_filter.cutoff_hz;
     let key = "identification.position_filter";
     let hertz = |value: f64| significant_digits(value, 3);
-    if cutoff > MAX_CUTOFF_SHARE * rate {
+    if cutoff > CheckLimits::DEFAULT.max_cutoff_share * rate {
         findings.push(Finding::warning(
             key,
             format!(
@@ -59,12 +51,15 @@ fn check_filters(cell: &Cell, findings: &mut Vec<Finding>) {
                 hertz(cutoff),
                 hertz(rate)
             ),
-            format!("lower the cut-off frequency to {} Hz or less", hertz(MAX_CUTOFF_SHARE * rate)),
+            format!(
+                "lower the cut-off frequency to {} Hz or less",
+                hertz(CheckLimits::DEFAULT.max_cutoff_share * rate)
+            ),
         ));
     }
     let decimation = &cell.options.decimation_filter;
     let band = decimation.cutoff_hz(rate);
-    if cutoff < MIN_CUTOFF_RATIO * band {
+    if cutoff < CheckLimits::DEFAULT.min_cutoff_ratio * band {
         findings.push(Finding::warning(
             key,
             format!(
@@ -75,7 +70,7 @@ fn check_filters(cell: &Cell, findings: &mut Vec<Finding>) {
             format!(
                 "raise the cut-off frequency to {} Hz or more, or use a larger \
                  `decimation_filter.factor`",
-                hertz(MIN_CUTOFF_RATIO * band)
+                hertz(CheckLimits::DEFAULT.min_cutoff_ratio * band)
             ),
         ));
     }

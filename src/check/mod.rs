@@ -8,6 +8,7 @@ mod bus;
 mod bus_load;
 mod finding;
 mod identifiable;
+mod limits;
 mod machine;
 mod method;
 mod paths;

@@ -1,6 +1,7 @@
 //! Check that the ring of raw frames holds a complete window, and that the disk holds the ring.
 
 use super::finding::Finding;
+use super::limits::CheckLimits;
 use super::machine::space_left;
 use super::paths::{check_owner, existing_parent, megabytes};
 use crate::cell::{Cell, CellBus};
@@ -10,9 +11,6 @@ use crate::text::significant_digits;
 /// Size of a frame in a recording without its payload \[bytes\]: 131 with 64 bytes of payload, 75
 /// with 8.
 const FRAME_BYTES: f64 = 67.0;
-/// Longest delay between a window and the writing of its recording \[s\]. It covers the time of an
-/// identification.
-const EXTRACTION_DELAY_S: f64 = 30.0;
 
 const RING_KEY: &str = "service.recordings.ring_mb";
 const DIRECTORY_KEY: &str = "service.recordings.directory";
@@ -22,7 +20,10 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
     let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell, bus);
-    let needed_s = cell.window.max_s + options.before_s + options.after_s + EXTRACTION_DELAY_S;
+    let needed_s = cell.window.max_s
+        + options.before_s
+        + options.after_s
+        + CheckLimits::DEFAULT.extraction_delay_s;
     if ring_s < needed_s {
         findings.push(Finding::warning(
             RING_KEY,

@@ -2,6 +2,7 @@
 
 pub mod acquire;
 pub mod latency;
+mod limits;
 pub mod recording;
 pub mod stream;
 pub mod worker;

@@ -10,7 +10,8 @@ use didim_formats::mean_rate_hz;
 
 use super::draft::Draft;
 use super::evidence::ProposalError;
-use super::plausible::{RATES_HZ, round_rate};
+use super::limits::ProposalLimits;
+use super::plausible::round_rate;
 use super::value::{Guess, quote_text};
 use crate::live::recording::open_log;
 
@@ -127,5 +128,6 @@ pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, Proposa
     #[expect(clippy::cast_precision_loss, reason = "times after the first")]
     let seconds = |stamp_ns: &u64| stamp_ns.saturating_sub(first_ns) as f64 * 1e-9;
     let times_s: Vec<f64> = stamps.iter().map(seconds).collect();
-    Ok(mean_rate_hz(&times_s).filter(|found_hz| RATES_HZ.contains(found_hz)).map(round_rate))
+    let plausible = ProposalLimits::DEFAULT.rates_hz;
+    Ok(mean_rate_hz(&times_s).filter(|found_hz| plausible.contains(found_hz)).map(round_rate))
 }

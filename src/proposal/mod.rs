@@ -9,6 +9,7 @@ mod bus;
 mod dbc;
 mod draft;
 mod evidence;
+mod limits;
 mod names;
 mod nodes;
 mod plausible;
@@ -16,6 +17,7 @@ mod table;
 mod time;
 mod value;
 
+use limits::ProposalLimits;
 use std::path::Path;
 
 pub use draft::{Answers, Entry, Proposal};
@@ -24,12 +26,6 @@ pub use value::ValueOrigin;
 
 use draft::Draft;
 use value::{Guess, list_text, quote_text};
-
-/// Maximum rows per second after the decimation filter. They cover the motion of an arm below about
-/// 10 Hz.
-const ROWS_HZ: f64 = 25.0;
-/// Minimum number of samples per row.
-const SAMPLES_PER_ROW: f64 = 10.0;
 
 /// Creates the cell file for these files and answers. The keys of answers are those of the cell
 /// file, with their sections.
@@ -107,7 +103,11 @@ fn propose_identification(draft: &mut Draft<'_>) {
     let why = "the recording chooses the cut-off; enter the printed one before you compare \
         results over time";
     draft.add_entry(section, "position_filter.cutoff_hz", Guess::assumed(quote_text("auto"), why));
-    let factor = rate_hz.map(|rate_hz| (rate_hz / ROWS_HZ).round().max(SAMPLES_PER_ROW));
+    let factor = rate_hz.map(|rate_hz| {
+        (rate_hz / ProposalLimits::DEFAULT.rows_hz)
+            .round()
+            .max(ProposalLimits::DEFAULT.samples_per_row)
+    });
     let guess = match factor {
         Some(factor) => Guess::assumed(
             format!("{factor:.0}"),

@@ -2,8 +2,9 @@
 
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointKind, Robot};
-use didim_formats::RATE_TOLERANCE;
+use didim_formats::TimeLimits;
 
+use super::limits::ProposalLimits;
 use super::value::{
     Guess, POSITION_UNIT_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, ValueOrigin,
     list_text, parse_value, quote_text, text_list,
@@ -11,31 +12,15 @@ use super::value::{
 use crate::cell::MISSING_VALUE;
 use crate::text::significant_digits;
 
-/// Factor by which a position may exceed its limits, which are round numbers.
-const LIMIT_FACTOR: f64 = 1.02;
-/// Minimum motion of a joint \[rad or m\]. In the smaller unit it would be almost none.
-const MIN_MOTION: f64 = 0.3;
 /// Number of rows to inspect.
 const INSPECTED_ROWS: usize = 2000;
-/// Minimum share of a torque's square that gravity has to explain.
-const MIN_EXPLAINED_SHARE: f64 = 0.5;
 /// Number of rows to either side in the differences for speeds and accelerations.
 const DIFFERENCE_ROWS: usize = 10;
-/// Factors within which the nominal masses are correct, with payload: overall, and at each joint.
-const MASS_FACTORS: [f64; 2] = [2.0, 3.0];
-/// Minimum share of the power that a drive loses in an arm with friction.
-const MIN_LOST_SHARE: f64 = 0.1;
-/// Tolerance for a joint's return to its position, as a part of its span.
-const RETURN_TOLERANCE: f64 = 0.1;
-
-/// Rows per second of any robot's log. The range spans three powers of ten, so one unit of time
-/// fits.
-pub(super) const RATES_HZ: core::ops::Range<f64> = 20.0..20_000.0;
 
 /// Rounds a rate that is close to a whole number, within the tolerance for a table's times.
 pub(super) fn round_rate(rate_hz: f64) -> f64 {
     let rounded = rate_hz.round();
-    if (rate_hz / rounded - 1.0).abs() < RATE_TOLERANCE { rounded } else { rate_hz }
+    if (rate_hz / rounded - 1.0).abs() < TimeLimits::DEFAULT.same_rate { rounded } else { rate_hz }
 }
 
 /// Proposes the time at which a torque is valid.
@@ -75,14 +60,19 @@ impl Survey<'_> {
         let within = joints.map(|(joint, position)| {
             let unit = if joint.kind == JointKind::Revolute { rad } else { metres };
             let largest = joint.limits.position_min.abs().max(joint.limits.position_max.abs());
-            position.iter().all(|value| (value * unit).abs() <= LIMIT_FACTOR * largest)
+            position
+                .iter()
+                .all(|value| (value * unit).abs() <= ProposalLimits::DEFAULT.limit_factor * largest)
         });
         within.collect()
     }
 
     /// Counts the joints whose motion exceeds the minimum in the signal's own unit.
     fn moving_count(&self) -> usize {
-        self.position.iter().filter(|values| value_span(values) > MIN_MOTION).count()
+        self.position
+            .iter()
+            .filter(|values| value_span(values) > ProposalLimits::DEFAULT.min_motion)
+            .count()
     }
 
     /// Proposes rad or deg, m or mm, from the limits of the joints.
@@ -250,8 +240,11 @@ impl Survey<'_> {
     /// Returns the last row of the second half in which the arm is nearly back at its start.
     fn return_row(&self) -> Option<usize> {
         let rows = self.position.first().map_or(0, Vec::len);
-        let near: Vec<f64> =
-            self.position.iter().map(|values| RETURN_TOLERANCE * value_span(values)).collect();
+        let near: Vec<f64> = self
+            .position
+            .iter()
+            .map(|values| ProposalLimits::DEFAULT.return_tolerance * value_span(values))
+            .collect();
         (rows / 2..rows).rev().find(|row: &usize| {
             let joints = self.position.iter().zip(&near);
             joints.into_iter().all(|(values, near)| (values[*row] - values[0]).abs() <= *near)
@@ -274,7 +267,7 @@ impl Survey<'_> {
             }
         }
         let share = work / all;
-        (share.abs() > MIN_LOST_SHARE).then_some(share)
+        (share.abs() > ProposalLimits::DEFAULT.min_lost_share).then_some(share)
     }
 
     /// Returns true if gravity of the nominal masses explains the torques as N·m or mN·m on the
@@ -334,7 +327,7 @@ fn gravity_ratio(
     let [gravity, torque] = [gravity, &torque].map(|values| without(values, &directions));
     let both: f64 = gravity.iter().zip(&torque).map(|(gravity, torque)| gravity * torque).sum();
     let share = both * both / (square(&gravity) * square(&torque));
-    (share > MIN_EXPLAINED_SHARE).then(|| both / square(&gravity))
+    (share > ProposalLimits::DEFAULT.min_explained_share).then(|| both / square(&gravity))
 }
 
 fn value_span(values: &[f64]) -> f64 {
@@ -354,7 +347,7 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
     let logarithms = reported.iter().map(|factor| (factor.abs() / unit).ln());
     #[expect(clippy::cast_precision_loss, reason = "joints")]
     let mean = logarithms.clone().sum::<f64>() / reported.len() as f64;
-    let [complete, each] = MASS_FACTORS.map(f64::ln);
+    let [complete, each] = ProposalLimits::DEFAULT.mass_factors.map(f64::ln);
     !reported.is_empty() && mean.abs() < complete && logarithms.clone().all(|of| of.abs() < each)
 }
 

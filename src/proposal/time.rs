@@ -6,8 +6,9 @@ use didim_formats::{Columns, TableError, TableNames, TimeColumns, mean_rate_hz, 
 
 use super::draft::Draft;
 use super::evidence::ProposalError;
+use super::limits::ProposalLimits;
 use super::names::{Meaning, column_meaning, stamp_pairs, unit};
-use super::plausible::{RATES_HZ, round_rate};
+use super::plausible::round_rate;
 use super::value::{Guess, quote_text};
 use crate::cell::DATE_UNIT;
 
@@ -179,8 +180,12 @@ fn of_column(
         Some(Err(_)) => None,
         // A slow log in seconds or a fast one in milliseconds is ambiguous. A row number is no
         // time.
-        None if counts || (1.0..RATES_HZ.start).contains(&rate_of(1.0)) => None,
-        None => UNIT_SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&rate_of(*second))),
+        None if counts || (1.0..ProposalLimits::DEFAULT.rates_hz.start).contains(&rate_of(1.0)) => {
+            None
+        }
+        None => UNIT_SECONDS
+            .into_iter()
+            .find(|(_, second)| ProposalLimits::DEFAULT.rates_hz.contains(&rate_of(*second))),
     };
     let (unit, rate_hz) = fits.map(|(unit, second)| (unit, round_rate(rate_of(second)))).unzip();
     Ok(Some(Time { time_source: TimeSource::Column { name: column, unit }, rate_hz, is_stated }))

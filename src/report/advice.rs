@@ -102,7 +102,7 @@ fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
             text,
             "joint {} never moved faster than {} ({}), nor accelerated by more than {}, and stayed \
              between {low} and {high}: {}",
-            JointIndex::new(joint),
+            robot.joint_label(JointIndex::new(joint)),
             speed_text(kind, reached.highest_speed()),
             limits.velocity_max.map_or_else(
                 || "its limit is unknown".to_owned(),
@@ -126,7 +126,7 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
             let [fastest, hardest] = excitations.peaks(excitation);
             format!(
                 "joint {} from {} to {} and back, {times} times (up to {}, {})",
-                joint,
+                robot.joint_label(joint),
                 position_text(kind(joint.position()), excitations.posture[joint]),
                 position_text(kind(joint.position()), to),
                 speed_text(kind(joint.position()), fastest),
@@ -139,7 +139,8 @@ fn piece_text(number: usize, robot: &Robot, piece: &excitation::Advised) -> Stri
             excitations.excitations.iter().all(|of| of.joint != JointIndex::new(*joint))
         })
         .map(|(joint, at)| {
-            format!("{} at {}", JointIndex::new(joint), position_text(kind(joint), *at))
+            let label = robot.joint_label(JointIndex::new(joint));
+            format!("{label} at {}", position_text(kind(joint), *at))
         })
         .collect();
     let rest = match resting.is_empty() {

@@ -1,7 +1,7 @@
 //! An estimate as tables for people.
 
 use core::fmt::Write as _;
-use didim_dynamics::robot::JointIndex;
+use didim_dynamics::robot::{JointIndex, Robot};
 
 use didim_identification::identification::{Estimate, ParameterEstimate};
 
@@ -77,7 +77,7 @@ pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
 }
 
 /// Formats errors per joint, conditioning, convergence and the verdict with its reasons.
-pub fn summary(estimate: &Estimate) -> String {
+pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
     let delays = estimate.torque_delay_per_joint.iter().map(|delay| match delay {
         Some(delay) => format!(
             "{} ± {}",
@@ -95,7 +95,7 @@ pub fn summary(estimate: &Estimate) -> String {
         .enumerate()
         .map(|(joint, (((relative, rms), durbin_watson), delay))| {
             vec![
-                format!("joint {}", JointIndex::new(joint)),
+                format!("joint {}", robot.joint_label(JointIndex::new(joint))),
                 format!("{:.2} %", 100.0 * relative),
                 significant_digits(*rms, 3),
                 format!("{durbin_watson:.2}"),

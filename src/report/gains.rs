@@ -1,5 +1,6 @@
 //! Torque gains in words.
 
+use didim_dynamics::robot::Robot;
 use didim_identification::identification::{PayloadLimits, Scale};
 
 use crate::analysis::{FoundGain, FoundGains};
@@ -10,7 +11,7 @@ const MAX_DIGITS: usize = 5;
 
 /// Formats the gains next to the configured ones, the arm's parameters with these gains, lines for
 /// the cell file, and notes.
-pub fn gains_text(found: &FoundGains) -> String {
+pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
     let none = || "–".to_owned();
     let rows = found.gains.iter().zip(&found.relative_error_per_joint);
     let rows: Vec<Vec<String>> = rows
@@ -19,7 +20,7 @@ pub fn gains_text(found: &FoundGains) -> String {
                 gain.found.map_or_else(none, |of| show(of.value, of.standard_deviation))
             };
             vec![
-                gain.joint.to_string(),
+                robot.joint_label(gain.joint),
                 significant_digits(gain.configured, MAX_DIGITS),
                 shown(&|value, sigma| to_uncertainty(value, sigma, MAX_DIGITS)),
                 shown(&|_, sigma| significant_digits(sigma, 2)),

@@ -36,10 +36,10 @@ pub use payload::payload_text;
 pub use sweep::{sweep_lines, sweep_text};
 
 /// One joint's torque, measured and predicted, for a plot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct TorquePanel<'a> {
-    /// The joint's number.
-    pub joint: JointIndex,
+    /// The joint's number, and its name if it has one.
+    pub joint: String,
     /// Unit of the torque: N·m, or N of a prismatic joint.
     pub unit: &'static str,
     /// Time of each row \[s\].
@@ -99,7 +99,7 @@ pub fn joint_panels<'a>(
         .zip(robot.chain())
         .enumerate()
         .map(|(index, (((measured_nm, predicted_nm), relative_error), described))| TorquePanel {
-            joint: JointIndex::new(index),
+            joint: robot.joint_label(JointIndex::new(index)),
             unit: described.kind.torque_unit(),
             time_s: curves.time_s,
             measured_nm,

@@ -45,7 +45,10 @@ pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> Str
             robot.joints()
         );
     }
-    notes(payload).into_iter().map(|note| format!("note: {note}\n")).for_each(|note| text += &note);
+    notes(payload, robot)
+        .into_iter()
+        .map(|note| format!("note: {note}\n"))
+        .for_each(|note| text += &note);
     text
 }
 
@@ -111,7 +114,7 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
 }
 
 /// Returns notes on the load.
-fn notes(payload: &Payload) -> Vec<String> {
+fn notes(payload: &Payload, robot: &Robot) -> Vec<String> {
     let limits = &PayloadLimits::default();
     let (presence, mut notes) = (&payload.presence, Vec::new());
     let has_mass = presence.seen || presence.mass_limit_kg.is_some();
@@ -156,7 +159,8 @@ fn notes(payload: &Payload) -> Vec<String> {
         ));
     }
     if !payload.standing.is_empty() {
-        let joints: Vec<String> = payload.standing.iter().map(ToString::to_string).collect();
+        let joints: Vec<String> =
+            payload.standing.iter().map(|joint| robot.joint_label(*joint)).collect();
         notes.push(format!(
             "joint {} stood: friction at rest holds any torque below its own, so what was measured \
             there counts nothing",

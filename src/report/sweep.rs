@@ -28,7 +28,7 @@ pub fn sweep_lines(
         let [speed, [low, high]] =
             [[pass.speed; 2], pass.end_positions].map(|of| of.map(|of| significant_digits(of, 3)));
         let [per_s, unit, _] = units(pass.joint.position());
-        let (joint, speed) = (pass.joint, &speed[0]);
+        let (joint, speed) = (robot.joint_label(pass.joint), &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
     }
     // If the noise is assumed, the standard deviations are too.
@@ -66,6 +66,7 @@ pub fn sweep_lines(
         let words: Vec<String> = term_lines.collect();
         let not: Vec<String> = not.into_iter().map(|of| named(of.kind)).collect();
         let not = if not.is_empty() { String::new() } else { format!("; NOT {}", not.join(", ")) };
+        let joint = robot.joint_label(*joint);
         lines.push(format!("  joint {joint}: {}{not}", words.join(", ")));
     }
     lines

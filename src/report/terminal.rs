@@ -109,7 +109,6 @@ fn draw_canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use didim_dynamics::robot::JointIndex;
 
     #[test]
     fn a_ramp_runs_from_corner_to_corner() {
@@ -128,7 +127,7 @@ mod tests {
     fn nothing_finite_draws_nothing_and_does_not_fail() {
         let nan = [f64::NAN; 4];
         let panel = TorquePanel {
-            joint: JointIndex::new(0),
+            joint: "1".to_owned(),
             unit: "N·m",
             time_s: &[],
             measured_nm: &nan,

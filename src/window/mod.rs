@@ -1,6 +1,7 @@
 //! The samples that one result comes from, with the notes of a person.
 
 mod note;
+mod note_limits;
 mod readings;
 
 use core::ops::Range;

@@ -1,15 +1,9 @@
 //! Notes on a window: influences on a result that the bus does not report.
 
+use super::note_limits::NoteLimits;
 use core::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
-
-/// Plausible payloads of an arm \[kg\]: the strongest series models carry about 2.3 t.
-const PAYLOAD_RANGE_KG: RangeInclusive<f64> = 0.0..=3000.0;
-/// Plausible temperatures of a working arm \[°C\], outdoors or next to a furnace.
-const TEMPERATURE_RANGE_C: RangeInclusive<f64> = -60.0..=200.0;
-/// Maximum length of the text in characters: a line of a table, not a document.
-const MAX_TEXT: usize = 100;
 
 /// A note. It goes into the history and into the report, never into a result's file. A replay of
 /// the same samples gives the same file, whatever the note.
@@ -49,7 +43,10 @@ pub enum NoteError {
         range: RangeInclusive<f64>,
     },
     /// The text is empty, too long, or has control characters.
-    #[error("the text of a note has 1 to {MAX_TEXT} characters in one line")]
+    #[error(
+        "the text of a note has 1 to {} characters in one line",
+        NoteLimits::DEFAULT.text_length
+    )]
     Text,
 }
 
@@ -68,11 +65,14 @@ impl Note {
             }
             _ => Ok(()),
         };
-        plausible("a payload", self.payload_kg, "kg", PAYLOAD_RANGE_KG)?;
-        plausible("a temperature", self.temperature_c, "°C", TEMPERATURE_RANGE_C)?;
+        plausible("a payload", self.payload_kg, "kg", NoteLimits::DEFAULT.payload_kg)?;
+        plausible("a temperature", self.temperature_c, "°C", NoteLimits::DEFAULT.temperature_c)?;
         if let Some(text) = &self.text {
             let length = text.chars().count();
-            if text.trim().is_empty() || length > MAX_TEXT || text.chars().any(char::is_control) {
+            if text.trim().is_empty()
+                || length > NoteLimits::DEFAULT.text_length
+                || text.chars().any(char::is_control)
+            {
                 return Err(NoteError::Text);
             }
         }

@@ -1,7 +1,7 @@
 //! Reads the samples of a file that count, cuts it where samples are missing, and checks them
 //! against the robot's limits.
 
-use didim_dynamics::robot::JointIndex;
+use didim_dynamics::robot::{JointIndex, Robot};
 use std::ops::Range;
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
-    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
+    Measurement, Piece, Record, RecordingStart, TimeLimits, is_parquet, read_bag, read_table,
 };
 
 /// Selection of the samples of a file that count.
@@ -70,7 +70,7 @@ impl Samples {
         }
         if let Some(hint) = standstill_text(
             &still_joints(&measurement_pairs(&parts), cell.screening.rest),
-            cell.robot.joints(),
+            &cell.robot,
         ) {
             tracing::warn!("{}: {hint}", path.display());
         }
@@ -142,11 +142,11 @@ pub(super) fn measurement_pairs<'a>(
 }
 
 /// Explains the consequence of joints that never move; joints count from 1.
-fn standstill_text(still: &[JointIndex], joints: usize) -> Option<String> {
-    let named: Vec<String> = still.iter().map(ToString::to_string).collect();
-    match still {
+fn standstill_text(still: &[JointIndex], robot: &Robot) -> Option<String> {
+    let named: Vec<String> = still.iter().map(|joint| robot.joint_label(*joint)).collect();
+    match named.as_slice() {
         [] => None,
-        all if all.len() == joints => Some(
+        all if all.len() == robot.joints() => Some(
             "no joint moves beyond its noise in the samples that count: nothing can be identified \
              from a standstill; record a motion, or choose --from and --to where there is one"
                 .to_owned(),
@@ -158,7 +158,7 @@ fn standstill_text(still: &[JointIndex], joints: usize) -> Option<String> {
         _ => Some(format!(
             "joints {} never move beyond their noise in the samples that count: their friction \
                 and inertia cannot be identified; record them moving, if you need them",
-            named.join(" ")
+            named.join(", ")
         )),
     }
 }
@@ -240,7 +240,7 @@ pub(super) fn check_rate(
     file: &Path,
 ) -> Result<(), CliError> {
     let (found, rate) = (measurement.signals.sample_rate_hz, cell.sample_rate_hz());
-    if (found / rate - 1.0).abs() <= RATE_TOLERANCE {
+    if (found / rate - 1.0).abs() <= TimeLimits::DEFAULT.same_rate {
         return Ok(());
     }
     Err(CliError::in_file(

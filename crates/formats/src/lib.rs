@@ -77,6 +77,7 @@ mod motion;
 mod record;
 mod start;
 mod table;
+mod time_limits;
 mod uniform;
 mod urdf;
 mod xml;
@@ -91,7 +92,7 @@ pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
-pub use measurement::{Measurement, RATE_TOLERANCE, Side};
+pub use measurement::{Measurement, Side};
 pub use missing_values::{DisjointColumns, MissingValues};
 pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motion};
 pub use record::{Piece, Record};
@@ -100,5 +101,6 @@ pub use table::{
     Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,
     write_csv,
 };
+pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError, mean_rate_hz};
 pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};

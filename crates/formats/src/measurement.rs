@@ -5,14 +5,6 @@ use didim_dynamics::{JointSample, MAX_JOINTS};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Largest deviation of the rate, as a share of it. With time scaled by 1 + r, velocities are wrong
-/// by the factor 1 + r and accelerations by its square: viscous friction by r, inertias by 2 r,
-/// with no trace in the residuals. The clocks of a controller and of a computer have crystals of
-/// ±1e-4, both together differ by 2e-4, and a clock that is being disciplined by some 1e-4 more. A
-/// deviation within it makes inertias wrong by at most 0.06 %; a drive's torque gain is hardly
-/// known to ten times that.
-pub const RATE_TOLERANCE: f64 = 3e-4;
-
 /// Side of the transmission that a measurement describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -1,18 +1,9 @@
 //! From rows with jittering times to a uniform grid.
 
+use crate::time_limits::TimeLimits;
 use core::fmt;
 use core::ops::Range;
 
-/// Distance in periods from which rows are missing between two rows.
-const GAP_PERIODS: f64 = 2.5;
-/// Largest deviation of the rate, where times give it: resampled data have these times.
-const RATE_TOLERANCE: f64 = 0.05;
-/// Distance in periods from which one row is missing.
-const MISSING_ROW_PERIODS: f64 = 1.5;
-/// Rows arrive in bursts if more than one in this number of distances is stretched.
-const BURST_DISTANCES: usize = 20;
-/// Rows nearer than this number of periods are one: a cubic through both would follow their noise.
-const DUPLICATE_PERIODS: f64 = 0.3;
 /// Times this near are on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
 /// A cubic takes four points.
@@ -63,18 +54,20 @@ pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
     let median = *steps.get(steps.len() / 2)?;
     // They are sorted, so that these are the last ones. Each counts with the usual length: a pause
     // does not count.
-    let plain = steps.partition_point(|step| *step < MISSING_ROW_PERIODS * median);
+    let plain =
+        steps.partition_point(|step| *step < TimeLimits::DEFAULT.missing_row_periods * median);
     let (near, distant) = steps.split_at(plain);
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
-    if let Some(usual) =
-        distant.get(distant.len() / 2).filter(|_| BURST_DISTANCES * distant.len() > steps.len())
+    if let Some(usual) = distant
+        .get(distant.len() / 2)
+        .filter(|_| TimeLimits::DEFAULT.burst_distances * distant.len() > steps.len())
     {
         let [near_s, distant_s] = [near.iter().sum::<f64>(), distant.len() as f64 * usual];
         if distant_s > near_s {
             return Some(steps.len() as f64 / (near_s + distant_s));
         }
     }
-    steps.retain(|step| *step > 0.0 && *step < MISSING_ROW_PERIODS * median);
+    steps.retain(|step| *step > 0.0 && *step < TimeLimits::DEFAULT.missing_row_periods * median);
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = steps.len() as f64;
     (count > 0.0).then(|| count / steps.iter().sum::<f64>())
@@ -161,17 +154,20 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     let mut parts: Vec<Range<usize>> = Vec::new();
     let mut begin = 0;
     for end in 1..=times_s.len() {
-        if steps.get(end - 1).is_none_or(|step| *step > GAP_PERIODS * period_s) {
+        if steps.get(end - 1).is_none_or(|step| *step > TimeLimits::DEFAULT.gap_periods * period_s)
+        {
             parts.push(begin..end);
             begin = end;
         }
     }
-    let alone = steps
-        .iter()
-        .filter(|step| (MISSING_ROW_PERIODS * period_s..=GAP_PERIODS * period_s).contains(*step));
+    let alone = steps.iter().filter(|step| {
+        (TimeLimits::DEFAULT.missing_row_periods * period_s
+            ..=TimeLimits::DEFAULT.gap_periods * period_s)
+            .contains(*step)
+    });
     let alone = alone.count();
     let found_hz = mean_rate_hz(&times_s).ok_or(TimesError::TooShort)?;
-    if (found_hz / rate_hz - 1.0).abs() > RATE_TOLERANCE {
+    if (found_hz / rate_hz - 1.0).abs() > TimeLimits::DEFAULT.resampled_rate {
         return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
     }
     parts.retain(|piece| piece.len() >= MIN_CUBIC_POINTS);
@@ -215,13 +211,13 @@ fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
             return false;
         }
         let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
-        alone && times_s[row + 1] - times_s[row - 1] <= GAP_PERIODS * period_s
+        alone && times_s[row + 1] - times_s[row - 1] <= TimeLimits::DEFAULT.gap_periods * period_s
     };
     let mut rows_kept: Vec<usize> = Vec::with_capacity(count);
     for row in 0..count {
-        let near = rows_kept
-            .last()
-            .is_some_and(|last| times_s[row] - times_s[*last] < DUPLICATE_PERIODS * period_s);
+        let near = rows_kept.last().is_some_and(|last| {
+            times_s[row] - times_s[*last] < TimeLimits::DEFAULT.duplicate_periods * period_s
+        });
         if !near && !repeats(row) {
             rows_kept.push(row);
         }

@@ -8,7 +8,7 @@
 //! 8.
 //!
 //! The memory is one value of each signal. Nothing is interpolated over more than
-//! [`MAX_INTERPOLATION_PERIODS`] periods: the frame between is missing.
+//! [`AssemblyLimits::interpolation_periods`](super::AssemblyLimits): the frame between is missing.
 
 use didim_dynamics::MAX_JOINTS;
 
@@ -16,11 +16,6 @@ use super::losses::CycleCause;
 use super::values::{References, Values, read_values};
 use crate::frame::Frame;
 use crate::layout::{MessagePlan, Quantity};
-
-/// Longest time between two values that are interpolated, in nominal periods. A missing frame costs
-/// its own cycle. It also costs the cycle after it if the later value has arrived close to that
-/// cycle's instant.
-pub(super) const MAX_INTERPOLATION_PERIODS: f64 = 2.5;
 
 /// Values and the arrival times of their frames \[ns\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

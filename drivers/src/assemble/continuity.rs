@@ -10,16 +10,13 @@ use didim_dynamics::MAX_JOINTS;
 use super::losses::CycleCause;
 use crate::units::Scales;
 
-/// Number of consecutive positions that have to agree to confirm each other.
-const CONFIRMING_POSITIONS: u32 = 3;
-
 type Positions = [f64; MAX_JOINTS];
 
 /// Positions that the next ones are compared with.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
     /// Latest positions that were accepted, and the number of accepted ones in a row, up to
-    /// [`CONFIRMING_POSITIONS`].
+    /// [`confirming`].
     accepted: Option<(Positions, u32)>,
     /// Latest positions that were refused, and the number of refused ones in a row that agree.
     rejected: Option<(Positions, u32)>,
@@ -37,6 +34,7 @@ impl Continuity {
         position_rad: &Positions,
         axes: usize,
         scales: &Scales,
+        confirming: u32,
     ) -> Result<(), CycleCause> {
         let follows = |before: &Positions| {
             let steps = before.iter().zip(position_rad).take(axes).enumerate();
@@ -47,7 +45,7 @@ impl Continuity {
             Some((before, proof)) => (follows(&before), proof),
         };
         if taken {
-            self.accepted = Some((*position_rad, (proof + 1).min(CONFIRMING_POSITIONS)));
+            self.accepted = Some((*position_rad, (proof + 1).min(confirming)));
             self.rejected = None;
             return Ok(());
         }
@@ -56,8 +54,8 @@ impl Continuity {
             _ => 1,
         };
         self.rejected = Some((*position_rad, run));
-        if proof < CONFIRMING_POSITIONS && run >= CONFIRMING_POSITIONS {
-            *self = Self { accepted: Some((*position_rad, CONFIRMING_POSITIONS)), rejected: None };
+        if proof < confirming && run >= confirming {
+            *self = Self { accepted: Some((*position_rad, confirming)), rejected: None };
             return Err(CycleCause::Restart);
         }
         Err(CycleCause::OutOfRange)

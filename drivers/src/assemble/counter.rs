@@ -4,13 +4,7 @@
 //! late on a busy machine is not a loss. If the counter is far ahead of the time, or behind the
 //! previous frame, the device has restarted.
 
-/// Allowed difference between the counter and the time \[ns\]. It equals the shortest silence that
-/// is a restart: if a sender or a kernel is busy for longer, the count is assumed to be a new one.
-const SLACK_NS: f64 = 1e9;
-
-/// Narrowest counter that does not wrap within a silence at the usual rates of drives \[bits\]. A
-/// narrower counter is trusted for a quarter of its range.
-pub(super) const WIDE_COUNTER_BITS: u8 = 16;
+use super::limits::AssemblyLimits;
 
 /// Relation of a frame to the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +28,7 @@ pub(super) fn step(
     width: u8,
     (periods, period_ns): (f64, f64),
     backwards: bool,
+    limits: &AssemblyLimits,
 ) -> Step {
     let modulus = f64::from(width).exp2();
     let behind = to.wrapping_sub(from) & (u64::MAX >> (64 - width.clamp(1, 64)));
@@ -43,8 +38,8 @@ pub(super) fn step(
     // The counter fits several numbers of cycles: take the one nearest to the time.
     let ahead = behind as f64;
     let cycles = ahead + modulus * ((periods - ahead) / modulus).round();
-    let slack = (SLACK_NS / period_ns).max(2.0);
-    let slack = if width < WIDE_COUNTER_BITS { slack.min(0.25 * modulus) } else { slack };
+    let slack = (limits.counter_slack_ns / period_ns).max(2.0);
+    let slack = if width < limits.wide_counter_bits { slack.min(0.25 * modulus) } else { slack };
     let too_far = (cycles - periods).abs() > slack;
     if cycles < 1.0 && backwards && !too_far {
         Step::Older
@@ -61,7 +56,8 @@ mod tests {
     use super::*;
 
     fn step(from: u64, to: u64, width: u8, periods: f64) -> Step {
-        super::step(from, to, width, (periods, 200_000.0), periods < 0.0)
+        let limits = AssemblyLimits::default();
+        super::step(from, to, width, (periods, 200_000.0), periods < 0.0, &limits)
     }
 
     #[test]

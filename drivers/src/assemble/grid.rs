@@ -6,10 +6,7 @@
 //! length (an alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A
 //! stamp belongs to the nearest grid point.
 
-/// Largest relative deviation from the nominal period at which the grid still counts cycles. A
-/// controller on an ordinary operating system is within it. A larger deviation means another
-/// configuration.
-pub(super) const PERIOD_TOLERANCE: f64 = 0.01;
+use super::limits::AssemblyLimits;
 
 /// Long-term share of a stamp's deviation that is added to the phase. It averages jitter over about
 /// ten cycles.
@@ -20,14 +17,10 @@ const PHASE_GAIN: f64 = 0.125;
 /// bridged to a few thousandths of a period.
 const PERIOD_GAIN: f64 = 1e-4;
 
-/// A silence of this many nominal periods, and of at least this length \[ns\], ends the train. The
-/// next stamp is a new start.
-const SILENCE_PERIODS: f64 = 10.0;
-const SILENCE_NS: f64 = 1e9;
-
 /// Grid of bus cycles, positioned at the latest one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
+    limits: AssemblyLimits,
     nominal_ns: f64,
     period_ns: f64,
     /// Stamp of the latest cycle, and the position of its grid point relative to it.
@@ -38,8 +31,15 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub(super) fn start(nominal_ns: f64, stamp_ns: u64) -> Self {
-        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0, stamp_count: 1.0 }
+    pub(super) fn start(limits: AssemblyLimits, nominal_ns: f64, stamp_ns: u64) -> Self {
+        Self {
+            limits,
+            nominal_ns,
+            period_ns: nominal_ns,
+            stamp_ns,
+            phase_ns: 0.0,
+            stamp_count: 1.0,
+        }
     }
 
     /// Returns the period measured from the stamps \[ns\].
@@ -59,7 +59,8 @@ impl Grid {
 
     /// Returns true if the train has ended before `stamp_ns`.
     pub(super) fn is_silence(&self, stamp_ns: u64) -> bool {
-        difference(stamp_ns, self.stamp_ns) >= SILENCE_NS.max(SILENCE_PERIODS * self.nominal_ns)
+        let (periods, least_ns) = self.limits.silence;
+        difference(stamp_ns, self.stamp_ns) >= least_ns.max(periods * self.nominal_ns)
     }
 
     /// Moves the grid by `cycles` to the grid point of `stamp_ns`.
@@ -73,8 +74,8 @@ impl Grid {
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
         let period_gain = (6.0 / (n * (n + 1.0))).clamp(PERIOD_GAIN, 1.0);
         self.period_ns = (self.period_ns + period_gain * deviation / cycles).clamp(
-            self.nominal_ns * (1.0 - PERIOD_TOLERANCE),
-            self.nominal_ns * (1.0 + PERIOD_TOLERANCE),
+            self.nominal_ns * (1.0 - self.limits.period_tolerance),
+            self.nominal_ns * (1.0 + self.limits.period_tolerance),
         );
         self.phase_ns = (phase_gain - 1.0) * deviation;
         self.stamp_ns = stamp_ns;

@@ -35,6 +35,7 @@ mod continuity;
 mod counter;
 mod cycle;
 mod grid;
+mod limits;
 mod losses;
 mod packed;
 mod period;
@@ -43,9 +44,10 @@ mod values;
 
 use didim_dynamics::{JointSample, Readings};
 
+pub use limits::AssemblyLimits;
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
-use self::arrived::{Arrived, MAX_INTERPOLATION_PERIODS};
+use self::arrived::Arrived;
 use self::continuity::Continuity;
 use self::cycle::{CompleteMask, Cycle};
 use self::grid::Grid;
@@ -65,6 +67,7 @@ pub struct Assembler {
 /// Everything that changes.
 #[derive(Clone, Debug)]
 struct State {
+    limits: AssemblyLimits,
     scales: Scales,
     axes: usize,
     period_ns: f64,
@@ -109,17 +112,19 @@ struct Ready {
 impl Assembler {
     /// Creates an assembler that has received nothing yet. All memory is allocated here.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
+        let limits = AssemblyLimits::default();
         let state = State {
+            limits,
             scales,
             axes: layout.axes(),
             period_ns: layout.period_ns(),
             next_sync: layout.reference_at_next_sync(),
             complete_mask: CompleteMask::new(&layout),
-            reach_ns: layout.at_arrival().then(|| reach_ns(&layout)),
+            reach_ns: layout.at_arrival().then(|| reach_ns(&layout, &limits)),
             enabled_value: layout.enabled_value(),
             by_frames: layout.cycles_by() == CyclesBy::Frames,
             grid: None,
-            period_watch: PeriodWatch::new(layout.period_ns()),
+            period_watch: PeriodWatch::new(limits, layout.period_ns()),
             open_cycle: None,
             pending_references: References::default(),
             latest_arrivals: Arrived::default(),
@@ -237,7 +242,7 @@ impl State {
     }
 
     fn start_grid(&mut self, stamp_ns: u64) {
-        self.grid = Some(Grid::start(self.period_ns, stamp_ns));
+        self.grid = Some(Grid::start(self.limits, self.period_ns, stamp_ns));
         self.continuity = Continuity::default();
         self.latest_arrivals = Arrived::default();
         self.missing_before = 0;
@@ -302,7 +307,9 @@ impl State {
         }
         let sample = cycle.sample(self.complete_mask, self.axes, &self.scales, self.reach_ns);
         let sample = sample.and_then(|sample| {
-            self.continuity.check_and_store(&sample.motor_position_rad, self.axes, &self.scales)?;
+            let (position, confirming) =
+                (&sample.motor_position_rad, self.limits.confirming_positions);
+            self.continuity.check_and_store(position, self.axes, &self.scales, confirming)?;
             Ok(JointSample { readings, ..sample })
         });
         match sample {
@@ -332,6 +339,6 @@ impl State {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a period: 1e4 to 1e9")]
-fn reach_ns(layout: &CompiledLayout) -> u64 {
-    (MAX_INTERPOLATION_PERIODS * layout.period_ns()) as u64
+fn reach_ns(layout: &CompiledLayout, limits: &AssemblyLimits) -> u64 {
+    (limits.interpolation_periods * layout.period_ns()) as u64
 }

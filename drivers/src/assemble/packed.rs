@@ -1,7 +1,7 @@
 //! Cycles that consist of one packed frame each.
 
 use super::State;
-use super::counter::{Step, WIDE_COUNTER_BITS, step};
+use super::counter::{Step, step};
 use super::cycle::Cycle;
 use super::losses::{CycleCause, FrameCause};
 use super::values::{References, Values, index_bit, read_values};
@@ -102,11 +102,11 @@ impl State {
         let width = counter.signal.field.width();
         let backwards = grid.is_before(stamp_ns);
         let time = (periods, self.period_ns);
-        let step = step(self.counter, values.counter, width, time, backwards);
+        let step = step(self.counter, values.counter, width, time, backwards, &self.limits);
         if let Some(cycles) = silence {
             return match step {
                 // A narrow counter has had all its values in the meantime.
-                Step::Forward(counted) if width >= WIDE_COUNTER_BITS && counted > 1 => {
+                Step::Forward(counted) if width >= self.limits.wide_counter_bits && counted > 1 => {
                     FramePlace::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
                 }
                 _ => {

@@ -7,23 +7,13 @@
 //! A frame may be late, it is never early. So only the least late stamp of every second counts: a
 //! burst of late frames has no effect, but a wrong period shifts the stamps of every second.
 
-use super::grid::{PERIOD_TOLERANCE, difference};
-
-/// Stretch that is compared with the previous one: at least this long \[ns\] and this many cycles.
-const STRETCH_NS: f64 = 1e9;
-const STRETCH_CYCLES: f64 = 100.0;
-
-/// Number of consecutive stretches that have to be off in the same direction. Frames that become
-/// permanently late, or punctual again, shift only one stretch.
-const DEVIATING_STRETCHES: i32 = 4;
-
-/// Tolerance of one period, as a share of the nominal period: without a counter, an interval within
-/// it is one period. A larger deviation may be a lost frame or a late one.
-const PERIOD_DEVIATION: f64 = 0.5;
+use super::grid::difference;
+use super::limits::AssemblyLimits;
 
 /// Comparison of the stamps with the nominal period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PeriodWatch {
+    limits: AssemblyLimits,
     nominal_ns: f64,
     stamp_ns: Option<u64>,
     /// Latest interval of one period; it counts if the next one is one period, too.
@@ -43,8 +33,9 @@ pub(super) struct PeriodWatch {
 }
 
 impl PeriodWatch {
-    pub(super) fn new(nominal_ns: f64) -> Self {
+    pub(super) fn new(limits: AssemblyLimits, nominal_ns: f64) -> Self {
         Self {
+            limits,
             nominal_ns,
             stamp_ns: None,
             held_ns: None,
@@ -59,7 +50,7 @@ impl PeriodWatch {
 
     /// Returns true if the period is not the nominal one.
     pub(super) fn is_wrong(&self) -> bool {
-        self.deviating_stretches.abs() >= DEVIATING_STRETCHES
+        self.deviating_stretches.abs() >= self.limits.deviating_stretches
     }
 
     /// Takes a stamp that is `cycles` after the previous one by its counter.
@@ -74,7 +65,7 @@ impl PeriodWatch {
         *self = Self {
             deviating_stretches: self.deviating_stretches,
             stamp_ns: Some(stamp_ns),
-            ..Self::new(self.nominal_ns)
+            ..Self::new(self.limits, self.nominal_ns)
         };
     }
 
@@ -84,7 +75,7 @@ impl PeriodWatch {
         let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
         let interval_ns = difference(stamp_ns, before);
         let held_ns = self.held_ns.take();
-        let regular = (interval_ns / self.nominal_ns - 1.0).abs() <= PERIOD_DEVIATION;
+        let regular = (interval_ns / self.nominal_ns - 1.0).abs() <= self.limits.interval_tolerance;
         if regular {
             if let Some(held_ns) = held_ns {
                 self.add(held_ns, 1.0);
@@ -99,7 +90,8 @@ impl PeriodWatch {
         self.late_ns += interval_ns - cycles * self.nominal_ns;
         self.least_ns = self.least_ns.min(self.late_ns);
         let length_ns = self.cycles * self.nominal_ns;
-        if self.cycles < STRETCH_CYCLES || length_ns < STRETCH_NS {
+        let (cycles, least_ns) = self.limits.stretch;
+        if self.cycles < cycles || length_ns < least_ns {
             return;
         }
         // Count from the least late stamp on, so that the sum stays small and exact for years.
@@ -107,10 +99,10 @@ impl PeriodWatch {
         self.cycles = 0.0;
         self.late_ns -= least_ns;
         if std::mem::replace(&mut self.has_reference, true) {
-            let gained = least_ns / length_ns;
-            self.deviating_stretches = if gained > PERIOD_TOLERANCE {
+            let (gained, tolerance) = (least_ns / length_ns, self.limits.period_tolerance);
+            self.deviating_stretches = if gained > tolerance {
                 self.deviating_stretches.max(0).saturating_add(1)
-            } else if gained < -PERIOD_TOLERANCE {
+            } else if gained < -tolerance {
                 self.deviating_stretches.min(0).saturating_sub(1)
             } else {
                 0
@@ -129,7 +121,7 @@ mod tests {
     /// Simulates twenty seconds of a period that is `ratio` × nominal; each frame is
     /// `late_ns(cycle)` late.
     fn is_wrong(ratio: f64, counter: bool, late_ns: impl Fn(u64) -> u64) -> bool {
-        let mut watch = PeriodWatch::new(NOMINAL_NS);
+        let mut watch = PeriodWatch::new(AssemblyLimits::default(), NOMINAL_NS);
         let mut ever = false;
         for k in 0..5_000_u64 {
             let stamp_ns = (k as f64 * ratio * NOMINAL_NS) as u64 + late_ns(k);
@@ -174,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_period_that_is_right_again_is_right() {
-        let mut watch = PeriodWatch::new(NOMINAL_NS);
+        let mut watch = PeriodWatch::new(AssemblyLimits::default(), NOMINAL_NS);
         let mut stamp_ns = 0;
         for (period_ns, wrong) in [(4_400_000, true), (4_000_000, false), (3_600_000, true)] {
             for _ in 0..2_500 {

@@ -8,21 +8,6 @@ use super::values::{References, index_bit, prior_cause, read_values};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
-/// Share of a period after which a frame may belong to the next cycle: its SYNC may be missed and
-/// the grid late by jitter. Such a frame is trusted only if the next SYNC arrives after it.
-const DOUBTFUL_SHARE: f64 = 0.75;
-
-/// Largest distance of a repeated SYNC from the latest grid point, in periods. A SYNC beyond it
-/// that is still nearer to this point than to the next one fits no grid point.
-const REPEATED_SHARE: f64 = 0.25;
-
-/// Largest distance to the previous SYNC, in periods, at which a SYNC is the same frame again.
-const ECHO_SHARE: f64 = 0.01;
-
-/// Number of periods after which a SYNC counts as missing: the next one would be the nearer grid
-/// point.
-const SYNC_MISSING: f64 = 1.5;
-
 impl State {
     /// Takes a SYNC: the previous cycle ends, the next one begins.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
@@ -38,14 +23,14 @@ impl State {
             return self.begin_cycle(stamp_ns, 0);
         }
         if self.by_frames {
-            *grid = Grid::start(self.period_ns, stamp_ns);
+            *grid = Grid::start(self.limits, self.period_ns, stamp_ns);
             self.end_cycle(true);
             self.lose_all_but_last(CycleCause::MissingSync, 1);
             return self.begin_cycle(stamp_ns, 1);
         }
         let periods = grid.periods_to(stamp_ns);
         let cycles = periods.round();
-        if cycles < 1.0 && periods.abs() > REPEATED_SHARE {
+        if cycles < 1.0 && periods.abs() > self.limits.repeated_sync {
             self.end_cycle(false);
             self.start_again(stamp_ns, CycleCause::ClockStep, 2);
             return self.begin_cycle(stamp_ns, 0);
@@ -54,7 +39,7 @@ impl State {
             // The same SYNC twice. At a larger distance it may be the next SYNC of a clock that was
             // set back by about a period. Then the next frames may belong to the next cycle and
             // complete this one. Earlier targets may be one cycle older than later ones.
-            let echo_ns = rounded_ns(ECHO_SHARE * self.period_ns);
+            let echo_ns = rounded_ns(self.limits.echoed_sync * self.period_ns);
             let distance_ns = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
             if let Some(cycle) = self.open_cycle.as_mut().filter(distance_ns) {
                 cycle.fault = prior_cause(cycle.fault, CycleCause::Contradiction);
@@ -160,7 +145,7 @@ impl State {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
                 // A signal that is valid at its own arrival is valid in any cycle.
-                cycle.is_doubtful |= by_sync && periods >= DOUBTFUL_SHARE;
+                cycle.is_doubtful |= by_sync && periods >= self.limits.doubtful_share;
                 None
             }
             _ => Some(FrameCause::Late),
@@ -171,7 +156,7 @@ impl State {
     /// is needed to trust the last frames, the cycle ends when that SYNC is missing.
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
         let (Some(grid), Some(cycle)) = (&self.grid, &self.open_cycle) else { return };
-        let end = if cycle.is_doubtful { SYNC_MISSING } else { 1.0 };
+        let end = if cycle.is_doubtful { self.limits.missing_sync } else { 1.0 };
         let past = grid.periods_to(now_ns) >= end;
         // If the frames count the cycles, only a missing frame is late.
         let is_complete = self.complete_mask.missing_messages(cycle) == 0;

@@ -15,18 +15,11 @@ use didim_identification::identification::{
 };
 use nalgebra::DMatrix;
 
+use super::assumptions::DesignAssumptions;
 use crate::analysis::identify::IdentifyError;
 use crate::analysis::payload::LoadError;
 use crate::analysis::stored_model::StoredModel;
 use crate::cell::{Cell, RobotSource};
-
-/// Values without a result: noise of a row as a share of the joint's torque limit, and independent
-/// rows per second if no cell gives their number.
-const ASSUMED_NOISE: f64 = 0.01;
-const ASSUMED_ROWS_PER_S: f64 = 40.0;
-/// Part of a use's required uncertainty that noise may take. A third of it is a tenth of the
-/// variance.
-const SHARE_OF_NOISE: f64 = 1.0 / 3.0;
 
 /// Error when a motion cannot be requested. The inner errors state the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -192,7 +185,7 @@ impl Assignment {
                 .map(|nominal| nominal.standard_parameters().to_vec()),
             prior_information: None,
             noise: None,
-            rows_per_s: ASSUMED_ROWS_PER_S,
+            rows_per_s: DesignAssumptions::DEFAULT.rows_per_s,
             required_uncertainty: 0.0,
         };
         arm.into_assignment(wanted)
@@ -220,7 +213,8 @@ impl Assignment {
             prior_information: None,
             noise: None,
             rows_per_s: cell.sample_rate_hz() / factor as f64,
-            required_uncertainty: SHARE_OF_NOISE * cell.options.limits.parameter_uncertainty,
+            required_uncertainty: DesignAssumptions::DEFAULT.noise_part
+                * cell.options.limits.parameter_uncertainty,
         };
         let Some(result) = result else {
             let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
@@ -390,7 +384,8 @@ fn assumed_noise(robot: &Robot) -> Result<Vec<f64>, AssignmentError> {
     let limits = robot.limits().enumerate();
     let noise = limits.map(|(joint, limits): (usize, &Limits)| {
         let joint = JointIndex::new(joint);
-        Ok(ASSUMED_NOISE * limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?)
+        Ok(DesignAssumptions::DEFAULT.noise_share
+            * limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?)
     });
     noise.collect()
 }

@@ -3,6 +3,7 @@
 
 mod advice;
 mod assignment;
+mod assumptions;
 mod expectation;
 
 pub use advice::Advised;

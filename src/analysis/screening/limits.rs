@@ -46,8 +46,10 @@ pub enum Cause {
 /// The sample that is furthest beyond a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beyond {
-    /// Number of the joint.
+    /// The joint.
     pub joint: JointIndex,
+    /// Its number, and its name if it has one.
+    pub joint_label: String,
     /// The limited quantity.
     pub quantity: Limited,
     /// Time of the sample \[s after the first sample\].
@@ -74,7 +76,8 @@ pub struct BeyondLimits(pub Vec<Beyond>);
 impl fmt::Display for Beyond {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            joint,
+            joint: _,
+            joint_label: joint,
             quantity: limited,
             time_s,
             value,
@@ -122,8 +125,9 @@ pub const LIMITS_REMEDY: &str =
 /// Describes the limits that a robot's file leaves open. `None` if all are set.
 pub fn open_limits(robot: &Robot) -> Option<String> {
     let joints_of = |what: &str, is_open: &dyn Fn(&Limits) -> bool| {
-        let joints = (1..).zip(robot.limits()).filter(|(_, limits)| is_open(limits));
-        let joints: Vec<String> = joints.map(|(joint, _): (usize, _)| joint.to_string()).collect();
+        let joints = robot.limits().enumerate().filter(|(_, limits)| is_open(limits));
+        let label = |(joint, _): (usize, _)| robot.joint_label(JointIndex::new(joint));
+        let joints: Vec<String> = joints.map(label).collect();
         (!joints.is_empty()).then(|| format!("{what} of joint {}", joints.join(", ")))
     };
     let open_limits_listed = [
@@ -304,6 +308,7 @@ impl Joints {
         let (joint, time_s, kind) =
             (JointIndex::new(joint), self.time_s(sample), joint_of_chain.kind);
         Some(Beyond {
+            joint_label: robot.joint_label(joint),
             joint,
             quantity: limited,
             time_s,

@@ -11,7 +11,7 @@
 
 use didim_drivers::layout::{CompiledLayout, CyclesBy};
 use didim_dynamics::JointSample;
-use didim_formats::{Measurement, RATE_TOLERANCE};
+use didim_formats::{Measurement, TimeLimits};
 
 use crate::cell::RateCheck;
 
@@ -115,7 +115,7 @@ fn check(
     let found_hz = expected_hz / (1.0 + slow);
     let uncertainty_hz = expected_hz * uncertainty;
     let off = (found_hz / expected_hz - 1.0).abs();
-    if off > RATE_TOLERANCE + options.coverage_deviations * uncertainty {
+    if off > TimeLimits::DEFAULT.same_rate + options.coverage_deviations * uncertainty {
         return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     // Also covers NaN, the result of missing stamps.

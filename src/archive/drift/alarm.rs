@@ -2,11 +2,8 @@
 //! when the parameter is back.
 
 use super::Change;
+use super::limits::DriftLimits;
 use crate::archive::store::Timestamp;
-
-/// The alarm is cleared only within this share of the band. A parameter at the edge therefore does
-/// not raise and clear it repeatedly.
-const CLEARING_SHARE: f64 = 0.75;
 
 /// Alarm state of one parameter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,7 +38,8 @@ impl Alarm {
         if share.is_nan() {
             return None;
         }
-        let changes = if self.is_raised { share <= CLEARING_SHARE } else { share > 1.0 };
+        let changes =
+            if self.is_raised { share <= DriftLimits::DEFAULT.clearing_share } else { share > 1.0 };
         if !changes {
             self.agreeing_results = 0;
             if !self.is_raised {

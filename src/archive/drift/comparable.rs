@@ -1,9 +1,8 @@
 //! Check of which results may be compared with a baseline.
 
+use super::limits::DriftLimits;
 use crate::archive::store::HistoryLine;
 
-/// Payloads with a smaller difference count as the same \[kg\]: the resolution of a bench balance.
-const SAME_PAYLOAD_KG: f64 = 0.01;
 /// Maximum number of names that are listed if parameters differ.
 const MAX_LISTED_NAMES: usize = 6;
 
@@ -117,7 +116,10 @@ pub fn check_comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<()
     }
     let other_kg = baseline.payload_kg();
     match line.payload_kg() {
-        Some(payload_kg) if (other_kg.unwrap_or(0.0) - payload_kg).abs() > SAME_PAYLOAD_KG => {
+        Some(payload_kg)
+            if (other_kg.unwrap_or(0.0) - payload_kg).abs()
+                > DriftLimits::DEFAULT.same_payload_kg =>
+        {
             Err(NotComparable::OtherPayload { result, payload_kg, other, other_kg })
         }
         _ => Ok(()),

@@ -11,6 +11,7 @@ mod choose;
 mod comparable;
 mod days;
 mod judged_history;
+mod limits;
 mod options;
 mod status;
 mod tracker;
@@ -23,11 +24,12 @@ pub use change::Change;
 pub use choose::{ChooseError, set_baseline};
 pub use comparable::{NotComparable, check_comparable};
 pub use judged_history::{Entry, JudgedHistory};
+pub use limits::DriftLimits;
 pub use options::{DriftOptionError, DriftOptions};
 pub use status::{AlarmStatus, DriftStatus, ParameterDrift};
 pub use tracker::{Comparison, Tracker};
 pub use trend::{Trend, trend};
-pub use wording::{FORECAST_SPANS, band_exit, change_sentence};
+pub use wording::{band_exit, change_sentence};
 
 #[cfg(test)]
 mod tests;

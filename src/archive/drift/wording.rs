@@ -1,13 +1,9 @@
 //! Drift as sentences.
 
+use super::limits::DriftLimits;
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::significant_digits;
-
-/// A trend is extrapolated into the future by at most this multiple of its past time span.
-pub const FORECAST_SPANS: f64 = 3.0;
-/// A slope counts as zero if it is less than this many of its standard deviations.
-const SIGNIFICANT_SLOPE: f64 = 3.0;
 
 /// Returns a sentence such as
 /// `fc3 has grown by 12.3 % ± 0.4 % since the baseline of 2026-11-22, +0.41 ± 0.02 %/day, left its
@@ -58,13 +54,15 @@ pub fn change_sentence(
 /// has to be within the allowed extrapolation of the trend. Times of the trend are days since the
 /// baseline.
 pub fn band_exit(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
-    if trend.slope.abs() < SIGNIFICANT_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
+    if trend.slope.abs() < DriftLimits::DEFAULT.slope_deviations * trend.slope_deviation
+        || change.band_share() > 1.0
+    {
         return None;
     }
     let edge = change.baseline + change.half_band * trend.slope.signum();
     let leaves = trend.mean_time + (edge - trend.at_mean) / trend.slope;
     let (first, last) = trend.span;
-    let reach = last + FORECAST_SPANS * (last - first);
+    let reach = last + DriftLimits::DEFAULT.forecast_spans * (last - first);
     (leaves.is_finite() && leaves > last && leaves <= reach).then(|| baseline.plus_days(leaves))?
 }
 

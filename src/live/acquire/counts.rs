@@ -83,7 +83,7 @@ pub struct AcquisitionCounts {
     pub iterations: u64,
 }
 
-/// Start time of a frame in [`FrameLatency`].
+/// Start time of a frame in `FrameLatency`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameTime {

@@ -7,20 +7,10 @@ use didim_drivers::assemble::{CycleCause, FrameCause, label};
 use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
-
-/// Length of the period: several of the longest cycles, and short compared with the time that
-/// people wait.
-const RECENT_PERIOD: Duration = Duration::from_secs(5);
+use crate::live::limits::LiveLimits;
 
 /// Counts with a smaller time difference are treated as one.
 const MIN_SEPARATION: Duration = Duration::from_millis(500);
-
-/// A shorter time is inconclusive: a cycle takes up to a second, and is decided when it is over.
-const SETTLED_S: f64 = 2.0;
-
-/// Share of lost cycles above which the loss is a current fault. A single lost cycle costs a
-/// window, which is reported there.
-const TOLERATED_LOSS_SHARE: f64 = 0.01;
 
 /// Maximum number of named causes, for frames and for cycles each.
 const MAX_NAMED_CAUSES: usize = 3;
@@ -75,7 +65,7 @@ pub enum Flow {
 impl RecentCounts {
     /// Returns the outcome of the frames.
     pub fn flow(&self) -> Flow {
-        if self.seconds < SETTLED_S || self.frames == 0 {
+        if self.seconds < LiveLimits::DEFAULT.settled_s || self.frames == 0 {
             return Flow::Well;
         }
         // A silence was reported while it lasted.
@@ -89,7 +79,7 @@ impl RecentCounts {
         // Drives were enabled or disabled during the period.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
         let total = self.samples + losses;
-        if losses as f64 > TOLERATED_LOSS_SHARE * total as f64 {
+        if losses as f64 > LiveLimits::DEFAULT.tolerated_loss_share * total as f64 {
             return Flow::Lossy { lost: losses, of: total, causes: self.main_causes() };
         }
         Flow::Well
@@ -142,7 +132,8 @@ impl RecentWatch {
     /// Returns the counts of the last seconds before `now`.
     pub fn handle_counts(&mut self, counts: &AcquisitionCounts, now: Instant) -> RecentCounts {
         let age = |then: Instant| now.saturating_duration_since(then);
-        while self.0.get(1).is_some_and(|(then, _)| age(*then) >= RECENT_PERIOD) {
+        while self.0.get(1).is_some_and(|(then, _)| age(*then) >= LiveLimits::DEFAULT.recent_period)
+        {
             self.0.pop_front();
         }
         let recent = self.0.front().map(|(then, before)| {

@@ -6,11 +6,8 @@ use didim_dynamics::JointSample;
 
 use super::options::WindowPlan;
 use super::window::{RejectedWindow, Rejection, WindowEvent};
+use crate::live::limits::LiveLimits;
 use crate::window::{Window, WindowEnd};
-
-/// Duration of the counted samples of a load survey \[s\]. The wrist has rotated by then, and a
-/// load is identifiable within seconds.
-const LOAD_SURVEY_S: f64 = 2.0;
 
 /// Returns the number of samples of a load survey.
 pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
@@ -19,7 +16,7 @@ pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
         clippy::cast_sign_loss,
         reason = "at most 20 kHz, as planned windows have"
     )]
-    let samples = (LOAD_SURVEY_S * sample_rate_hz).round() as usize;
+    let samples = (LiveLimits::DEFAULT.load_survey_s * sample_rate_hz).round() as usize;
     samples.max(1)
 }
 

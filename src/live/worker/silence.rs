@@ -1,10 +1,8 @@
 //! Detection of a silent live bus by the worker, which may run in another process than the bus
 //! thread.
 
-use std::time::{Duration, Instant};
-
-/// Time without a sample after which a bus is silent: many times the waiting time of a batch.
-const SILENT_AFTER: Duration = Duration::from_secs(1);
+use crate::live::limits::LiveLimits;
+use std::time::Instant;
 
 /// Detector that reports each silence once.
 #[derive(Debug, Default)]
@@ -23,7 +21,8 @@ impl SilenceWatch {
 
     /// Returns true if a silence has begun that was not reported yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
-        let silent = |last: Instant| now.saturating_duration_since(last) >= SILENT_AFTER;
+        let silent =
+            |last: Instant| now.saturating_duration_since(last) >= LiveLimits::DEFAULT.silent_after;
         let is_new = !self.is_silent && self.last_arrival.is_some_and(silent);
         self.is_silent |= is_new;
         is_new
@@ -38,6 +37,7 @@ impl SilenceWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     #[test]
     fn each_silence_is_reported_once() {

@@ -1,5 +1,6 @@
 //! The residuals, joint by joint.
 
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::identification::Estimate;
 use didim_identification::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
@@ -20,7 +21,7 @@ pub(super) fn torque_section(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Uncertainty of prediction" }
             } }
             tbody { @for (k, joint) in report.cell.robot.chain().iter().enumerate() { tr {
-                th scope="row" { (k + 1) }
+                th scope="row" { (report.cell.robot.joint_label(JointIndex::new(k))) }
                 td.number {
                     (text_at(&estimate.relative_error_per_joint, k, |v| percent_text(v, 3)))
                 }
@@ -93,7 +94,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let content = html! {
         div.panels {
             @for (k, found) in autocorrelations.iter().enumerate() {
-                @let name = format!("joint {}", k + 1);
+                @let name = format!("joint {}", report.cell.robot.joint_label(JointIndex::new(k)));
                 figure {
                     (chart::panel(
                         &format!("Autocorrelation of the residual of {name}"),
@@ -113,7 +114,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
                 @if loss.is_some() { th.number scope="col" { "Downweighted" } }
             } }
             tbody { @for k in 0..autocorrelations.len() { tr {
-                th scope="row" { (k + 1) }
+                th scope="row" { (report.cell.robot.joint_label(JointIndex::new(k))) }
                 td.number { (text_at(&estimate.durbin_watson_per_joint, k, |v| number_text(v, 3))) }
                 td.number { (text_at(&estimate.whiteness_per_joint, k, probability)) }
                 td.number {
@@ -153,7 +154,7 @@ fn weight_function_name(loss: RobustLoss) -> String {
 }
 
 /// Shows the delays of the torques relative to their configured timing.
-pub(super) fn delay_section(estimate: &Estimate) -> Markup {
+pub(super) fn delay_section(estimate: &Estimate, robot: &Robot) -> Markup {
     let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
     let content = html! {
         div.scroll { table {
@@ -164,7 +165,7 @@ pub(super) fn delay_section(estimate: &Estimate) -> Markup {
                 th.bar scope="col" { (chart::delay_labels(reach)) }
             } }
             tbody { @for (k, delay) in estimate.torque_delay_per_joint.iter().enumerate() { tr {
-                th scope="row" { (k + 1) }
+                th scope="row" { (robot.joint_label(JointIndex::new(k))) }
                 @if let Some(delay) = delay {
                     td.number { (number_text(1e6 * delay.delay_s, 3)) " µs" }
                     td.number { (number_text(1e6 * delay.standard_deviation_s, 2)) " µs" }

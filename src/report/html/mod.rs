@@ -66,7 +66,7 @@ impl<'a> Report<'a> {
                 (joints::torque_section(self))
                 (motion::section(self))
                 (joints::residuals(self))
-                (joints::delay_section(estimate))
+                (joints::delay_section(estimate, &self.cell.robot))
                 (information::section(self))
                 (expectation::section(self.expectation))
                 (advice_section(self.advice))

@@ -12,12 +12,13 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let joints = motion.position.iter().zip(&motion.velocity).zip(report.cell.robot.chain());
     let content = html! { div.panels {
         @for (index, ((position, velocity), joint)) in joints.enumerate() {
-        @let number = JointIndex::new(index);
+        @let label = report.cell.robot.joint_label(JointIndex::new(index));
         @let (kind, time_s) = (joint.kind, &motion.time_s);
-        @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };
+        @let title = format!("Position and velocity of joint {label}");
+        @let panel = MotionPanel { joint: label, kind, time_s, position, velocity };
         figure { (chart::panel_of_height(
             TORQUE_PANEL_HEIGHT,
-            &format!("Position and velocity of joint {number}"),
+            &title,
             |svg| draw_motion(svg, &panel),
         )) }
     } } };

@@ -1,6 +1,7 @@
 //! The report of a prediction: the error of a stored result on a record that it was not identified
 //! from.
 
+use didim_dynamics::robot::JointIndex;
 use std::fmt::Write as _;
 
 use didim_formats::RecordingStart;
@@ -81,7 +82,7 @@ impl PredictionReport<'_> {
                     th.number scope="col" { "99.99 % below" }
                 } }
                 tbody { @for (k, (((relative, rms), quantiles), described)) in joints { tr {
-                    th scope="row" { (k + 1) }
+                    th scope="row" { (self.cell.robot.joint_label(JointIndex::new(k))) }
                     td.number { (percent_text(*relative, 3)) }
                     td.number {
                         (expected_of(k).map_or("–".to_owned(), |share| percent_text(share, 3)))

@@ -55,13 +55,14 @@ pub fn preview_page(robot: &Robot, motion: &dyn Course, header: &[String]) -> St
                 &html! { div.panels {
                     @let joints = curves.iter().zip(robot.chain());
                     @for (index, (curves, joint)) in joints.enumerate() {
-                    @let number = JointIndex::new(index);
+                    @let label = robot.joint_label(JointIndex::new(index));
                     @let [position, velocity] = curves;
                     @let (kind, time_s) = (joint.kind, &time_s);
-                    @let panel = MotionPanel { joint: number, kind, time_s, position, velocity };
+                    @let title = format!("Position and velocity of joint {label}");
+                    @let panel = MotionPanel { joint: label, kind, time_s, position, velocity };
                     figure { (chart::panel_of_height(
                         TORQUE_PANEL_HEIGHT,
-                        &format!("Position and velocity of joint {number}"),
+                        &title,
                         |svg| draw_motion(svg, &panel),
                     )) }
                 } } },

@@ -207,7 +207,7 @@ fn text(
     let estimate = &identification.estimate;
     let mut text = report::estimate::truth_table(estimate, &|name| scenario.truth_of(name));
     text += "\n";
-    text += &report::estimate::summary(estimate);
+    text += &report::estimate::summary(estimate, robot);
     text += "\n";
     // The joint with the largest torque is the most informative one.
     let peak = |values: &[f64]| values.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));

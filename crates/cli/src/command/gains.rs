@@ -88,5 +88,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    print_for_terminal(&gains_text(&gains))
+    print_for_terminal(&gains_text(&gains, &cell.robot))
 }

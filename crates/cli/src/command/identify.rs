@@ -376,7 +376,7 @@ fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> Strin
     let estimate = &identification.estimate;
     let mut text = report::estimate::parameter_table(estimate);
     text += "\n";
-    text += &report::estimate::summary(estimate);
+    text += &report::estimate::summary(estimate, &cell.robot);
     if regrouping {
         text += "\nregrouping:\n";
         for parameter in &estimate.parameters {

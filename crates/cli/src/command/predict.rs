@@ -139,7 +139,7 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
                 format!("{} {}", significant_digits(value, 3), described.kind.torque_unit())
             };
             vec![
-                format!("joint {}", JointIndex::new(joint)),
+                format!("joint {}", cell.robot.joint_label(JointIndex::new(joint))),
                 percent(error.relative_error_per_joint[joint]),
                 expected_of_joint.map_or("–".to_owned(), percent),
                 torque(error.rms_error_per_joint_nm[joint]),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use didim_dynamics::robot::Robot;
 use didim_identification::identification::Identification;
 
 use crate::CliError;
@@ -95,7 +96,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             serde_json::to_string(&identification.estimate).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
-        print_for_terminal(&text(&identification, &report.snapshot))?;
+        print_for_terminal(&text(&identification, &cell.robot, &report.snapshot))?;
     }
     // After the result, so that a file that cannot be written does not lose it.
     if let Some(path) = &arguments.figure {
@@ -114,11 +115,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn text(identification: &Identification, snapshot: &Snapshot) -> String {
+fn text(identification: &Identification, robot: &Robot, snapshot: &Snapshot) -> String {
     let estimate = &identification.estimate;
     let mut text = report::estimate::parameter_table(estimate);
     text += "\n";
-    text += &report::estimate::summary(estimate);
+    text += &report::estimate::summary(estimate, robot);
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
         text += &format!(
             "{}, {}, {} identified, {} rejected\n",

@@ -1,8 +1,9 @@
 //! Inverse and direct dynamics, regressor, mass matrix and base parameters.
 //!
 //! A [`Model`] is immutable and shared; a [`Workspace`] holds all scratch memory of one thread. No
-//! algorithm allocates. All are generic over [`Scalar`], and linear in the standard parameters:
-//! inertia about the origin of the link's frame, first moments, mass, drive inertia and friction.
+//! algorithm allocates. All are generic over [`Scalar`](crate::numeric::Scalar), and linear in the
+//! standard parameters: inertia about the origin of the link's frame, first moments, mass, drive
+//! inertia and friction.
 
 mod base;
 mod composite;

@@ -2,6 +2,7 @@
 
 use super::capsule::Capsule;
 use super::friction::{FrictionTerms, JointFriction, SignModel};
+use super::index::JointIndex;
 use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
 use super::nominal::NominalParameters;
@@ -15,6 +16,8 @@ pub struct Robot {
     pub(super) name: String,
     pub(super) gravity_m_s2: [f64; 3],
     pub(super) joints: Vec<Joint>,
+    /// One entry per joint; `None` without a name.
+    pub(super) joint_names: Vec<Option<String>>,
     pub(super) transmission: Transmission,
     pub(super) friction: FrictionTerms,
     /// Friction of each joint.
@@ -75,6 +78,20 @@ impl Robot {
     /// The joints from base to tip.
     pub fn chain(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// Returns the name of a joint, if the file has one.
+    pub fn joint_name(&self, joint: JointIndex) -> Option<&str> {
+        self.joint_names.get(joint.position())?.as_deref()
+    }
+
+    /// Returns the number of a joint, counted from 1, and its name if it has one:
+    /// `3 (elbow_joint)`.
+    pub fn joint_label(&self, joint: JointIndex) -> String {
+        match self.joint_name(joint) {
+            Some(name) => format!("{joint} ({name})"),
+            None => joint.to_string(),
+        }
     }
 
     /// Acceleration of gravity in the base frame \[m/s²\]; (0, 0, −9.81) for an arm on the floor.

@@ -15,13 +15,13 @@ pub enum RobotError {
         /// Message of the TOML reader; it names the allowed keys.
         message: String,
     },
-    /// The robot has no name.
-    #[error("line {line}: `name` is empty; give the robot a name, results carry it")]
+    /// The robot or a joint has an empty name.
+    #[error("line {line}: `name` is empty; write a name, results and messages carry it")]
     EmptyName {
         /// Line, counted from 1.
         line: usize,
     },
-    /// The name of the robot is not one line of text.
+    /// The name of the robot or of a joint is not one line of text.
     #[error(
         "line {line}: `name` has control characters; write it on one line, other files carry it"
     )]

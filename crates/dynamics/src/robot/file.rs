@@ -54,6 +54,11 @@ struct RawRobot {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawJoint {
+    /// Name of the joint, shown next to its number.
+    ///
+    /// If left out: none. The joints of a URDF have their names.
+    #[schemars(with = "Option<String>")]
+    name: Option<Spanned<String>>,
     /// Revolute joints turn about their z axis, prismatic joints slide along it.
     r#type: JointKind,
     /// α, from the z axis of the link before to this one, about the x axis of the link before
@@ -256,11 +261,14 @@ impl Robot {
         })?;
         let text = Text(text);
 
-        if raw.name.get_ref().trim().is_empty() {
-            return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
-        }
-        if raw.name.get_ref().contains(char::is_control) {
-            return Err(RobotError::ControlInName { line: text.line_of(&raw.name) });
+        let names = raw.joint.iter().filter_map(|joint| joint.get_ref().name.as_ref());
+        for name in core::iter::once(&raw.name).chain(names) {
+            if name.get_ref().trim().is_empty() {
+                return Err(RobotError::EmptyName { line: text.line_of(name) });
+            }
+            if name.get_ref().contains(char::is_control) {
+                return Err(RobotError::ControlInName { line: text.line_of(name) });
+            }
         }
         if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
             let line = text.line_of(&raw.gravity_m_s2);
@@ -292,6 +300,8 @@ impl Robot {
                 })
             })
             .collect::<Result<_, _>>()?;
+        let joint_names = raw.joint.iter().map(|joint| joint.get_ref().name.as_ref());
+        let joint_names = joint_names.map(|name| Some(name?.get_ref().clone())).collect();
         let of_links = raw.joint.iter().map(|joint| &joint.get_ref().capsules);
         let capsules = (core::iter::once(&raw.base_capsules).chain(of_links).enumerate())
             .map(|(link, capsules)| read_capsules(text, link, capsules, joints.get(link)))
@@ -304,6 +314,7 @@ impl Robot {
             name: raw.name.into_inner(),
             gravity_m_s2: raw.gravity_m_s2.into_inner(),
             joints,
+            joint_names,
             transmission,
             friction,
             own_friction,

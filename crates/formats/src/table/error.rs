@@ -270,7 +270,8 @@ pub enum TableError {
         sample_rate_hz: f64,
     },
     /// The rate that was given and the file's own differ by more than
-    /// [`RATE_TOLERANCE`](crate::RATE_TOLERANCE), as far as its times tell: drop one of them.
+    /// [`TimeLimits::same_rate`](crate::TimeLimits::same_rate), as far as its times tell: drop one
+    /// of them.
     #[error("{}: the times say {found_hz:.6} Hz and {given_hz} Hz are stated; correct \
         --sample-rate or data.rate_hz, or leave the option out", file.display())]
     RateMismatch {

@@ -4,10 +4,7 @@ use std::path::Path;
 
 use super::error::TableError;
 use super::place::Place;
-use crate::measurement::RATE_TOLERANCE;
-
-/// The largest part of a sample period by which a time stamp may leave the uniform grid.
-const GRID_TOLERANCE: f64 = 0.25;
+use crate::time_limits::TimeLimits;
 
 /// A uniform grid of times.
 pub(super) struct Grid {
@@ -32,7 +29,7 @@ pub(super) fn find_grid(
     let Some(given_hz) = declared else { return Ok(Grid { rate_hz: found_hz, off_s }) };
     // By what share rounded times let the rate be off.
     let lasts_s = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
-    if (found_hz / given_hz - 1.0).abs() > RATE_TOLERANCE + 2.0 * off_s / lasts_s {
+    if (found_hz / given_hz - 1.0).abs() > TimeLimits::DEFAULT.same_rate + 2.0 * off_s / lasts_s {
         return Err(TableError::RateMismatch { file: file(), found_hz, given_hz });
     }
     Ok(Grid { rate_hz: given_hz, off_s })
@@ -53,7 +50,8 @@ fn uniform(time_s: &[f64], first_row: Place, path: &Path) -> Result<Grid, TableE
         rows.map(move |(row, time)| (time - (first + row as f64 * period)).abs())
     };
     let leaves_grid = |period: f64| {
-        distances(period).position(|is| period <= 0.0 || is > GRID_TOLERANCE * period)
+        distances(period)
+            .position(|is| period <= 0.0 || is > TimeLimits::DEFAULT.grid_periods * period)
     };
     let mean = (last - first) / (time_s.len() - 1) as f64;
     if leaves_grid(mean).is_none() {

@@ -29,6 +29,7 @@ use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
 use crate::start::RecordingStart;
+use crate::time_limits::TimeLimits;
 use crate::uniform::{Rows, TimesError, resample};
 use grid::{Grid, find_grid};
 use header::{Column, Header};
@@ -113,7 +114,8 @@ fn to_record(
     // Off the grid by more than the digits that they are written with, times jitter.
     match table.grid(sample_rate_hz, path) {
         Ok(Grid { rate_hz, off_s })
-            if off_s <= (2.0 * resolution_s).max(GRID_JITTER_SHARE / rate_hz) =>
+            if off_s
+                <= (2.0 * resolution_s).max(TimeLimits::DEFAULT.grid_jitter_periods / rate_hz) =>
         {
             Ok(table.into_measurement(rate_hz).into())
         }
@@ -234,10 +236,6 @@ struct IncompleteRows {
     missing_values: MissingValues,
     disjoint_columns: Box<DisjointColumns>,
 }
-
-/// Times that are off the grid by less than this share of a period are taken as on it when
-/// positions are differentiated.
-const GRID_JITTER_SHARE: f64 = 0.01;
 
 impl Table {
     fn grid(&self, declared: Option<f64>, path: &Path) -> Result<Grid, TableError> {

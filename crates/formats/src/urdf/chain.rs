@@ -5,10 +5,8 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::error::UrdfError;
 use super::file::{Body, File, FileJoint, Inertial, Kind, Link, Rounded};
+use super::limits::UrdfLimits;
 use super::note::UrdfNote;
-
-/// Assumed range of a continuous joint either way \[rad\].
-const CONTINUOUS_RANGE_RAD: f64 = 100.0 * core::f64::consts::TAU;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,7 +325,7 @@ fn axis_of(
     let position = match joint.kind {
         Kind::Continuous => {
             notes.push(UrdfNote::Continuous { joint: name.clone() });
-            [-CONTINUOUS_RANGE_RAD, CONTINUOUS_RANGE_RAD]
+            [-UrdfLimits::DEFAULT.continuous_range_rad, UrdfLimits::DEFAULT.continuous_range_rad]
         }
         _ => [limit.lower, limit.upper],
     };

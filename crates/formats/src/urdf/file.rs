@@ -9,12 +9,7 @@ use nalgebra::{
 use roxmltree::{Document, Node};
 
 use super::error::UrdfError;
-
-/// An angle this near to a quarter turn is one, to the digits that are printed \[rad\].
-const PRINTED_ANGLE_ERROR_RAD: f64 = 1e-5;
-
-/// Largest excess of a principal moment over the sum of the two others, relative to the largest.
-const TRIANGLE_TOLERANCE: f64 = 1e-6;
+use super::limits::UrdfLimits;
 
 /// More links, and joints, than any machine has.
 pub(super) const MAX_LINKS: usize = 1000;
@@ -168,12 +163,15 @@ impl Body {
         let (least, largest) = (moments.min(), moments.max());
         match () {
             () if self.mass_kg < 0.0 => Some(format!("a mass of {} kg", self.mass_kg)),
-            () if least < -TRIANGLE_TOLERANCE * largest.abs() => {
+            () if least < -UrdfLimits::DEFAULT.triangle_excess * largest.abs() => {
                 Some("an inertia that is not positive definite".to_owned())
             }
-            () if 2.0 * largest > (1.0 + TRIANGLE_TOLERANCE) * moments.sum() => Some(
-                "a principal moment of inertia larger than the sum of the two others".to_owned(),
-            ),
+            () if 2.0 * largest > (1.0 + UrdfLimits::DEFAULT.triangle_excess) * moments.sum() => {
+                Some(
+                    "a principal moment of inertia larger than the sum of the two others"
+                        .to_owned(),
+                )
+            }
             () if self.mass_kg == 0.0 && largest > 0.0 => {
                 Some("an inertia without a mass".to_owned())
             }
@@ -358,7 +356,11 @@ fn three_numbers(
 /// Returns the exact quarter turn of a printed one: 1.5708 and 3.1416.
 fn quarter_turn(angle_rad: f64) -> f64 {
     let quarter = core::f64::consts::FRAC_PI_2 * (angle_rad / core::f64::consts::FRAC_PI_2).round();
-    if (angle_rad - quarter).abs() < PRINTED_ANGLE_ERROR_RAD { quarter } else { angle_rad }
+    if (angle_rad - quarter).abs() < UrdfLimits::DEFAULT.printed_angle_rad {
+        quarter
+    } else {
+        angle_rad
+    }
 }
 
 /// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.

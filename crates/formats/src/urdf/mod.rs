@@ -4,6 +4,7 @@ mod chain;
 mod edit;
 mod error;
 mod file;
+mod limits;
 mod modified_dh;
 mod note;
 
@@ -154,7 +155,7 @@ impl UrdfArm {
     fn write(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
         let [name, base, tip] = [&self.name, &self.base, &self.tip].map(|name| single_line(name));
         writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
-        writeln!(out, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))?;
+        writeln!(out, "name = \"{}\"", toml_text(&name))?;
         let frame = self.link_parameters[0].frame();
         let gravity =
             (frame.vector_in_frame(&self.up_direction) * -GRAVITY_M_S2).map(without_rounding);
@@ -162,7 +163,8 @@ impl UrdfArm {
         write_capsules(out, "base_capsules", &self.base_capsules, frame)?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
             let prismatic = axis.is_prismatic;
-            writeln!(out, "\n[[joint]] # {}: {}", number + 1, single_line(&axis.name))?;
+            writeln!(out, "\n[[joint]] # {}", number + 1)?;
+            writeln!(out, "name = \"{}\"", toml_text(&axis.name))?;
             writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
             writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
             writeln!(out, "d_m = {:?}", placed.d_m)?;
@@ -247,6 +249,11 @@ fn write_capsules(
         )?;
     }
     writeln!(out, "]")
+}
+
+/// Returns a name on one line, as the content of a TOML string.
+fn toml_text(name: &str) -> String {
+    single_line(name).replace('\\', "\\\\").replace('"', "\\\"")
 }
 
 /// A name on one line.

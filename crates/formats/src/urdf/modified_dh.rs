@@ -6,13 +6,9 @@ use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::chain::Axis;
 use super::file::Body;
+use super::limits::UrdfLimits;
 use super::note::UrdfNote;
 
-/// Axes with a smaller sine between them count as parallel: their common normal would be hundreds
-/// of metres away, and the parameters with it. This is the accuracy of a twist.
-const PARALLEL_SINE: f64 = 1e-3;
-/// Least angle that is worth a note: printed numbers leave less.
-const NOTED_ANGLE_RAD: f64 = 1e-10;
 /// Lengths below this are those of axes that meet \[m\].
 const INTERSECTION_DISTANCE_M: f64 = 1e-9;
 /// Rounding error of an angle or a length.
@@ -124,8 +120,8 @@ fn align_parallel_axes(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Ax
     for k in 1..axes.len() {
         let before = axes[k - 1].direction;
         let sine = before.cross(&axes[k].direction).norm();
-        if sine < PARALLEL_SINE {
-            if sine > NOTED_ANGLE_RAD {
+        if sine < UrdfLimits::DEFAULT.parallel_sine {
+            if sine > UrdfLimits::DEFAULT.noted_angle_rad {
                 let joint = axes[k].name.clone();
                 notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
             }
@@ -147,7 +143,7 @@ fn common_normal_foot(
     let offset = origin - axis.point_on_axis;
     let across = z.cross(x);
     let sine = axis.direction.dot(&across);
-    let along = match sine.abs() < PARALLEL_SINE {
+    let along = match sine.abs() < UrdfLimits::DEFAULT.parallel_sine {
         true => offset.dot(&axis.direction),
         false => offset.dot(&across) / sine,
     };
@@ -165,7 +161,7 @@ fn common_normal(
     let cross = z.cross(&next.direction);
     let sine = cross.norm();
     let offset = next.point_on_axis - foot;
-    if sine < PARALLEL_SINE {
+    if sine < UrdfLimits::DEFAULT.parallel_sine {
         let across = offset - z * offset.dot(&z);
         let x = if across.norm() > INTERSECTION_DISTANCE_M { across.normalize() } else { before };
         return (foot, (x - z * x.dot(&z)).normalize());

@@ -2,23 +2,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::candidates::{Candidate, PIECE_S, list_candidates};
+use super::candidates::{Candidate, list_candidates};
 use super::design::{CHECK_HZ, Design};
 use super::error::ExcitationError;
 use super::joint_excitation::JointExcitations;
+use super::limits::DesignLimits;
 use super::objective::{Objective, covariance};
 use super::prediction;
 use super::task::Task;
 use didim_dynamics::robot::Robot;
 
-/// Largest number of advised pieces. Beyond them a designed motion is shorter.
-const MAX_PIECES: usize = 4;
 /// Lengths of a piece, in multiples of a candidate, the shortest first.
 const LENGTH_MULTIPLES: [usize; 3] = [1, 2, 4];
-/// Share of the sufficient deviation below which a decrease has no value.
-const MIN_NEED: f64 = 1.0 / 3.0;
-/// Smallest factor by which a piece has to reduce the wanted deviations to be worth its time.
-const MIN_GAIN: f64 = 1.1;
 
 /// Motion that adds missing information to a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,7 +60,8 @@ pub fn advise(
     values: &[f64],
     enough: f64,
 ) -> Result<Advice, ExcitationError> {
-    let unidentifiable = ExcitationError::NotIdentifiable { duration_s: PIECE_S };
+    let duration_s = DesignLimits::DEFAULT.piece_s;
+    let unidentifiable = ExcitationError::NotIdentifiable { duration_s };
     let mut tried = list_candidates(robot, task)?;
     let deviations = standard_deviations(&task.prior_information).ok_or(unidentifiable)?;
     let count = deviations.len();
@@ -73,7 +69,8 @@ pub fn advise(
     let longest = LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1] as f64;
     let most = |k: usize| {
         let of_motion = tried.iter().map(|of| of.information[(k, k)]).fold(0.0, f64::max);
-        task.prior_information[(k, k)] + MAX_PIECES as f64 * longest * of_motion
+        task.prior_information[(k, k)]
+            + DesignLimits::DEFAULT.max_pieces as f64 * longest * of_motion
     };
     let (small_parameters, missing_parameters): (Vec<usize>, Vec<usize>) = (0..count)
         .filter(|&k| deviations[k] > enough[k])
@@ -82,10 +79,10 @@ pub fn advise(
     let mut information = task.prior_information.clone();
     let mut motions: Vec<Advised> = Vec::new();
     let mut now = deviations.clone();
-    while motions.len() < MAX_PIECES {
+    while motions.len() < DesignLimits::DEFAULT.max_pieces {
         let wanted: Vec<(usize, f64)> = (missing_parameters.iter())
             .filter(|&&k| now[k] > enough[k])
-            .map(|&k| (k, MIN_NEED * enough[k]))
+            .map(|&k| (k, DesignLimits::DEFAULT.min_need * enough[k]))
             .collect();
         if wanted.is_empty() {
             break;
@@ -97,7 +94,7 @@ pub fn advise(
         let best = tried.iter().enumerate().filter_map(|(at, of)| Some((at, value(of)?)));
         let Some((at, value)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
         let gain = objective.evaluate(&information).map_or(f64::INFINITY, |(now, _)| now - value);
-        if gain < MIN_GAIN.ln() {
+        if gain < DesignLimits::DEFAULT.min_gain.ln() {
             break;
         }
         let best = tried.swap_remove(at);

@@ -4,11 +4,9 @@ use core::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
+use super::limits::DesignLimits;
 use super::series::{FourierSeries, JointSeries};
 
-/// Highest frequency of a motion \[Hz\], which position loops of arms can follow and gears can
-/// withstand.
-const HIGHEST_HZ: f64 = 2.0;
 const FEWEST_HARMONICS: usize = 4;
 const MOST_HARMONICS: usize = 60;
 /// Number of samples per period of the highest frequency. A peak between two of them is at most 3.4
@@ -48,7 +46,7 @@ impl Basis {
     /// Creates the basis of a motion of this length, with the units of each joint.
     pub(super) fn new(duration_s: f64, units: Vec<Unit>) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let harmonics = (HIGHEST_HZ * duration_s)
+        let harmonics = (DesignLimits::DEFAULT.highest_hz * duration_s)
             .clamp(FEWEST_HARMONICS as f64, MOST_HARMONICS as f64) as usize;
         let sine = orthogonal_to(harmonics, |_| 1.0);
         let cosine = orthogonal_to(harmonics, |k| k);

@@ -10,27 +10,22 @@ use super::bounds::Bounds;
 use super::error::ExcitationError;
 use super::joint_excitation::{JointExcitation, JointExcitations, PEAK_SPEED};
 use super::limit_kind::LimitKind;
+use super::limits::DesignLimits;
 use super::prediction::predicted_at;
 use super::random::uniform;
 use super::task::Task;
 use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 
-/// Length of a candidate \[s\].
-pub(super) const PIECE_S: f64 = 5.0;
 /// Number of start postures: the middle of the ranges, and random ones.
 const START_POSTURES: usize = 4;
-/// Share of the range about its middle that contains the random postures.
-const POSTURE_RANGE_SHARE: f64 = 0.6;
-/// Number of repetitions in [`PIECE_S`], slow and fast: of one joint, and of two, which never
-/// repeat together.
+/// Number of repetitions in `DesignLimits::piece_s`, slow and fast: of one joint, and of two, which
+/// never repeat together.
 const REPETITIONS_OF_ONE: [usize; 4] = [1, 3, 6, 10];
 const REPETITIONS_OF_TWO: [[usize; 2]; 6] = [[2, 3], [3, 2], [5, 6], [6, 5], [1, 7], [7, 1]];
 /// Numbers of samples per second at which candidates are evaluated, and checked against the limits
 /// \[Hz\].
 const INFORMATION_HZ: f64 = 50.0;
 const LIMIT_CHECK_HZ: f64 = 100.0;
-/// Usable share of the limits. The remainder is for values between those samples.
-const MAX_LIMIT_SHARE: f64 = 0.985;
 /// Number of attempts with a smaller amplitude.
 const AMPLITUDE_TRIALS: usize = 12;
 
@@ -57,7 +52,11 @@ pub(super) fn list_candidates(
     let patterns: Vec<Vec<(usize, usize)>> = alone.chain(together).collect();
     let count = task.columns.len();
     let before = DMatrix::zeros(count, count);
-    let weighed = Task { duration_s: PIECE_S, prior_information: before, ..task.clone() };
+    let weighed = Task {
+        duration_s: DesignLimits::DEFAULT.piece_s,
+        prior_information: before,
+        ..task.clone()
+    };
     let mut candidates = Vec::new();
     for posture in start_postures(&task.bounds, &grid) {
         for pattern in &patterns {
@@ -88,7 +87,7 @@ fn start_postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
         let place = 0.5 * (low + high) + 0.5 * share * (high - low) * uniform(&mut random);
         (place / grid[joint]).round() * grid[joint]
     };
-    let share = |k: usize| if k == 0 { 0.0 } else { POSTURE_RANGE_SHARE };
+    let share = |k: usize| if k == 0 { 0.0 } else { DesignLimits::DEFAULT.posture_range_share };
     (0..START_POSTURES)
         .map(|k| (0..grid.len()).map(|joint| sample_posture(joint, share(k))).collect())
         .collect()
@@ -105,14 +104,14 @@ fn excitations_within_limits(
     let bounds = &task.bounds;
     let amplitudes: Vec<f64> = (pattern.iter())
         .map(|&(joint, times)| {
-            let omega = TAU * times as f64 / PIECE_S;
+            let omega = TAU * times as f64 / DesignLimits::DEFAULT.piece_s;
             let [low, high] = bounds.range(joint);
             let most = |kind, per_way: f64| {
                 bounds.joint_bound(kind, joint).map_or(f64::INFINITY, |of| of.half_range / per_way)
             };
             let speed = most(LimitKind::Speed, 0.5 * PEAK_SPEED * omega);
             let acceleration = most(LimitKind::Acceleration, omega * omega);
-            MAX_LIMIT_SHARE * (high - low).min(speed).min(acceleration)
+            DesignLimits::DEFAULT.max_limit_share * (high - low).min(speed).min(acceleration)
         })
         .collect();
     let mut factor = 1.0;
@@ -136,11 +135,14 @@ fn excitations_within_limits(
                 repetitions: times,
             });
         }
-        let excitation_list =
-            JointExcitations { duration_s: PIECE_S, posture: begin, excitations: excitation_list };
+        let excitation_list = JointExcitations {
+            duration_s: DesignLimits::DEFAULT.piece_s,
+            posture: begin,
+            excitations: excitation_list,
+        };
         let (share, ..) =
             bounds.shares_along(&task.model, &excitation_list.series(), LIMIT_CHECK_HZ);
-        if share <= MAX_LIMIT_SHARE {
+        if share <= DesignLimits::DEFAULT.max_limit_share {
             return Some(excitation_list);
         }
         factor *= (0.95 / share).clamp(0.3, 0.95);

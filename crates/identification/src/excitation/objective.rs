@@ -1,5 +1,6 @@
 //! Criteria for comparing information matrices.
 
+use super::limits::DesignLimits;
 use nalgebra::DMatrix;
 
 /// Quantity to be minimised.
@@ -64,12 +65,11 @@ pub(super) fn covariance(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     };
     let inverse = scaled(&scaled(information).cholesky()?.inverse());
     // A Cholesky factor seems to distinguish dependent columns, by the noise of its last digits.
-    let is_undetermined = |k: usize| inverse[(k, k)] * information[(k, k)] < MIN_IDENTIFIABLE;
+    let is_undetermined = |k: usize| {
+        inverse[(k, k)] * information[(k, k)] < DesignLimits::DEFAULT.max_variance_inflation
+    };
     (0..inverse.nrows()).all(is_undetermined).then_some(inverse)
 }
-
-/// Largest 1/(1 − R²) of a column against all others. Beyond it they are the same.
-const MIN_IDENTIFIABLE: f64 = 1e12;
 
 #[cfg(test)]
 mod tests {

@@ -9,6 +9,7 @@ use super::bounds::{Bound, Bounds};
 use super::error::ExcitationError;
 use super::information::Information;
 use super::limit_kind::LimitKind;
+use super::limits::DesignLimits;
 use super::objective::Objective;
 use super::random::uniform;
 use super::task::Task;
@@ -20,9 +21,6 @@ const SIGN_WIDTH: f64 = 0.1;
 /// Number of postures tried if the arm cannot rest in the middle of its ranges, and their largest
 /// distance from there.
 const REST_POSTURES: usize = 200;
-const REST_RANGE_SHARE: f64 = 0.8;
-/// Largest share of a limit that the first motion uses.
-const START_LIMIT_SHARE: f64 = 0.7;
 
 /// Value of the motions of a task.
 pub(super) struct Search<'a> {
@@ -86,7 +84,7 @@ impl<'a> Search<'a> {
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (posture, share) = self.rest_coordinates(seed)?;
-        let enough = START_LIMIT_SHARE.max(0.5 * (1.0 + share));
+        let enough = DesignLimits::DEFAULT.start_limit_share.max(0.5 * (1.0 + share));
         let mut x = posture.clone();
         for x in &mut x {
             *x += uniform(&mut random);
@@ -116,10 +114,10 @@ impl<'a> Search<'a> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         for _ in 0..REST_POSTURES {
             for mean in x.iter_mut().take(self.basis.joints()) {
-                *mean = REST_RANGE_SHARE * uniform(&mut random);
+                *mean = DesignLimits::DEFAULT.rest_range_share * uniform(&mut random);
             }
             let share = self.largest_share(&x).1;
-            if share < START_LIMIT_SHARE {
+            if share < DesignLimits::DEFAULT.start_limit_share {
                 return Ok((x, share));
             }
         }

@@ -4,6 +4,7 @@ use super::bounds::{Bounds, Used};
 use super::design::CHECK_HZ;
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
+use super::limits::DesignLimits;
 use super::search::Search;
 use super::series::{Course, FourierSeries, JointSeries, State};
 use super::shapes::Nearest;
@@ -12,14 +13,6 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::JointIndex;
 use didim_dynamics::trajectory::Reference;
 
-/// Number of speeds of a joint, a constant factor apart, and the lowest relative to the highest.
-/// That is about a fiftieth of the limit if half of the limit may be used.
-const SWEEP_SPEEDS: usize = 6;
-const LOWEST_SPEED_SHARE: f64 = 0.04;
-/// Smallest number of speeds of a joint that distinguishes friction laws.
-const MIN_SWEEP_SPEEDS: usize = 3;
-/// Used share of the limits of the joint itself, which allows for rounding.
-const JOINT_LIMIT_SHARE: f64 = 0.999;
 /// Shortest time to reach a speed \[s\]. A limit may require longer.
 const BLEND_S: f64 = 0.2;
 const BLEND_GROWTH: f64 = 1.3;
@@ -27,7 +20,6 @@ const BLEND_TRIALS: usize = 16;
 /// Number of positions of a joint's range that are tried to both sides, and the largest share of a
 /// limit at rest there. The remainder is for moving.
 const START_POSITIONS: usize = 100;
-const MAX_REST_SHARE: f64 = 0.95;
 
 /// Movement of a joint from one position to another at a constant speed, which it reaches and
 /// leaves smoothly.
@@ -91,7 +83,9 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
         let mut sweep =
             Sweep { duration_s: 0.0, posture: posture.clone(), strokes: vec![], passes: vec![] };
         for (&joint, &presliding) in joints.iter().zip(&spans) {
-            if sweep.add(&task.bounds, joint, presliding, part_s, longer) < MIN_SWEEP_SPEEDS {
+            if sweep.add(&task.bounds, joint, presliding, part_s, longer)
+                < DesignLimits::DEFAULT.min_sweep_speeds
+            {
                 return Err(ExcitationError::NoSweep {
                     joint: JointIndex::new(joint),
                     seconds: part_s,
@@ -122,10 +116,11 @@ fn rest_range(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
         task.bounds.shares_along(&task.model, &FourierSeries { duration_s: 1.0, joints }, 1.0).0
     };
     let span = posture[joint];
-    let most = MAX_REST_SHARE.max(share(span));
+    let most = DesignLimits::DEFAULT.max_rest_share.max(share(span));
     task.bounds.range(joint).map(|end| {
         let place = |step: usize| {
-            span + (end - span) * MAX_REST_SHARE * step as f64 / START_POSITIONS as f64
+            span + (end - span) * DesignLimits::DEFAULT.max_rest_share * step as f64
+                / START_POSITIONS as f64
         };
         // The range itself gets no second margin.
         (1..=START_POSITIONS)
@@ -149,7 +144,7 @@ impl Sweep {
         let limit = |kind| {
             bounds
                 .joint_bound(kind, joint)
-                .map_or(f64::INFINITY, |of| JOINT_LIMIT_SHARE * of.half_range)
+                .map_or(f64::INFINITY, |of| DesignLimits::DEFAULT.joint_limit_share * of.half_range)
         };
         let [top, acceleration, jerk] =
             [LimitKind::Speed, LimitKind::Acceleration, LimitKind::Jerk].map(limit);
@@ -160,9 +155,12 @@ impl Sweep {
         let mut left_s = part_s;
         let mut passes = Vec::new();
         // The fastest pass first. The slow ones get the remaining time.
-        for k in 0..SWEEP_SPEEDS {
-            let speed = top * LOWEST_SPEED_SHARE.powf(k as f64 / (SWEEP_SPEEDS - 1) as f64);
-            let own_s = left_s / (SWEEP_SPEEDS - k) as f64;
+        for k in 0..DesignLimits::DEFAULT.sweep_speeds {
+            let speed = top
+                * DesignLimits::DEFAULT
+                    .lowest_speed_share
+                    .powf(k as f64 / (DesignLimits::DEFAULT.sweep_speeds - 1) as f64);
+            let own_s = left_s / (DesignLimits::DEFAULT.sweep_speeds - k) as f64;
             let part = ((own_s - 3.0 * blend(speed)) * speed / (2.0 * (high - low))).min(1.0);
             // The joint keeps the speed for as long as it takes to reach it.
             if part * (high - low) < 2.0 * speed * blend(speed) {

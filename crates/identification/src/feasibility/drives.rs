@@ -11,17 +11,13 @@
 
 use nalgebra::DMatrix;
 
+use super::assumptions::PriorAssumptions;
 use super::block::Block;
 use super::error::FeasibilityError;
 use super::estimate::Rows;
 use super::prior::Prior;
 use didim_dynamics::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Zz};
 use didim_dynamics::robot::{JointIndex, JointKind, Parameter, ParameterKind, Robot};
-
-/// Assumed part of a drive inertia in a sum with a link's inertia, if only the sum is known.
-const SUM_SHARE: f64 = 0.3;
-/// Least eigenvalue of a prior's friction matrix with its diagonal scaled to 1.
-const MIN_EIGENVALUE: f64 = 0.1;
 
 /// Drives and friction of one robot and one estimate.
 pub(super) struct Drives<'a> {
@@ -126,7 +122,7 @@ impl Drives<'_> {
             JointKind::Prismatic => body.mass_kg,
         };
         let is_positive = self.rows.values[row] > self.rows.deviation(row);
-        Ok(SUM_SHARE * if is_positive { size } else { size.max(link) })
+        Ok(PriorAssumptions::DEFAULT.sum_share * if is_positive { size } else { size.max(link) })
     }
 
     /// Returns the row of a sum that contains a parameter without its own row, and the coefficient.
@@ -213,7 +209,11 @@ impl Drives<'_> {
             others[(i, j)] / (diagonal[(i, i)] * diagonal[(j, j)]).sqrt()
         });
         let least = scaled.symmetric_eigenvalues().min();
-        let part = if least < MIN_EIGENVALUE - 1.0 { (MIN_EIGENVALUE - 1.0) / least } else { 1.0 };
+        let part = if least < PriorAssumptions::DEFAULT.min_eigenvalue - 1.0 {
+            (PriorAssumptions::DEFAULT.min_eigenvalue - 1.0) / least
+        } else {
+            1.0
+        };
         let column = terms[0].0;
         self.check_block(Block::from_sum(&terms, &(diagonal + others * part)), column).map(Some)
     }

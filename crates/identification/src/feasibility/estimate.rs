@@ -2,15 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::assumptions::PriorAssumptions;
 use super::error::FeasibilityError;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{Parameter, ParameterKind};
-
-/// Standard deviation of a nominal value relative to the value, the same as in the prior of nominal
-/// bodies.
-const MIN_DATA_SHARE: f64 = 0.3;
-/// Standard deviation of a nominal value of 0, in its unit.
-const KEPT_AT_ZERO: f64 = 1e-6;
 
 /// Estimate of base parameters. A base parameter may be neither identified nor fixed only if the
 /// model can do without it. Such a friction term, offset or drive inertia that nothing is regrouped
@@ -42,7 +37,12 @@ pub struct FixedParameter {
 impl FixedParameter {
     /// Creates a base parameter that was fixed at its nominal value.
     pub fn at_nominal(name: String, value: f64) -> Self {
-        Self { name, value, deviation: (MIN_DATA_SHARE * value.abs()).max(KEPT_AT_ZERO) }
+        Self {
+            name,
+            value,
+            deviation: (PriorAssumptions::DEFAULT.nominal_deviation * value.abs())
+                .max(PriorAssumptions::DEFAULT.zero_deviation),
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! minimises the sum of both costs and reports the source of every value. [`nearest_body`] does the
 //! same for a single body.
 
+mod assumptions;
 mod block;
 mod body;
 mod constraint;
@@ -26,6 +27,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
+pub use assumptions::PriorAssumptions;
 pub use body::Body;
 pub use constraint::{Constraint, Possible};
 pub use error::FeasibilityError;

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use super::assumptions::PriorAssumptions;
 use super::block::Block;
 use super::body::Body;
 use super::error::FeasibilityError;
-use super::prior::{DENSITY_KG_M3, GEOMETRIC_WEIGHT};
 use super::problem::{Problem, divergence};
 
 /// Body near an estimate.
@@ -35,7 +35,8 @@ pub fn nearest_body(
     mass_kg: f64,
     centre_m: Vector3<f64>,
 ) -> Result<NearestBody, FeasibilityError> {
-    let radius = (0.75 * mass_kg / (core::f64::consts::PI * DENSITY_KG_M3)).cbrt();
+    let radius =
+        (0.75 * mass_kg / (core::f64::consts::PI * PriorAssumptions::DEFAULT.density_kg_m3)).cbrt();
     let ball = Body::ball(mass_kg, radius, centre_m);
     let block = Block::link(core::array::from_fn(|k| k), &ball);
     let block = block.ok_or(FeasibilityError::LoadMass { found: mass_kg })?;
@@ -47,7 +48,7 @@ pub fn nearest_body(
         whitened_columns: whitened,
         target,
     };
-    let point = problem.minimise(GEOMETRIC_WEIGHT)?.point;
+    let point = problem.minimise(PriorAssumptions::DEFAULT.geometric_weight)?.point;
     let body = problem.parameters(&point);
     Ok(NearestBody {
         body: Body::from_parameters(core::array::from_fn(|k| body[k])),

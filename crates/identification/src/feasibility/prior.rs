@@ -4,26 +4,16 @@ use core::fmt;
 
 use nalgebra::Vector3;
 
+use super::assumptions::PriorAssumptions;
 use super::body::Body;
 use super::error::FeasibilityError;
 use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 
-/// Mass of each link relative to the one before.
-const LINK_MASS_RATIO: f64 = 0.7;
-/// Density of a link \[kg/m³\]: light metal with the air in it, and motors.
-pub(super) const DENSITY_KG_M3: f64 = 2000.0;
 /// Range of total masses of arms, from tweezers to cranes \[kg\].
 const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
-/// Length of the last link along z \[m\].
-const LAST_LENGTH_M: f64 = 0.1;
 /// Least extent of a nominal body. A thinner body has no interior from which a minimisation could
 /// start.
 const MIN_EXTENT: f64 = 1e-9;
-/// λ = 2/s² of the geometric prior, with relative standard deviation s = 1 in every direction of a
-/// body.
-pub(super) const GEOMETRIC_WEIGHT: f64 = 2.0;
-/// s = 0.3.
-const NOMINAL_WEIGHT: f64 = 22.0;
 
 /// Source of a prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,13 +90,16 @@ impl Prior {
             return Err(FeasibilityError::TotalMass { found: total_mass_kg });
         }
         let chain = robot.chain();
-        let shares: Vec<f64> =
-            core::iter::successors(Some(1.0), |share| Some(share * LINK_MASS_RATIO))
-                .take(chain.len())
-                .collect();
+        let shares: Vec<f64> = core::iter::successors(Some(1.0), |share| {
+            Some(share * PriorAssumptions::DEFAULT.link_mass_ratio)
+        })
+        .take(chain.len())
+        .collect();
         let unit = total_mass_kg / shares.iter().sum::<f64>();
         let link_bodies = shares.iter().enumerate().map(|(link, share)| {
-            let tip = chain.get(link + 1).map_or(Vector3::z() * LAST_LENGTH_M, origin_in_previous);
+            let tip = chain
+                .get(link + 1)
+                .map_or(Vector3::z() * PriorAssumptions::DEFAULT.last_length_m, origin_in_previous);
             cylinder(unit * share, tip)
         });
         Ok(Self {
@@ -130,8 +123,8 @@ impl Prior {
     /// for geometry (s = 1), 22 for nominal parameters (s = 0.3).
     pub fn default_weight(&self) -> f64 {
         match self.source {
-            PriorSource::Nominal => NOMINAL_WEIGHT,
-            PriorSource::Geometry { .. } => GEOMETRIC_WEIGHT,
+            PriorSource::Nominal => PriorAssumptions::DEFAULT.nominal_weight,
+            PriorSource::Geometry { .. } => PriorAssumptions::DEFAULT.geometric_weight,
         }
     }
 }
@@ -150,7 +143,7 @@ fn origin_in_previous(joint: &Joint) -> Vector3<f64> {
 /// Creates a cylinder between the origin and a point. It is at least as long as wide, and about z
 /// if both points are the same.
 fn cylinder(mass_kg: f64, tip: Vector3<f64>) -> Body {
-    let volume = mass_kg / DENSITY_KG_M3;
+    let volume = mass_kg / PriorAssumptions::DEFAULT.density_kg_m3;
     let squat = (volume / core::f64::consts::TAU).cbrt();
     let length = tip.norm().max(2.0 * squat);
     let radius = (volume / (core::f64::consts::PI * length)).sqrt();

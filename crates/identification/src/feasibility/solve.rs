@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::assumptions::PriorAssumptions;
 use super::block::Block;
 use super::body::Body;
 use super::drives::Drives;
@@ -18,8 +19,6 @@ use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
 /// Weight at which the cost is within λ ν, about one nat, of the least cost of any bodies.
 const NEGLIGIBLE_WEIGHT: f64 = 0.03;
-/// Distance from the prior \[nats\] beyond which no bodies are searched.
-const OUT_OF_REACH: f64 = 300.0;
 
 /// Returns the physically consistent standard parameters of `robot` that agree best with a prior
 /// and an estimate of its base parameters. They are the minimum of F = J + λ (Σ D(P‖P⁰) + Σ
@@ -120,7 +119,9 @@ fn nearest_bodies(
 ) -> Result<(Point, usize), FeasibilityError> {
     let (mut at, mut point, mut steps) = (weight, minimum.point.clone(), 0);
     loop {
-        if at <= NEGLIGIBLE_WEIGHT || problem.cost(&point) > threshold + OUT_OF_REACH * at {
+        if at <= NEGLIGIBLE_WEIGHT
+            || problem.cost(&point) > threshold + PriorAssumptions::DEFAULT.max_divergence * at
+        {
             return Ok((point, steps));
         }
         at = NEGLIGIBLE_WEIGHT.max(at / WEIGHT_REDUCTION);

@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
+use super::limits::RegressionLimits;
 use super::products::subtract_share;
 use super::spectra::{Basis, Spectra};
 use super::spectrum::ResidualSpectrum;
@@ -22,10 +23,6 @@ pub struct Extension {
     /// Covariance of c, corrected for the colour of the remaining residuals.
     pub covariance: DMatrix<f64>,
 }
-
-/// Least number of remaining degrees of freedom. With fewer, the residuals do not show the
-/// deviations of the coefficients well enough.
-const MIN_DEGREES_OF_FREEDOM: f64 = 20.0;
 
 impl ResidualAnalysis<'_> {
     /// Adds a column for each joint to the solution, which acts on this joint alone. `further`
@@ -46,7 +43,7 @@ impl ResidualAnalysis<'_> {
         let Parts { columns, outside_basis: outside } = independent_parts(self.basis, outside);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
-        if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
+        if columns.is_empty() || left_over < RegressionLimits::DEFAULT.min_degrees_of_freedom {
             return Ok(None);
         }
         // Part of the residuals along the new directions. The residuals are orthogonal to X.

@@ -5,16 +5,10 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
 use super::further::{FurtherColumns, expand_columns, gram_of_joint};
+use super::limits::RegressionLimits;
 use super::products::{matrix_product, symmetric_product};
 use super::spectra::Spectra;
 use super::spectrum::ResidualSpectrum;
-
-/// Least share of the independent rows that has to remain after the fit. With fewer, the assumed
-/// noise is larger by no more than the inverse of this share.
-const MIN_RESIDUAL_SHARE: f64 = 0.2;
-
-/// Least share of a nuisance parameter's prior variance that informative data remove.
-const MIN_CERTAINTY: f64 = 1e-3;
 
 /// Solution of `y = X θ + C η + ε` for θ and η together, with prior knowledge of η.
 #[derive(Clone, Debug)]
@@ -64,7 +58,11 @@ impl JointSolution {
                 let variance = solution.colour_factor.powi(2) * (1.0 - certainty) / certainty;
                 let value = solution.nuisance_parameters[*k] / certainty;
                 // If the data are nearly uninformative, rounding would decide.
-                if certainty > MIN_CERTAINTY { value.abs() / (1.0 + variance).sqrt() } else { 0.0 }
+                if certainty > RegressionLimits::DEFAULT.min_certainty {
+                    value.abs() / (1.0 + variance).sqrt()
+                } else {
+                    0.0
+                }
             };
             let furthest =
                 remaining.iter().copied().max_by(|a, b| deviations(a).total_cmp(&deviations(b)));
@@ -211,7 +209,8 @@ impl ResidualAnalysis<'_> {
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
         let rows = before.independent_rows() - width as f64;
         drop(before);
-        let share = ((rows - certainty) / rows).clamp(MIN_RESIDUAL_SHARE, 1.0);
+        let share =
+            ((rows - certainty) / rows).clamp(RegressionLimits::DEFAULT.min_residual_share, 1.0);
         let mut remaining = self.solution.residuals.clone();
         self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
         remaining -= further.weighted_sum(&nuisance);

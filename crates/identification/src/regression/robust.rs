@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::error::RegressionError;
+use super::limits::RegressionLimits;
 use super::observations::Observations;
 use super::solution::Solution;
 use didim_dynamics::numeric::median;
@@ -33,15 +34,8 @@ pub enum RobustLoss {
 /// The median of |u| of a standard normal u.
 const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 
-/// Share of its residual below which a row counts as downweighted.
-const DOWNWEIGHTED_SHARE: f64 = 0.5;
-
 /// Residuals of this share of the measurements are rounding. None of them is an outlier.
 const ROUNDING_SHARE: f64 = 1e-7;
-
-/// Least mean slope of ψ. With a smaller slope the remaining rows are inconclusive. For normal
-/// errors and the usual tuning it is 0.82 (Huber) and 0.76 (bisquare).
-const MIN_SLOPE: f64 = 0.2;
 
 /// Convergence limit. The parameters change the equation of no joint by more than this share of its
 /// scale. The share of any standard deviation is no larger.
@@ -93,15 +87,17 @@ impl RobustLoss {
 
     /// Returns true if less than half of a residual of u scales counts.
     pub fn weighs_down(self, u: f64) -> bool {
-        self.weight_and_slope(u).0 < DOWNWEIGHTED_SHARE
+        self.weight_and_slope(u).0 < RegressionLimits::DEFAULT.downweighted_share
     }
 
     /// Returns the share of normal errors that is downweighted.
     pub fn normal_share_weighed_down(self) -> f64 {
         // ψ(u)/u = 1/2, solved for |u|.
         let half = match self {
-            Self::Huber { tuning } => tuning / DOWNWEIGHTED_SHARE,
-            Self::Bisquare { tuning } => tuning * (1.0 - DOWNWEIGHTED_SHARE.sqrt()).sqrt(),
+            Self::Huber { tuning } => tuning / RegressionLimits::DEFAULT.downweighted_share,
+            Self::Bisquare { tuning } => {
+                tuning * (1.0 - RegressionLimits::DEFAULT.downweighted_share.sqrt()).sqrt()
+            }
         };
         2.0 * Normal::standard().sf(half)
     }
@@ -235,7 +231,7 @@ impl Observations {
         let scale = (median / NORMAL_MAD).max(ROUNDING_SHARE * measured);
         let slopes = own_rows.iter().map(|r| loss.weight_and_slope(r / scale).1);
         let mean = slopes.clone().sum::<f64>() / rows;
-        if mean < MIN_SLOPE {
+        if mean < RegressionLimits::DEFAULT.min_slope {
             return Err(RegressionError::NotSettled { steps: 0 });
         }
         let variance = slopes.map(|slope| (slope - mean).powi(2)).sum::<f64>() / rows;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::limits::RegressionLimits;
 use super::ljung_box::LjungBox;
 use super::observations::Observations;
 use super::products::symmetric_product;
@@ -16,10 +17,6 @@ use super::row_filter::RowFilter;
 use super::spectra::{Block, Spectra};
 use super::spectrum_shape::SmoothSpectrum;
 use didim_dynamics::numeric::with_vector_instructions;
-
-/// Largest share that the parameters may take out of the residuals at a frequency. The rest still
-/// allows a judgement.
-const MAX_EXPLAINED_SHARE: f64 = 0.9;
 
 /// Errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and the
 /// correlation between the joints.
@@ -79,7 +76,7 @@ impl<'a> ResidualSpectrum<'a> {
                 .zip(leverage)
                 .zip(&filter.power)
                 .map(|((square, leverage), filtered)| {
-                    let degrees = 1.0 - leverage.min(MAX_EXPLAINED_SHARE);
+                    let degrees = 1.0 - leverage.min(RegressionLimits::DEFAULT.max_explained_share);
                     square / (rows as f64 * degrees * filtered)
                 })
                 .collect();

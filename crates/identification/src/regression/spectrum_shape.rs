@@ -1,9 +1,7 @@
 //! Shape of a power spectrum from few numbers: linear prediction on a part of the band.
 
+use super::limits::RegressionLimits;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
-
-/// Least number of rows per coefficient, so that a short record does not choose its own shape.
-const ROWS_PER_COEFFICIENT: f64 = 8.0;
 
 /// Highest tried order.
 const MAX_ORDER: usize = 24;
@@ -106,7 +104,9 @@ impl SmoothSpectrum {
             clippy::cast_sign_loss,
             reason = "a small count"
         )]
-        let highest = ((samples / ROWS_PER_COEFFICIENT).max(0.0) as usize).min(MAX_ORDER);
+        let highest = ((samples / RegressionLimits::DEFAULT.rows_per_coefficient).max(0.0)
+            as usize)
+            .min(MAX_ORDER);
         let r = band.autocovariances(periodogram, highest.max(TESTED_LAG_COUNT));
         let power = r[0];
         if power <= 0.0 || !power.is_finite() {

@@ -3,10 +3,7 @@
 use didim_identification::identification::Uncertain;
 
 use crate::archive::store::FoundLoad;
-
-/// Masses differ if their difference exceeds this number of its standard deviations. The standard
-/// deviations are too large if model errors of the arm are part of both masses.
-const DIFFERENT_DEVIATIONS: f64 = 3.0;
+use crate::live::limits::LiveLimits;
 
 /// Result of a load survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +29,7 @@ impl Survey {
             (Some(one), Some(other)) => {
                 let deviation = one.standard_deviation.hypot(other.standard_deviation);
                 let off = other.value - one.value;
-                (off.abs() > DIFFERENT_DEVIATIONS * deviation).then_some(off > 0.0)
+                (off.abs() > LiveLimits::DEFAULT.load_deviations * deviation).then_some(off > 0.0)
             }
             _ => (self.has_load != other.has_load).then_some(other.has_load),
         }

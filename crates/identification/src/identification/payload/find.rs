@@ -18,7 +18,7 @@ use crate::identification::prediction::{KnownModel, PredictionError};
 use crate::identification::problem::{Context, Experiment, Options, PayloadLimits};
 use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 
 /// Smallest noise of a joint, as a share of its torque.
 const MIN_NOISE: f64 = 1e-6;
@@ -49,10 +49,10 @@ pub struct Payload {
     /// Others of the ten that the arm or record identifies only in sums with others, or not at all.
     #[serde(rename = "not_told")]
     pub not_identifiable: Vec<&'static str>,
-    /// Joints at rest along the record, counted from 1. Static friction holds any torque below its
+    /// Joints at rest along the record. Static friction holds any torque below its
     /// own, so their torques do not count.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub standing: Vec<usize>,
+    pub standing: Vec<JointIndex>,
     /// Physically consistent body; `None` without a mass that is seen or declared.
     pub body: Option<LoadBody>,
     /// Comparison of the estimated and the declared load; `None` if no estimated value is declared.
@@ -155,7 +155,7 @@ pub fn find_payload(
             .collect(),
         without_effect,
         not_identifiable: unidentifiable,
-        standing: (1..).zip(&stands).filter(|(_, stands)| **stands).map(|(of, _)| of).collect(),
+        standing: (0..stands.len()).filter(|k| stands[*k]).map(JointIndex::new).collect(),
         with_model_errors: errors.is_some(),
         before,
         after: PredictionError::from_residuals(&arm, &after),

@@ -15,8 +15,9 @@ pub enum ExperimentError {
         /// The rate given \[Hz\].
         sample_rate_hz: f64,
     },
-    /// Not as many axes as the arm has joints, or beyond [`MAX_JOINTS`]. Remedy: check the columns
-    /// of the record against the robot file.
+    /// Not as many axes as the arm has joints, or beyond
+    /// [`MAX_JOINTS`](didim_dynamics::MAX_JOINTS). Remedy: check the columns of the record against
+    /// the robot file.
     #[error("the {signal} has {axes} axes where {expected} are expected")]
     Axes {
         /// Name of the signal.

@@ -1,0 +1,46 @@
+//! Limits of the regression.
+
+/// Limits that decide about rows, parameters and noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegressionLimits {
+    /// Share of its residual below which a row counts as downweighted \[1\]. Convention: less than
+    /// half.
+    pub downweighted_share: f64,
+    /// Least mean slope of ψ; with a smaller one the remaining rows are inconclusive \[1\].
+    /// Derived: for normal errors and the usual tuning it is 0.82 (Huber) and 0.76 (bisquare).
+    pub min_slope: f64,
+    /// Largest share that the parameters may take out of the residuals at a frequency \[1\].
+    /// Convention: the rest still allows a judgement.
+    pub max_explained_share: f64,
+    /// Least share of the independent rows that has to remain after the fit \[1\]. Derived: with
+    /// fewer, the assumed noise is larger by at most the inverse of this share.
+    pub min_residual_share: f64,
+    /// Least share of a nuisance parameter's prior variance that informative data remove \[1\].
+    /// Convention.
+    pub min_certainty: f64,
+    /// Least number of remaining degrees of freedom \[1\]. Derived: with 20, a standard deviation
+    /// is known to a sixth.
+    pub min_degrees_of_freedom: f64,
+    /// Least number of rows per coefficient of a spectrum \[1\]. Convention: a short record does
+    /// not choose its own shape.
+    pub rows_per_coefficient: f64,
+}
+
+impl RegressionLimits {
+    /// The values that the program uses.
+    pub const DEFAULT: Self = Self {
+        downweighted_share: 0.5,
+        min_slope: 0.2,
+        max_explained_share: 0.9,
+        min_residual_share: 0.2,
+        min_certainty: 1e-3,
+        min_degrees_of_freedom: 20.0,
+        rows_per_coefficient: 8.0,
+    };
+}
+
+impl Default for RegressionLimits {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

@@ -1,0 +1,41 @@
+//! Limits of the checks of a cell.
+
+/// Limits from which `didim check` warns.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CheckLimits {
+    /// Smallest position range of a joint that moves \[rad or m\]. Convention.
+    pub min_range: f64,
+    /// Largest cut-off of the position filter, as a share of the sample rate \[1\]. Derived:
+    /// twice-differentiated white noise is strongest at half the sample rate.
+    pub max_cutoff_share: f64,
+    /// Smallest ratio of the position filter's cut-off to the identified band \[1\]. Derived: four
+    /// poles, forward and backward, are down by 1 % at 0.56 of their cut-off frequency.
+    pub min_cutoff_ratio: f64,
+    /// Largest share of the bit rate for the layout \[1\]. Convention: the rest is for repetitions
+    /// and SDOs.
+    pub max_bus_load: f64,
+    /// Delay of a bus thread of ordinary priority on a busy machine that the receive buffer has to
+    /// cover \[s\]. Convention.
+    pub thread_delay_s: f64,
+    /// Longest delay between a window and the writing of its recording that the ring has to cover
+    /// \[s\]. Convention: the time of an identification.
+    pub extraction_delay_s: f64,
+}
+
+impl CheckLimits {
+    /// The values that the program uses.
+    pub(crate) const DEFAULT: Self = Self {
+        min_range: 1e-3,
+        max_cutoff_share: 0.35,
+        min_cutoff_ratio: 1.8,
+        max_bus_load: 0.7,
+        thread_delay_s: 0.1,
+        extraction_delay_s: 30.0,
+    };
+}
+
+impl Default for CheckLimits {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

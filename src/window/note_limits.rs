@@ -1,0 +1,26 @@
+//! Limits of a note.
+
+use core::ops::RangeInclusive;
+
+/// Plausible values of a note.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NoteLimits {
+    /// Payloads of an arm \[kg\]. Derived: the strongest series models carry about 2.3 t.
+    pub payload_kg: RangeInclusive<f64>,
+    /// Temperatures of a working arm \[°C\]. Derived: outdoors, or next to a furnace.
+    pub temperature_c: RangeInclusive<f64>,
+    /// Maximum length of the text in characters. Convention: a line of a table, not a document.
+    pub text_length: usize,
+}
+
+impl NoteLimits {
+    /// The values that the program uses.
+    pub(crate) const DEFAULT: Self =
+        Self { payload_kg: 0.0..=3000.0, temperature_c: -60.0..=200.0, text_length: 100 };
+}
+
+impl Default for NoteLimits {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
