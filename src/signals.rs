@@ -15,7 +15,7 @@ pub const EXIT_CODE_INTERRUPTED: u8 = 130;
 
 /// Action for a received signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Received {
+pub enum SignalAction {
     /// SIGTERM or SIGINT. Also SIGHUP if there is nothing to reload: a terminal was closed.
     End,
     /// SIGHUP.
@@ -28,7 +28,7 @@ pub struct Signals {
     terminate: Signal,
     interrupt: Signal,
     hangup: Option<Signal>,
-    on_hangup: Received,
+    on_hangup: SignalAction,
 }
 
 impl Signals {
@@ -44,17 +44,17 @@ impl Signals {
             terminate: signal(SignalKind::terminate())?,
             interrupt: signal(SignalKind::interrupt())?,
             hangup: listens.then(|| signal(SignalKind::hangup())).transpose()?,
-            on_hangup: if reloads { Received::Reload } else { Received::End },
+            on_hangup: if reloads { SignalAction::Reload } else { SignalAction::End },
         })
     }
 
     /// Waits for a signal that ends the process.
     pub async fn end(&mut self) {
-        while self.next().await != Received::End {}
+        while self.next().await != SignalAction::End {}
     }
 
     /// The next signal.
-    pub async fn next(&mut self) -> Received {
+    pub async fn next(&mut self) -> SignalAction {
         let Self { terminate, interrupt, hangup, on_hangup } = self;
         let hangup = async {
             match hangup {
@@ -63,8 +63,8 @@ impl Signals {
             }
         };
         tokio::select! {
-            _ = terminate.recv() => Received::End,
-            _ = interrupt.recv() => Received::End,
+            _ = terminate.recv() => SignalAction::End,
+            _ = interrupt.recv() => SignalAction::End,
             _ = hangup => *on_hangup,
         }
     }

@@ -10,7 +10,9 @@ use crate::common::manager::{Manager, terminate};
 use crate::common::{Network, Process};
 use didim::live::acquire::{AcquireOptions, RealTimeOptions};
 use didim::live::stream::Pace;
-use didim::live::worker::{Identified, Identify, TimeOfDay, Trigger, WindowOptions, WorkerOptions};
+use didim::live::worker::{
+    IdentifiedWindow, Identify, TimeOfDay, Trigger, WindowOptions, WorkerOptions,
+};
 use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
 };
@@ -81,7 +83,7 @@ fn identify() -> Identify {
     let takes = if ["long-identification", "replay"].contains(&fault().as_str()) { 600 } else { 0 };
     Box::new(move |_| {
         std::thread::sleep(Duration::from_secs(takes));
-        Ok(Identified { estimate: Estimate::default(), report: None })
+        Ok(IdentifiedWindow { estimate: Estimate::default(), report: None })
     })
 }
 

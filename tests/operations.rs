@@ -17,7 +17,7 @@ use didim::archive::drift::{
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
 use didim::live::acquire::{
-    AcquisitionStatus, BusState, FaultCounters, Flow, RecentCounts, SharedAcquisition,
+    AcquisitionStatus, BusState, FaultCounters, RecentCounts, SampleFlow, SharedAcquisition,
 };
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
@@ -244,10 +244,10 @@ fn recent() -> Vec<RecentCounts> {
     for recent in &all_flows {
         // What is new belongs into the list above.
         flows.push(match recent.flow() {
-            Flow::Well => "well",
-            Flow::Idle => "idle",
-            Flow::Stopped { .. } => "stopped",
-            Flow::Lossy { .. } => "lossy",
+            SampleFlow::Well => "well",
+            SampleFlow::Idle => "idle",
+            SampleFlow::Stopped { .. } => "stopped",
+            SampleFlow::Lossy { .. } => "lossy",
         });
     }
     assert_eq!(flows, ["well", "idle", "stopped", "stopped", "lossy"]);

@@ -11,8 +11,8 @@ use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
 use didim::live::stream::{Pace, StreamNode, Topic};
 use didim::live::worker::{
-    Command, Identified, Identify, Rejection, ResultOptions, TimeOfDay, Trigger, WindowOptions,
-    WorkerOptions,
+    Command, IdentifiedWindow, Identify, Rejection, ResultOptions, TimeOfDay, Trigger,
+    WindowOptions, WorkerOptions,
 };
 use didim::service::status::{
     BaselineRequest, ClientError, Request, Snapshot, fetch_status, send_request,
@@ -95,7 +95,7 @@ fn digest(window: &Window) -> Estimate {
 }
 
 fn identify() -> Identify {
-    Box::new(|window| Ok(Identified { estimate: digest(window), report: None }))
+    Box::new(|window| Ok(IdentifiedWindow { estimate: digest(window), report: None }))
 }
 
 /// Three motions and rest between them.
@@ -143,7 +143,7 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     // The queue takes one window, so a live bus would have lost some.
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(300));
-        Ok(Identified { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window), report: None })
     });
     replay(three_motions(), slow.path(), slowly);
     let results = results(fast.path());
@@ -181,7 +181,7 @@ fn a_refusal_is_counted_with_its_words() {
         if std::mem::take(&mut first) {
             Err("too little excitation".into())
         } else {
-            Ok(Identified { estimate: digest(window), report: None })
+            Ok(IdentifiedWindow { estimate: digest(window), report: None })
         }
     });
     let report = replay(three_motions(), folder.path(), identify);
@@ -205,7 +205,7 @@ fn a_result_that_the_disk_refuses_is_stored_later_and_in_order() {
             2 => std::fs::remove_dir(&in_the_way)?,
             _ => {}
         }
-        Ok(Identified { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window), report: None })
     });
     let report = replay(three_motions(), folder.path(), identify);
     let estimation = report.snapshot.estimation.unwrap();
@@ -225,7 +225,7 @@ fn a_result_that_the_disk_refuses_to_the_end_is_counted() {
     let in_the_way = folder.path().join("result-00000000.json");
     let identify: Identify = Box::new(move |window| {
         std::fs::create_dir_all(&in_the_way)?;
-        Ok(Identified { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window), report: None })
     });
     let report = replay(three_motions(), folder.path(), identify);
     let estimation = report.snapshot.estimation.unwrap();
@@ -246,7 +246,7 @@ fn a_living_bus_does_not_wait_for_the_identification() {
     });
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(400));
-        Ok(Identified { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window), report: None })
     });
     let trigger = Trigger::Interval { length_s: 0.3 };
     let estimation = estimation(&network, trigger, folder.path(), slowly);
@@ -305,7 +305,7 @@ fn child_is_stopped_while_it_identifies() {
             kill_process(pid, Signal::TERM).unwrap();
             std::thread::sleep(Duration::from_secs(20));
         }
-        Ok(Identified { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window), report: None })
     });
     let estimation = estimation(&network, Trigger::Interval { length_s: 0.3 }, &folder, identify);
     let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();

@@ -8,7 +8,7 @@ use didim_dynamics::trajectory::Reference;
 use didim_dynamics::{MAX_JOINTS, Reading};
 
 use crate::encoder::axis_of;
-use crate::streamed::Streamed;
+use crate::streamed::StreamedMeasurement;
 use crate::thermal_model::readings;
 use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
@@ -27,7 +27,7 @@ pub struct VirtualDevice {
     /// Messages of a cycle with their arrivals after its beginning \[ns\], if signals are valid at
     /// the arrival of their frames. `streamed` measures them between the loop's samples.
     arrivals: Vec<(usize, u64)>,
-    streamed: Streamed,
+    streamed: StreamedMeasurement,
     faults: Vec<Fault>,
     steps_per_cycle: u32,
     period_ns: u64,
@@ -122,7 +122,7 @@ impl VirtualDevice {
             closed_loop,
             reference,
             arrivals: if at_arrival { encoder.arrival_times()? } else { Vec::new() },
-            streamed: Streamed::new(scenario.controller()),
+            streamed: StreamedMeasurement::new(scenario.controller()),
             encoder,
             faults: scenario.faults().to_vec(),
             steps_per_cycle,

@@ -23,7 +23,7 @@ pub use encoder::{BusCycle, CycleEncoder, CycleError};
 pub use fault::{Fault, FaultAction};
 pub use motion::Motion;
 pub use payload::Payload;
-pub use play::{Pace, PlayError, Played, play};
+pub use play::{Pace, PlayError, PlaybackResult, play};
 pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
 pub use shipped::{SHIPPED_SCENARIOS, shipped, tx40_paper, tx40_paper_errors, tx40_physical};

@@ -19,7 +19,7 @@ pub enum Pace {
 
 /// Result of playing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Played {
+pub struct PlaybackResult {
     /// Cycles.
     pub cycles: u64,
     /// Frames.
@@ -49,9 +49,9 @@ pub fn play(
     sink: &mut dyn Sink,
     pace: Pace,
     stop: &AtomicBool,
-) -> Result<Played, PlayError> {
+) -> Result<PlaybackResult, PlayError> {
     let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
-    let mut played = Played::default();
+    let mut played = PlaybackResult::default();
     let Some(first_ns) = device.poll_due() else { return Ok(played) };
     let start = Instant::now();
     while let Some(due_ns) = device.poll_due() {

@@ -8,7 +8,7 @@ use crate::thermal_model::readings;
 use crate::{BusCycle, Playback};
 
 #[derive(Clone, Debug)]
-pub(crate) struct Streamed {
+pub(crate) struct StreamedMeasurement {
     /// Loop samples around the instant of the latest frame: the last one before it, and the first
     /// one at or after it.
     neighbouring_samples: Option<(StepOutput, StepOutput)>,
@@ -16,7 +16,7 @@ pub(crate) struct Streamed {
     gains: [[f64; 2]; MAX_JOINTS],
 }
 
-impl Streamed {
+impl StreamedMeasurement {
     /// Creates the drives of this controller. A law with more than stiffness and damping is
     /// reported with none of them.
     pub(crate) fn new(controller: &ControllerConfig) -> Self {

@@ -6,8 +6,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::trajectory::SampledReference;
 use didim_identification::excitation::{
-    Aim, Bounds, FourierSeries, JointExcitation, JointExcitations, Margins, Noise, Task, advise,
-    design, information, predict_result,
+    Bounds, DesignObjective, FourierSeries, JointExcitation, JointExcitations, Margins, Noise,
+    Task, advise, design, information, predict_result,
 };
 use didim_identification::identification::{Estimate, Experiment, Method, identify};
 use didim_sim::{Motion, Scenario, tx40_paper};
@@ -60,7 +60,7 @@ fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: 
             deviations: result.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect(),
             rows_per_s: RATE_HZ / 125.0,
         },
-        objective: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
+        objective: DesignObjective::Deviations((0..count).map(|k| (k, 0.0)).collect()),
     }
 }
 

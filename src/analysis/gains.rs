@@ -6,8 +6,8 @@ use std::ops::Range;
 use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale};
 use didim_formats::{Measurement, Side};
 use didim_identification::identification::{
-    ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Scale,
-    Uncertain, find_gains,
+    ArmParameter, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, MahalanobisDistance,
+    Scale, UncertainValue, find_gains,
 };
 use serde::Serialize;
 
@@ -49,7 +49,7 @@ pub struct FoundGain {
     pub configured: f64,
     /// Gain found, negative if opposite to the configured sign. `None` if it is not identifiable;
     /// the configured gain then stays.
-    pub found: Option<Uncertain>,
+    pub found: Option<UncertainValue>,
     /// Gain by total least squares alone.
     pub total_least_squares: f64,
     /// Line of `[[bus.drives]]` with the gain found.
@@ -68,7 +68,7 @@ pub struct FoundGains {
     pub scale: Scale,
     /// Distance between the configured centre and the recordings. `None` if the recordings do not
     /// identify it.
-    pub centre: Option<Distance>,
+    pub centre: Option<MahalanobisDistance>,
     /// ‖residuals‖ / ‖torque‖ of every drive.
     pub relative_error_per_joint: Vec<f64>,
 }
@@ -126,9 +126,13 @@ impl FoundGain {
         let configured = scale.as_mut().and_then(proportional_value);
         let (key, unit, value) = configured
             .map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, *value));
-        let factor_found = gain.factor.map(|Uncertain { value: factor, standard_deviation }| {
-            Uncertain { value: value * factor, standard_deviation: value * standard_deviation }
-        });
+        let factor_found =
+            gain.factor.map(|UncertainValue { value: factor, standard_deviation }| {
+                UncertainValue {
+                    value: value * factor,
+                    standard_deviation: value * standard_deviation,
+                }
+            });
         let line = key.zip(drive).zip(factor_found);
         Self {
             joint: gain.joint,
@@ -159,7 +163,7 @@ fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static
 }
 
 /// Formats the drive's torque with the found gain for a cell file.
-fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, basis: &str) -> Option<String> {
+fn line_of(drive: &DriveSpec, found: UncertainValue, unit: &str, basis: &str) -> Option<String> {
     let (value, deviation) = (found.value.abs(), found.standard_deviation);
     let text = to_uncertainty(value, deviation, MAX_DIGITS);
     let number: f64 = text.parse().ok()?;
@@ -192,7 +196,7 @@ mod tests {
         )
         .unwrap();
         let basis = "by a load of 2.5 kg";
-        let factor = Some(Uncertain { value: -1.5, standard_deviation: 0.01 });
+        let factor = Some(UncertainValue { value: -1.5, standard_deviation: 0.01 });
         let gain = DriveGain { joint: JointIndex::new(2), factor, total_least_squares: -1.49 };
         let gain_found = FoundGain::new(&gain, Some(&drive), basis);
         let torque: TorqueGain = toml::from_str::<toml::Table>(&gain_found.cell_line.unwrap())

@@ -14,10 +14,10 @@ mod torque_difference;
 
 pub use bus_log::{LogError, read_log};
 pub use excitation::{
-    Advised, Assignment, AssignmentError, DesignedMotion, ExpectationError, ExpectedParameter,
-    MissingParameter, Wanted, WantedLoad, expectation_line,
+    AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
+    ExpectedParameter, MissingParameter, RequestedDesign, WantedLoad, expectation_line,
 };
-pub use export::{Consistent, ConsistentError, Exported, Format, WriteError};
+pub use export::{ConsistentError, ConsistentModel, Exported, Format, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use didim_formats::Measurement;
-use didim_identification::identification::{Declared, Payload, PayloadError, find_payload};
+use didim_identification::identification::{DeclaredLoad, Payload, PayloadError, find_payload};
 
 use super::identify::{IdentifyError, join_measurements, measurement_of};
 use super::stored_model::StoredModel;
@@ -50,7 +50,7 @@ pub fn find_load(
     }
     let noted = window.note.as_ref().and_then(|note| note.payload_kg);
     let declared_kg = noted.map(|kg| kg - line.payload_kg().unwrap_or(0.0));
-    let declared = Declared { mass_kg: declared_kg, centre_m: None };
+    let declared = DeclaredLoad { mass_kg: declared_kg, centre_m: None };
     let measurement = measurement_of(cell, window)?;
     let measured = [(&measurement, window.counted_samples.clone())];
     let payload = StoredModel::of_baseline(baseline).payload(cell, &measured, declared)?;
@@ -68,7 +68,7 @@ impl StoredModel {
         &self,
         cell: &Cell,
         measurements: &[(&Measurement, Range<usize>)],
-        declared: Declared,
+        declared: DeclaredLoad,
     ) -> Result<Payload, LoadError> {
         let experiment = join_measurements(cell, measurements).map_err(IdentifyError::from)?;
         let named = self.named_parameters();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use didim_dynamics::robot::JointFriction;
 use didim_identification::identification::{
-    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance, Reached, Use,
+    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance, ReachedRange, Use,
 };
 use serde::Deserialize;
 
@@ -79,7 +79,7 @@ pub struct StoredModel {
     /// the result does not report it.
     pub(super) noise: Vec<f64>,
     /// Range of the motion, per joint; empty in results of versions that did not report it.
-    pub(super) reached: Vec<Reached>,
+    pub(super) reached: Vec<ReachedRange>,
     /// Combined standard uncertainty of each parameter, if the result reports it.
     pub(super) combined_deviations: Vec<Option<f64>>,
     /// Verdict for each use, if the result has one.
@@ -98,7 +98,7 @@ pub struct JudgedUse {
 }
 
 #[derive(Deserialize)]
-struct Stored {
+struct StoredResult {
     configuration: Option<String>,
     estimate: Option<StoredEstimate>,
     #[serde(flatten)]
@@ -127,7 +127,7 @@ struct StoredEstimate {
     #[serde(default)]
     rms_error_per_joint_nm: Vec<f64>,
     #[serde(default)]
-    reached_per_joint: Vec<Reached>,
+    reached_per_joint: Vec<ReachedRange>,
     #[serde(default)]
     verdict: StoredVerdict,
 }
@@ -213,7 +213,7 @@ impl StoredModel {
     /// Same as [`read_stored_model`](Self::read_stored_model).
     pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
-        let stored: Stored = serde_json::from_slice(text).map_err(wrong)?;
+        let stored: StoredResult = serde_json::from_slice(text).map_err(wrong)?;
         let estimate = match stored.estimate {
             Some(estimate) => estimate,
             None => serde_json::from_value(stored.alone).map_err(wrong)?,

@@ -176,7 +176,7 @@ impl<T: Clone> OneOrEach<T> {
 
 /// Recordings of other programs, validated.
 #[derive(Clone, Debug)]
-pub(super) struct Data {
+pub(super) struct RecordingFormat {
     pub(super) rate_hz: f64,
     pub(super) torque_timing: SignalTiming,
     pub(super) columns: Option<Columns>,
@@ -190,7 +190,7 @@ type Wrong = (&'static str, String);
 const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 
 /// Units of a quantity.
-struct Units {
+struct QuantityUnits {
     units: &'static [(&'static str, JointKind, f64)],
     /// True if it may be a current.
     allows_current: bool,
@@ -198,7 +198,7 @@ struct Units {
 
 /// Units of currents, with their size in amperes.
 pub(crate) const CURRENT_UNITS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
-const POSITION_UNITS: Units = Units {
+const POSITION_UNITS: QuantityUnits = QuantityUnits {
     units: &[
         ("rad", JointKind::Revolute, 1.0),
         ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
@@ -207,7 +207,7 @@ const POSITION_UNITS: Units = Units {
     ],
     allows_current: false,
 };
-const TORQUE_UNITS: Units = Units {
+const TORQUE_UNITS: QuantityUnits = QuantityUnits {
     units: &[
         ("Nm", JointKind::Revolute, 1.0),
         ("mNm", JointKind::Revolute, 1e-3),
@@ -222,7 +222,7 @@ const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("
 impl DataSection {
     /// Returns the sampling, the columns of tables and the joints of bags. `named` lists the joints
     /// of a URDF.
-    pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<Data, Wrong> {
+    pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<RecordingFormat, Wrong> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
             let problem =
@@ -235,7 +235,7 @@ impl DataSection {
             return Err(("data.torque_valid", problem.to_owned()));
         }
         let torque_timing = self.torque_valid.timing(self.rate_hz);
-        Ok(Data {
+        Ok(RecordingFormat {
             rate_hz: self.rate_hz,
             torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
             columns: self.columns(robot)?,
@@ -259,7 +259,7 @@ impl DataSection {
         };
         let side = self.transmission_side()?;
         let kinds = kinds(robot);
-        let column_of = |key, columns: &DataColumns, units: &Units| {
+        let column_of = |key, columns: &DataColumns, units: &QuantityUnits| {
             axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
         };
         Ok(Some(Columns {
@@ -347,7 +347,7 @@ fn time_columns(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
 
 fn axis_columns(
     columns: &DataColumns,
-    units: &Units,
+    units: &QuantityUnits,
     side: Side,
     kinds: &[JointKind],
 ) -> Result<AxisColumns, String> {
@@ -391,7 +391,7 @@ impl TorqueUnit<'_> {
     /// Returns the SI value of one unit of each axis, with its sign.
     fn axis_scales(
         &self,
-        units: &Units,
+        units: &QuantityUnits,
         side: Side,
         kinds: &[JointKind],
     ) -> Result<Vec<f64>, String> {

@@ -10,7 +10,7 @@ use didim_formats::UrdfError;
 
 use super::mistyped::WrongKey;
 use super::open::OpenKey;
-use super::suggestion::Instead;
+use super::suggestion::Suggestion;
 use crate::files::TextError;
 
 /// Error when a cell cannot be used. Every variant names the file. The inner error names key and
@@ -37,7 +37,7 @@ pub enum CellError {
         source: Box<CellError>,
     },
     /// Not TOML, or a key is missing, unknown or of the wrong type.
-    #[error("{}: {source}{}", file.display(), Instead::from_message(.source.message()))]
+    #[error("{}: {source}{}", file.display(), Suggestion::from_message(.source.message()))]
     Cell {
         /// The cell file.
         file: PathBuf,
@@ -84,7 +84,7 @@ pub enum CellError {
         problem: String,
     },
     /// The robot file is wrong.
-    #[error("{}: {source}{}", file.display(), Instead::parse(&.source.to_string()))]
+    #[error("{}: {source}{}", file.display(), Suggestion::parse(&.source.to_string()))]
     Robot {
         /// The robot file.
         file: PathBuf,

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use super::file::CellFile;
 use super::open::{MISSING_VALUE, key_at};
-use super::suggestion::Instead;
+use super::suggestion::Suggestion;
 
 /// Maximum number of keys to check.
 const MAX_CHECKED_KEYS: usize = 100;
@@ -58,7 +58,7 @@ pub(super) fn line_at(text: &str, byte: usize) -> usize {
 fn first_error(text: &str) -> Option<(Range<usize>, String)> {
     let error = toml::from_str::<CellFile>(text).err()?;
     let problem = error.message().replace('\n', " ");
-    let problem = format!("{problem}{}", Instead::parse(&problem));
+    let problem = format!("{problem}{}", Suggestion::parse(&problem));
     Some((error.span().unwrap_or(text.len()..text.len()), problem))
 }
 

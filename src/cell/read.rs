@@ -20,13 +20,13 @@ use crate::live::worker::WindowOptions;
 use crate::text::sha256;
 
 /// The faults found so far in a cell file.
-struct Found<'a> {
+struct FoundFaults<'a> {
     file: &'a Path,
     text: &'a str,
     faults: Vec<CellError>,
 }
 
-impl Found<'_> {
+impl FoundFaults<'_> {
     /// Adds the fault of a key with an invalid value.
     fn add_fault(&mut self, key: &str, problem: String) {
         let line = open::line_of(self.text, key);
@@ -46,7 +46,7 @@ impl Found<'_> {
 }
 
 /// The arm of a cell.
-struct Arm {
+struct CellArm {
     source: RobotSource,
     robot: Robot,
     model: Model,
@@ -54,7 +54,7 @@ struct Arm {
 }
 
 /// Sources of the signals, and the times at which they are valid.
-struct Signals {
+struct CellSignals {
     bus: Option<(CellBus, Vec<(String, String)>)>,
     columns: Option<Columns>,
     bag: Option<BagSpec>,
@@ -76,7 +76,7 @@ impl Cell {
 fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
     let text = library.read(path)?;
     let file = parse(path, &text)?;
-    let mut problems = Found { file: path, text: &text, faults: Vec::new() };
+    let mut problems = FoundFaults { file: path, text: &text, faults: Vec::new() };
     let robot_path = path.parent().unwrap_or(Path::new("")).join(&file.robot);
     let arm = read_arm(library, &robot_path, &file, &mut problems);
     let signals = signals(library, &file, arm.as_ref(), &mut problems);
@@ -128,7 +128,12 @@ fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
     })
 }
 
-fn read_arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) -> Option<Arm> {
+fn read_arm(
+    library: Library,
+    file: &Path,
+    cell: &CellFile,
+    found: &mut FoundFaults<'_>,
+) -> Option<CellArm> {
     let named = |source| CellError::Named {
         cell: found.file.to_path_buf(),
         key: "robot",
@@ -156,15 +161,15 @@ fn read_arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_
     let model = Model::new(&robot);
     let base = BaseParameters::compute(&model)
         .map_err(|source| CellError::BaseParameters { file: file.to_path_buf(), source });
-    Some(Arm { base: found.value_or_fault(base)?, source, robot, model })
+    Some(CellArm { base: found.value_or_fault(base)?, source, robot, model })
 }
 
 fn signals(
     library: Library,
     file: &CellFile,
-    arm: Option<&Arm>,
-    found: &mut Found<'_>,
-) -> Option<Signals> {
+    arm: Option<&CellArm>,
+    found: &mut FoundFaults<'_>,
+) -> Option<CellSignals> {
     match (&file.bus, &file.data) {
         (Some(section), None) => {
             if file.window.is_none() {
@@ -176,13 +181,13 @@ fn signals(
             let (rate_hz, torque_timing) =
                 (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
             let bus = Some((bus, texts));
-            Some(Signals { bus, columns: None, bag: None, rate_hz, torque_timing })
+            Some(CellSignals { bus, columns: None, bag: None, rate_hz, torque_timing })
         }
         (None, Some(data)) => {
             let arm = arm?;
             let named: Vec<String> = arm.source.joint_names().map(str::to_owned).collect();
             match data.read(&arm.robot, &named) {
-                Ok(data) => Some(Signals {
+                Ok(data) => Some(CellSignals {
                     bus: None,
                     columns: data.columns,
                     bag: data.bag,
@@ -236,12 +241,12 @@ fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
 fn check_options(
     file: &CellFile,
     (options, window): (&Options, &WindowOptions),
-    (arm, signals): (Option<&Arm>, Option<&Signals>),
-    found: &mut Found<'_>,
+    (arm, signals): (Option<&CellArm>, Option<&CellSignals>),
+    found: &mut FoundFaults<'_>,
 ) {
     let method = file.identification.method;
     found.keep_value("identification.robust", options.validate_robust(method));
-    if let Some(Signals { rate_hz, .. }) = signals {
+    if let Some(CellSignals { rate_hz, .. }) = signals {
         found.keep_value("window", window.plan(*rate_hz));
         let cutoff_hz = options.position_filter.cutoff_hz;
         let designed = options.position_filter.design(*rate_hz);
@@ -285,7 +290,7 @@ fn check_options(
     }
 }
 
-fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>) {
+fn check_parameters(listed: Option<&[String]>, arm: &CellArm, found: &mut FoundFaults<'_>) {
     const PARAMETERS_KEY: &str = "identification.parameters";
     let Some(listed) = listed else { return };
     if listed.is_empty() {
@@ -312,13 +317,13 @@ fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>)
 fn assemble_cell(
     (file, text): (CellFile, String),
     robot_file: PathBuf,
-    (arm, signals): (Arm, Signals),
+    (arm, signals): (CellArm, CellSignals),
     (options, window): (Options, WindowOptions),
 ) -> Cell {
-    let Arm { source, robot, model, base } = arm;
+    let CellArm { source, robot, model, base } = arm;
     let robot_notes = source.notes().iter().map(ToString::to_string).collect();
     let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;
-    let Signals { bus, columns, bag, rate_hz, torque_timing } = signals;
+    let CellSignals { bus, columns, bag, rate_hz, torque_timing } = signals;
     let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
     Cell {
         name: file.name,

@@ -9,7 +9,7 @@ use didim_formats::{UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
 use super::file::UrdfSection;
-use super::suggestion::Instead;
+use super::suggestion::Suggestion;
 
 /// A robot and its source.
 #[derive(Clone, Debug)]
@@ -104,7 +104,7 @@ fn problem_text(error: &RobotError) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
     let text = rest.map_or(text.as_str(), |(_, rest)| rest).trim_end();
-    format!("{text}{}", Instead::parse(text))
+    format!("{text}{}", Suggestion::parse(text))
 }
 
 /// Returns the configured value that gives no robot; tries each by itself.

@@ -7,13 +7,13 @@ const MIN_SIMILARITY: f64 = 0.5;
 
 /// The known name that is most similar to the unknown one, as a remark after the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Instead {
+pub(super) struct Suggestion {
     known_names: Option<String>,
     /// True if the message ends with its own line break.
     in_a_line_of_its_own: bool,
 }
 
-impl Instead {
+impl Suggestion {
     /// Parses the parser's message. The unknown name comes first, in backticks; the known ones
     /// follow, also in backticks.
     pub(super) fn parse(message: &str) -> Self {
@@ -36,14 +36,14 @@ impl Instead {
     }
 }
 
-impl Instead {
+impl Suggestion {
     /// Parses the message of a TOML error, which is shown with a line break after it.
     pub(super) fn from_message(message: &str) -> Self {
         Self { in_a_line_of_its_own: true, ..Self::parse(message) }
     }
 }
 
-impl fmt::Display for Instead {
+impl fmt::Display for Suggestion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(known_names) = &self.known_names else { return Ok(()) };
         let lead = if self.in_a_line_of_its_own { "" } else { "; " };
@@ -64,7 +64,7 @@ mod tests {
             ("unknown field `qqq`, expected one of `name`, `source`", ""),
             ("missing field `name`", ""),
         ] {
-            assert_eq!(Instead::parse(message).to_string(), suggestion, "{message}");
+            assert_eq!(Suggestion::parse(message).to_string(), suggestion, "{message}");
         }
     }
 }

@@ -71,6 +71,6 @@ fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64
     seconds * 1e9 / layout.period_ns()
 }
 
-fn bits(id: FrameId, fd: bool, bytes: u8) -> wire::Bits {
+fn bits(id: FrameId, fd: bool, bytes: u8) -> wire::FrameBits {
     if fd { wire::fd_bits(id, bytes) } else { wire::classic_bits(id, bytes) }
 }

@@ -55,7 +55,7 @@ fn indistinct_columns(model: &Model, columns: &[usize]) -> Vec<usize> {
     let model = model.clone().with_plain_friction();
     let selected = model.regressor_columns(columns);
     let (n, p) = (model.joints(), columns.len());
-    let mut random = Random(0x5eed_c4ec_c000_0000);
+    let mut random = SplitMix64(0x5eed_c4ec_c000_0000);
     let mut workspace = Workspace::new();
     let mut rows = vec![0.0; n * p];
     let mut stacked = vec![Vec::with_capacity(n * RANDOM_MOTIONS); p];
@@ -118,9 +118,9 @@ fn dependent_columns(columns: Vec<Vec<f64>>) -> Vec<usize> {
 }
 
 /// Random numbers by SplitMix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
+struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     /// In [0, 1).
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -14,14 +14,14 @@ const FD_TAIL: u32 = 2 + 7 + 3;
 
 /// Bits of one frame, by bit rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Bits {
+pub(super) struct FrameBits {
     /// Bits at the bit rate of the arbitration.
     pub(super) nominal_bits: u32,
     /// Bits at the bit rate of the data phase; none in a classic frame.
     pub(super) data_bits: u32,
 }
 
-impl Bits {
+impl FrameBits {
     /// Returns their duration \[s\].
     pub(super) fn duration_s(self, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
         f64::from(self.nominal_bits) / bitrate_bps + f64::from(self.data_bits) / data_bitrate_bps
@@ -29,7 +29,7 @@ impl Bits {
 }
 
 /// Counts the bits of a classic frame with this number of data bytes.
-pub(super) fn classic_bits(id: FrameId, bytes: u8) -> Bits {
+pub(super) fn classic_bits(id: FrameId, bytes: u8) -> FrameBits {
     // Start, identifier, RTR, IDE, r0, length, check sequence. An extended frame also has SRR, 18
     // more bits and r1.
     let fixed = match id {
@@ -37,7 +37,7 @@ pub(super) fn classic_bits(id: FrameId, bytes: u8) -> Bits {
         FrameId::Extended(_) => 1 + 11 + 1 + 1 + 18 + 1 + 2 + 4 + 15,
     };
     let stuffed = fixed + 8 * u32::from(bytes);
-    Bits { nominal_bits: stuffed + (stuffed - 1) / 4 + CLASSIC_TAIL, data_bits: 0 }
+    FrameBits { nominal_bits: stuffed + (stuffed - 1) / 4 + CLASSIC_TAIL, data_bits: 0 }
 }
 
 /// Counts the bits of a CAN FD frame with this number of data bytes and a separate bit rate of the
@@ -45,7 +45,7 @@ pub(super) fn classic_bits(id: FrameId, bytes: u8) -> Bits {
 ///
 /// The rate changes inside BRS and inside the delimiter of the check sequence. Both count as sent
 /// at the lower rate.
-pub(super) fn fd_bits(id: FrameId, bytes: u8) -> Bits {
+pub(super) fn fd_bits(id: FrameId, bytes: u8) -> FrameBits {
     // Start, identifier, RRS, IDE, FDF, res, BRS. An extended frame also has SRR and 18 more bits.
     let arbitration: u32 = match id {
         FrameId::Standard(_) => 1 + 11 + 1 + 1 + 1 + 1 + 1,
@@ -58,7 +58,7 @@ pub(super) fn fd_bits(id: FrameId, bytes: u8) -> Bits {
     // Stuff count and check sequence, with a fixed stuff bit before them and after every four bits.
     let check: u32 = 4 + if bytes > 16 { 21 } else { 17 };
     let fixed_stuff = 1 + check / 4;
-    Bits {
+    FrameBits {
         nominal_bits: arbitration + early + 1 + FD_TAIL,
         data_bits: data + (stuff - early) + check + fixed_stuff,
     }
@@ -102,7 +102,7 @@ mod tests {
     /// CRC 17 has six fixed stuff bits, CRC 21 seven; 64 bytes are 34 + 678 bits.
     #[test]
     fn fd_frames_have_their_check_sequence_and_fixed_stuff_bits() {
-        assert_eq!(fd_bits(STANDARD, 64), Bits { nominal_bits: 34, data_bits: 678 });
+        assert_eq!(fd_bits(STANDARD, 64), FrameBits { nominal_bits: 34, data_bits: 678 });
         let (short, long) = (fd_bits(STANDARD, 16), fd_bits(STANDARD, 20));
         // Four bytes, their stuff bits, four bits of the check sequence and one fixed stuff bit.
         assert_eq!(long.data_bits - short.data_bits, 32 + 8 + 4 + 1);

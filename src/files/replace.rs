@@ -12,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const TEMPORARY_SUFFIX: &str = ".tmp";
 
 /// Files that this process is writing.
-static UNFINISHED_FILES: Unfinished = Unfinished(Mutex::new(BTreeSet::new()));
+static UNFINISHED_FILES: UnfinishedFiles = UnfinishedFiles(Mutex::new(BTreeSet::new()));
 
 /// Writes a file next to its place, syncs it, renames it and syncs the folder. After a power cut,
 /// the name has the old content or the new one (rename(2), fsync(2)). The file is as readable as
@@ -56,9 +56,9 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Re
 }
 
 /// A list of files that are being written.
-struct Unfinished(Mutex<BTreeSet<PathBuf>>);
+struct UnfinishedFiles(Mutex<BTreeSet<PathBuf>>);
 
-impl Unfinished {
+impl UnfinishedFiles {
     fn replace<T>(
         &self,
         path: &Path,
@@ -93,9 +93,9 @@ impl Unfinished {
         }
     }
 
-    fn list(&self, path: &Path) -> Listed<'_> {
+    fn list(&self, path: &Path) -> UnfinishedEntry<'_> {
         self.paths().insert(path.to_owned());
-        Listed { unfinished_files: self, path: path.to_owned() }
+        UnfinishedEntry { unfinished_files: self, path: path.to_owned() }
     }
 
     fn paths(&self) -> MutexGuard<'_, BTreeSet<PathBuf>> {
@@ -104,12 +104,12 @@ impl Unfinished {
 }
 
 /// Entry in the list for its lifetime.
-struct Listed<'a> {
-    unfinished_files: &'a Unfinished,
+struct UnfinishedEntry<'a> {
+    unfinished_files: &'a UnfinishedFiles,
     path: PathBuf,
 }
 
-impl Drop for Listed<'_> {
+impl Drop for UnfinishedEntry<'_> {
     fn drop(&mut self) {
         self.unfinished_files.paths().remove(&self.path);
     }
@@ -149,7 +149,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
         // A separate list: other tests of this process also write.
-        let unfinished = Unfinished(Mutex::new(BTreeSet::new()));
+        let unfinished = UnfinishedFiles(Mutex::new(BTreeSet::new()));
         let written = unfinished.replace(&path, |out| {
             out.write_all(b"half")?;
             unfinished.discard();

@@ -7,7 +7,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::{Survey, round_rate, torque_valid};
+use super::plausible::{SignalSurvey, round_rate, torque_valid};
 use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quote_text};
 
 const SECTION_NAME: &str = "data.bag";
@@ -122,7 +122,7 @@ fn survey_of_topic<'r>(
     robot: &'r Robot,
     joints: Vec<String>,
     topic: Option<&BagTopic>,
-) -> Result<Option<Survey<'r>>, ProposalError> {
+) -> Result<Option<SignalSurvey<'r>>, ProposalError> {
     let survey = match topic {
         Some(topic) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {
             let spec = BagSpec {
@@ -134,7 +134,7 @@ fn survey_of_topic<'r>(
                 time: BagTime::Rows,
             };
             let measurement = read_bag(file, &spec)?.into_whole();
-            measurement.map(|all| Survey {
+            measurement.map(|all| SignalSurvey {
                 robot,
                 position: all.signals.position_rad,
                 torque: all.signals.torque_nm,
@@ -146,7 +146,7 @@ fn survey_of_topic<'r>(
 }
 
 /// Unit and sign of the efforts.
-fn effort_guesses(survey: Option<&Survey<'_>>, topic: Option<&BagTopic>) -> [Guess; 2] {
+fn effort_guesses(survey: Option<&SignalSurvey<'_>>, topic: Option<&BagTopic>) -> [Guess; 2] {
     match survey {
         Some(survey) => survey.torque(None),
         None if topic.is_some_and(|topic| !topic.without_effort.is_empty()) => [

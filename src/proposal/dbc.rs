@@ -10,7 +10,7 @@ use didim_formats::AXIS_PLACEHOLDER;
 use super::bus::{VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative_to_cell};
-use super::names::{Group, Meaning, column_groups, column_meaning, split_words};
+use super::names::{ColumnGroup, ColumnMeaning, column_groups, column_meaning, split_words};
 use super::table::{choose_group, choose_torque_group, is_measured};
 use super::value::{Guess, list_text, quote_text};
 
@@ -40,7 +40,7 @@ pub(super) fn propose(
         .map(named)
         .collect();
     let groups = column_groups(&names, axes, &[]);
-    let bus = Bus { axes, signals, groups, messages: database.messages().collect() };
+    let bus = DbcSignals { axes, signals, groups, messages: database.messages().collect() };
     propose_bus_and_windows(draft);
     let layout = "bus.layout";
     let path = quote_text(&relative_to_cell(file, out).display().to_string());
@@ -53,15 +53,15 @@ pub(super) fn propose(
     Ok(())
 }
 
-struct Bus<'a> {
+struct DbcSignals<'a> {
     axes: usize,
     signals: Vec<NamedSignal<'a>>,
     /// Groups with one signal for each axis.
-    groups: Vec<Group>,
+    groups: Vec<ColumnGroup>,
     messages: Vec<(&'a str, FrameId)>,
 }
 
-impl Bus<'_> {
+impl DbcSignals<'_> {
     /// Proposes the message that marks a sample, and the rate if a log shows it. Returns two flags:
     /// the message is a SYNC, and every signal is valid when its own frame arrives, as on a bus
     /// without SYNC.
@@ -73,7 +73,7 @@ impl Bus<'_> {
         let is_sync =
             |(name, id): &&(&str, FrameId)| *id == SYNC_ID || name.eq_ignore_ascii_case("sync");
         let of_signals: Vec<FrameId> = self
-            .signals_of(&[Meaning::Position, Meaning::Torque, Meaning::Command])
+            .signals_of(&[ColumnMeaning::Position, ColumnMeaning::Torque, ColumnMeaning::Command])
             .iter()
             .filter_map(|name| self.find(name).map(|signal| signal.id))
             .collect();
@@ -129,10 +129,10 @@ impl Bus<'_> {
                 .map(|axis| pattern.replace(AXIS_PLACEHOLDER, &axis.to_string()))
                 .collect()
         };
-        let group = choose_group(&self.groups, Meaning::Position);
+        let group = choose_group(&self.groups, ColumnMeaning::Position);
         let unit = |name: &String| self.find(name).is_some_and(|signal| !signal.unit.is_empty());
         let without = match &group {
-            Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
+            Ok(ColumnGroup::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
                 let names = each(pattern);
                 if names.iter().all(unit) {
                     return Ok(names);
@@ -153,7 +153,7 @@ impl Bus<'_> {
                         .split_at(signal.name.trim_end_matches(|c: char| c.is_ascii_digit()).len());
                     number == axis
                         && column_meaning(&format!("{}.{name}", signal.message))
-                            == Some(Meaning::Position)
+                            == Some(ColumnMeaning::Position)
                 });
                 let name = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
                 of_axis.next().map(name).filter(|_| of_axis.next().is_none())
@@ -164,8 +164,8 @@ impl Bus<'_> {
 
     /// Returns the reference of each axis. `None` if its unit differs from that of the position,
     /// because both share one gain.
-    fn find_reference(&self) -> Option<Group> {
-        let group = choose_group(&self.groups, Meaning::Reference).ok()?;
+    fn find_reference(&self) -> Option<ColumnGroup> {
+        let group = choose_group(&self.groups, ColumnMeaning::Reference).ok()?;
         let unit = |name: &str| self.find(name).map(|signal| signal.unit);
         let position = self.find_position().ok().and_then(|names| unit(names.first()?));
         let axis_unit = unit(&group.name().replace(AXIS_PLACEHOLDER, "1"));
@@ -192,7 +192,7 @@ impl Bus<'_> {
                     && first.is_some_and(|of| units.contains(&of.unit))
             };
             let names: Vec<&str> =
-                self.groups.iter().map(Group::name).filter(|name| fits(name)).collect();
+                self.groups.iter().map(ColumnGroup::name).filter(|name| fits(name)).collect();
             let meant: Vec<&str> = names.iter().copied().filter(|name| is(name, which)).collect();
             // A mode without a word for the drive's own mode may be the requested one.
             let single_name = match (names.as_slice(), meant.as_slice()) {
@@ -211,7 +211,7 @@ impl Bus<'_> {
         let group_of = |wanted| choose_group(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
-                Ok(Group::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
+                Ok(ColumnGroup::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
                     Guess::assumed(quote_text(&pattern), "by its name")
                 }
                 Ok(group) => Guess::without_value(&format!(
@@ -229,7 +229,7 @@ impl Bus<'_> {
             let why = "the file has no SYNC: valid at the arrival of its own frame";
             Guess::assumed(quote_text("arrival"), why)
         };
-        match (self.find_position(), group_of(Meaning::Position)) {
+        match (self.find_position(), group_of(ColumnMeaning::Position)) {
             (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS_PLACEHOLDER, "1") => {
                 signal(draft, "position", Ok(group));
             }
@@ -297,9 +297,10 @@ impl Bus<'_> {
     }
 
     /// Returns the signals of all axes that have one of these meanings.
-    fn signals_of(&self, meanings: &[Meaning]) -> Vec<String> {
-        let has =
-            |group: &&Group| column_meaning(group.name()).is_some_and(|of| meanings.contains(&of));
+    fn signals_of(&self, meanings: &[ColumnMeaning]) -> Vec<String> {
+        let has = |group: &&ColumnGroup| {
+            column_meaning(group.name()).is_some_and(|of| meanings.contains(&of))
+        };
         let wanted = self.groups.iter().filter(has);
         let each = wanted.flat_map(|group| {
             (1..=self.axes).map(|axis| group.name().replace(AXIS_PLACEHOLDER, &axis.to_string()))

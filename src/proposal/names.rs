@@ -4,7 +4,7 @@ use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER};
 
 /// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Meaning {
+pub(super) enum ColumnMeaning {
     Position,
     Torque,
     Current,
@@ -93,7 +93,7 @@ fn has_any_word(words: &[String], any: &[&str]) -> bool {
 
 /// Returns the content of a column. A bus signal has the name of its message in front. That name
 /// shows whether the signal is a command, but not its quantity.
-pub(super) fn column_meaning(name: &str) -> Option<Meaning> {
+pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
     let all_words = split_words(name);
     let last_words = name.rsplit_once('.').map(|(_, own)| split_words(own));
     let words = last_words.filter(|own| !own.is_empty()).unwrap_or_else(|| all_words.clone());
@@ -103,13 +103,13 @@ pub(super) fn column_meaning(name: &str) -> Option<Meaning> {
     }
     let asked_for = has_any_word(&all_words, COMMAND_WORDS);
     if has_any_word(&words, TORQUE_WORDS) {
-        Some(if asked_for { Meaning::Command } else { Meaning::Torque })
+        Some(if asked_for { ColumnMeaning::Command } else { ColumnMeaning::Torque })
     } else if has_any_word(&words, CURRENT_WORDS) {
-        (!asked_for).then_some(Meaning::Current)
+        (!asked_for).then_some(ColumnMeaning::Current)
     } else if has_any_word(&words, POSITION_WORDS) {
-        Some(if asked_for { Meaning::Reference } else { Meaning::Position })
+        Some(if asked_for { ColumnMeaning::Reference } else { ColumnMeaning::Position })
     } else {
-        has_any_word(&words, TIME_WORDS).then_some(Meaning::Time)
+        has_any_word(&words, TIME_WORDS).then_some(ColumnMeaning::Time)
     }
 }
 
@@ -137,14 +137,14 @@ pub(super) fn stamp_pairs(columns: &[String]) -> Vec<[&String; 2]> {
 
 /// Columns of one quantity, one for each axis.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Group {
+pub(super) enum ColumnGroup {
     /// Their name, with a placeholder for the number.
     Numbered(String),
     /// Columns named after the joints.
     Named(Vec<String>),
 }
 
-impl Group {
+impl ColumnGroup {
     pub(super) fn name(&self) -> &str {
         match self {
             Self::Numbered(pattern) => pattern,
@@ -184,11 +184,15 @@ fn number_patterns(columns: &[String]) -> Vec<(String, usize)> {
 }
 
 /// Returns all groups of columns with one column for each axis.
-pub(super) fn column_groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
+pub(super) fn column_groups(
+    columns: &[String],
+    axes: usize,
+    joints: &[String],
+) -> Vec<ColumnGroup> {
     let is = |name: &String| columns.contains(name);
-    let mut groups: Vec<Group> = (number_patterns(columns).into_iter())
+    let mut groups: Vec<ColumnGroup> = (number_patterns(columns).into_iter())
         .filter(|(_, count)| *count == axes)
-        .map(|(pattern, _)| Group::Numbered(pattern))
+        .map(|(pattern, _)| ColumnGroup::Numbered(pattern))
         .collect();
     let Some(first) = joints.first() else { return groups };
     for column in columns {
@@ -197,13 +201,13 @@ pub(super) fn column_groups(columns: &[String], axes: usize, joints: &[String]) 
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
         // Numbered joints are found by their numbers.
         let numbered = groups.iter().any(|other| match other {
-            Group::Numbered(pattern) => [(AXIS_PLACEHOLDER, 1), (INDEX_PLACEHOLDER, 0)]
+            ColumnGroup::Numbered(pattern) => [(AXIS_PLACEHOLDER, 1), (INDEX_PLACEHOLDER, 0)]
                 .iter()
                 .any(|(mark, first)| pattern.replace(mark, &first.to_string()) == names[0]),
-            Group::Named(_) => false,
+            ColumnGroup::Named(_) => false,
         });
         if !numbered && names.iter().all(is) {
-            groups.push(Group::Named(names));
+            groups.push(ColumnGroup::Named(names));
         }
     }
     groups

@@ -37,7 +37,7 @@ pub(super) fn torque_valid(is_command: bool) -> Guess {
 }
 
 /// Joint-side signals in unknown units, compared with the arm.
-pub(super) struct Survey<'a> {
+pub(super) struct SignalSurvey<'a> {
     pub(super) robot: &'a Robot,
     /// By joint.
     pub(super) position: Vec<Vec<f64>>,
@@ -48,7 +48,7 @@ pub(super) struct Survey<'a> {
 /// not explain the signal.
 type Gravity = Vec<Option<f64>>;
 
-impl Survey<'_> {
+impl SignalSurvey<'_> {
     fn kinds(&self) -> impl Iterator<Item = JointKind> {
         self.robot.chain().iter().map(|joint| joint.kind)
     }

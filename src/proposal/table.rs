@@ -7,10 +7,10 @@ use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_row
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{
-    Group, Meaning, column_groups, column_meaning, counted_otherwise, split_words, unit,
+    ColumnGroup, ColumnMeaning, column_groups, column_meaning, counted_otherwise, split_words, unit,
 };
-use super::plausible::{Survey, torque_valid};
-use super::time::Time;
+use super::plausible::{SignalSurvey, torque_valid};
+use super::time::TableTime;
 use super::value::{
     Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION,
     list_text, quote_text,
@@ -46,22 +46,22 @@ pub(super) fn propose(
     (file, names): &(PathBuf, TableNames),
 ) -> Result<(), ProposalError> {
     let joints: Vec<String> = evidence.robot.joint_names().map(str::to_owned).collect();
-    let table = Table { file, names, robot: &evidence.robot.robot, joints };
+    let table = TableProposal { file, names, robot: &evidence.robot.robot, joints };
     table.propose(draft)
 }
 
-struct Table<'a> {
+struct TableProposal<'a> {
     file: &'a PathBuf,
     names: &'a TableNames,
     robot: &'a didim_dynamics::robot::Robot,
     joints: Vec<String>,
 }
 
-impl Table<'_> {
+impl TableProposal<'_> {
     fn propose(&self, draft: &mut Draft<'_>) -> Result<(), ProposalError> {
-        let time = Time::find_time(draft, self.file, self.names)?;
+        let time = TableTime::find_time(draft, self.file, self.names)?;
         let rate_hz = match &time {
-            Some(Time { rate_hz: Some(rate_hz), is_stated, .. }) => {
+            Some(TableTime { rate_hz: Some(rate_hz), is_stated, .. }) => {
                 let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
                 guess(format!("{rate_hz:?}"), "the mean distance of the times")
             }
@@ -83,12 +83,12 @@ impl Table<'_> {
     /// Reads positions and torques in their own units.
     fn group_columns(
         &self,
-        position: &Group,
-        torque: &Group,
+        position: &ColumnGroup,
+        torque: &ColumnGroup,
     ) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
         let columns_of =
-            |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
+            |group: &ColumnGroup| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
         let columns = Columns {
             side: Side::Joint,
             axes,
@@ -100,7 +100,11 @@ impl Table<'_> {
         Ok(read_rows(self.file, Some(&columns))?.signals)
     }
 
-    fn of_others(&self, draft: &mut Draft<'_>, time: Option<&Time>) -> Result<(), ProposalError> {
+    fn of_others(
+        &self,
+        draft: &mut Draft<'_>,
+        time: Option<&TableTime>,
+    ) -> Result<(), ProposalError> {
         if let Some(time) = time {
             time.add_entries(draft, SECTION_NAME);
         }
@@ -111,7 +115,7 @@ impl Table<'_> {
         }
         let groups = column_groups(&self.names.columns, axes, &self.joints);
         let otherwise = counted_otherwise(&self.names.columns, axes);
-        let position = choose_group(&groups, Meaning::Position);
+        let position = choose_group(&groups, ColumnMeaning::Position);
         let (torque, is_command) = choose_torque_group(&groups);
         draft.add_entry(SECTION_NAME, "torque_valid", torque_valid(is_command));
         let hint = |which: String| match otherwise.is_empty() {
@@ -126,7 +130,7 @@ impl Table<'_> {
         let survey = match (&position, &torque) {
             (Ok(position), Ok(torque)) => {
                 let [position, torque, _] = self.group_columns(position, torque)?;
-                Some(Survey { robot: self.robot, position, torque })
+                Some(SignalSurvey { robot: self.robot, position, torque })
             }
             _ => None,
         };
@@ -151,22 +155,17 @@ impl Table<'_> {
         put_columns(draft, "torque", &torque);
         let is_current = torque
             .as_ref()
-            .is_ok_and(|group| column_meaning(group.name()) == Some(Meaning::Current));
+            .is_ok_and(|group| column_meaning(group.name()) == Some(ColumnMeaning::Current));
         let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUE_UNIT_WORDS));
         let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
         draft.add_entry(SECTION_NAME, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
-            draft.add_entry(
-                SECTION_NAME,
-                "torque.per_ampere",
-                Guess::without_value(
-                    "torque of one ampere, on the same \
-                side as the positions, for all or a list [N·m/A]",
-                ),
-            );
+            let question = "torque of one ampere, on the same side as the positions, for all or a \
+                list [N·m/A]";
+            draft.add_entry(SECTION_NAME, "torque.per_ampere", Guess::without_value(question));
         }
         draft.add_entry(SECTION_NAME, "torque.sign", sign);
-        if let Ok(reference) = choose_group(&groups, Meaning::Reference) {
+        if let Ok(reference) = choose_group(&groups, ColumnMeaning::Reference) {
             put_columns(draft, "reference", &Ok(reference));
             let unit = draft.text("data.position.unit").unwrap_or_else(|| MISSING_VALUE.to_owned());
             let guess = if unit == MISSING_VALUE {
@@ -184,24 +183,24 @@ impl Table<'_> {
         &self,
         draft: &Draft<'_>,
         what: &str,
-        found: Result<Group, String>,
-    ) -> Result<Group, String> {
+        found: Result<ColumnGroup, String>,
+    ) -> Result<ColumnGroup, String> {
         if let Some(pattern) = draft.answered_text(&format!("data.{what}.column")) {
-            return Ok(Group::Numbered(pattern));
+            return Ok(ColumnGroup::Numbered(pattern));
         }
         if let Some(names) = draft.answered_texts(&format!("data.{what}.columns")) {
             let (count, axes) = (names.len(), self.robot.joints());
             let wrong = || format!("`columns` has {count} names for {axes} axes");
-            return if count == axes { Ok(Group::Named(names)) } else { Err(wrong()) };
+            return if count == axes { Ok(ColumnGroup::Named(names)) } else { Err(wrong()) };
         }
         found
     }
 
     fn guess_side(
         &self,
-        groups: &[&Result<Group, String>],
-        survey: Option<&Survey<'_>>,
-        in_si: Option<&Survey<'_>>,
+        groups: &[&Result<ColumnGroup, String>],
+        survey: Option<&SignalSurvey<'_>>,
+        in_si: Option<&SignalSurvey<'_>>,
     ) -> Guess {
         // Both groups have to name motors: joint angles together with motor currents are common.
         // The word "joint" shows nothing, because it also numbers the axes of motors.
@@ -211,11 +210,11 @@ impl Table<'_> {
         });
         match () {
             () if of_motors => Guess::from_file(quote_text("motor"), "the columns' names"),
-            () if in_si.is_some_and(Survey::is_of_joints) => Guess::from_file(
+            () if in_si.is_some_and(SignalSurvey::is_of_joints) => Guess::from_file(
                 quote_text("joint"),
                 "gravity of the nominal masses explains the torques",
             ),
-            () => match survey.map(Survey::may_be_of_joints) {
+            () => match survey.map(SignalSurvey::may_be_of_joints) {
                 Some(false) => Guess::without_value(&format!(
                     "{SIDE_QUESTION}; some positions are beyond the joints' limits"
                 )),
@@ -231,7 +230,7 @@ impl Table<'_> {
 /// Unit of the positions, by the answer, the columns' names or the values.
 fn position_guess(
     draft: &mut Draft<'_>,
-    survey: Option<&Survey<'_>>,
+    survey: Option<&SignalSurvey<'_>>,
     named: Option<&Result<&str, String>>,
 ) -> Guess {
     match (draft.answer("data.position.unit"), named, survey) {
@@ -247,7 +246,7 @@ fn position_guess(
 
 /// Unit and sign of the torques, by the columns' names and the values.
 fn torque_guesses(
-    in_si: Option<&Survey<'_>>,
+    in_si: Option<&SignalSurvey<'_>>,
     named: Option<Result<&str, String>>,
     is_current: bool,
 ) -> (Guess, Guess) {
@@ -287,8 +286,11 @@ fn torque_guesses(
 
 /// Returns the only group of a meaning, or the measured one if there are several. The error lists
 /// the available groups.
-pub(super) fn choose_group(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
-    let fitting: Vec<&Group> =
+pub(super) fn choose_group(
+    groups: &[ColumnGroup],
+    wanted: ColumnMeaning,
+) -> Result<ColumnGroup, String> {
+    let fitting: Vec<&ColumnGroup> =
         groups.iter().filter(|group| column_meaning(group.name()) == Some(wanted)).collect();
     let mut of_measured = fitting.iter().filter(|group| is_measured(group.name()));
     match (fitting.as_slice(), of_measured.next(), of_measured.next()) {
@@ -312,12 +314,15 @@ pub(super) fn choose_group(groups: &[Group], wanted: Meaning) -> Result<Group, S
 
 /// Returns the torques or the currents, or the commands if nothing is measured. The flag is true
 /// for commands.
-pub(super) fn choose_torque_group(groups: &[Group]) -> (Result<Group, String>, bool) {
-    let is =
-        |wanted: &Meaning| groups.iter().any(|group| column_meaning(group.name()) == Some(*wanted));
-    let wanted = [Meaning::Torque, Meaning::Current, Meaning::Command].into_iter().find(is);
-    let chosen_group = choose_group(groups, wanted.unwrap_or(Meaning::Torque));
-    let is_command = wanted == Some(Meaning::Command) && chosen_group.is_ok();
+pub(super) fn choose_torque_group(groups: &[ColumnGroup]) -> (Result<ColumnGroup, String>, bool) {
+    let is = |wanted: &ColumnMeaning| {
+        groups.iter().any(|group| column_meaning(group.name()) == Some(*wanted))
+    };
+    let wanted = [ColumnMeaning::Torque, ColumnMeaning::Current, ColumnMeaning::Command]
+        .into_iter()
+        .find(is);
+    let chosen_group = choose_group(groups, wanted.unwrap_or(ColumnMeaning::Torque));
+    let is_command = wanted == Some(ColumnMeaning::Command) && chosen_group.is_ok();
     (chosen_group, is_command)
 }
 
@@ -326,11 +331,13 @@ pub(super) fn is_measured(name: &str) -> bool {
     split_words(name).iter().any(|word| MEASURED_WORDS.contains(&word.as_str()))
 }
 
-fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {
+fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<ColumnGroup, String>) {
     let why = "by their names";
     let (key, guess) = match group {
-        Ok(Group::Numbered(pattern)) => ("column", Guess::from_file(quote_text(pattern), why)),
-        Ok(Group::Named(names)) => {
+        Ok(ColumnGroup::Numbered(pattern)) => {
+            ("column", Guess::from_file(quote_text(pattern), why))
+        }
+        Ok(ColumnGroup::Named(names)) => {
             let names: Vec<String> = names.iter().map(|name| quote_text(name)).collect();
             ("columns", Guess::from_file(list_text(&names), why))
         }

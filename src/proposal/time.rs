@@ -7,7 +7,7 @@ use didim_formats::{Columns, TableError, TableNames, TimeColumns, mean_rate_hz, 
 use super::draft::Draft;
 use super::evidence::ProposalError;
 use super::limits::ProposalLimits;
-use super::names::{Meaning, column_meaning, stamp_pairs, unit};
+use super::names::{ColumnMeaning, column_meaning, stamp_pairs, unit};
 use super::plausible::round_rate;
 use super::value::{Guess, quote_text};
 use crate::cell::DATE_UNIT;
@@ -17,7 +17,7 @@ const UNIT_WORDS: &[(&str, &str)] =
 const UNIT_SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 /// The time of a table.
-pub(super) struct Time {
+pub(super) struct TableTime {
     time_source: TimeSource,
     /// Rate from its unit \[Hz\].
     pub(super) rate_hz: Option<f64>,
@@ -36,7 +36,7 @@ enum TimeSource {
     OneOf(Vec<String>),
 }
 
-impl Time {
+impl TableTime {
     /// Finds the time of a table, by detection or from an answer. Several candidates become a
     /// question.
     pub(super) fn find_time(
@@ -60,7 +60,8 @@ impl Time {
             return Ok(Some(time));
         }
         let is_part = |name: &String| pairs.iter().flatten().any(|part| *part == name);
-        let is = |name: &&String| column_meaning(name) == Some(Meaning::Time) && !is_part(name);
+        let is =
+            |name: &&String| column_meaning(name) == Some(ColumnMeaning::Time) && !is_part(name);
         let columns = names.columns.iter().filter(is);
         match (columns.clone().collect::<Vec<_>>().as_slice(), pairs.len()) {
             ([], 0 | 1) => Ok(None),
@@ -140,12 +141,12 @@ fn read_advancing(
     Ok(rate_hz.map(|rate_hz| (times, rate_hz)))
 }
 
-fn of_stamp(file: &Path, [sec, nanosec]: [String; 2]) -> Result<Option<Time>, ProposalError> {
+fn of_stamp(file: &Path, [sec, nanosec]: [String; 2]) -> Result<Option<TableTime>, ProposalError> {
     let columns = TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() };
     let stamp = read_advancing(file, &sec, columns)?;
     Ok(stamp.map(|(_, rate_hz)| {
         let which = TimeSource::Stamp([sec, nanosec]);
-        Time { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
+        TableTime { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
     }))
 }
 
@@ -154,7 +155,7 @@ fn of_column(
     file: &Path,
     names: &TableNames,
     name: &str,
-) -> Result<Option<Time>, ProposalError> {
+) -> Result<Option<TableTime>, ProposalError> {
     let column = name.to_owned();
     let mut types = names.columns.iter().zip(&names.seconds_per_unit);
     let by_type = types.find(|(own, _)| *own == name).and_then(|(_, second)| *second);
@@ -164,7 +165,7 @@ fn of_column(
         let dates = read_advancing(file, name, TimeColumns::Dates { column: column.clone() })?;
         return Ok(dates.map(|(_, rate_hz)| {
             let which = TimeSource::Column { name: column, unit: Some(DATE_UNIT) };
-            Time { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
+            TableTime { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
         }));
     };
     // The column's type has a unit, so the times are already in seconds.
@@ -188,5 +189,9 @@ fn of_column(
             .find(|(_, second)| ProposalLimits::DEFAULT.rates_hz.contains(&rate_of(*second))),
     };
     let (unit, rate_hz) = fits.map(|(unit, second)| (unit, round_rate(rate_of(second)))).unzip();
-    Ok(Some(Time { time_source: TimeSource::Column { name: column, unit }, rate_hz, is_stated }))
+    Ok(Some(TableTime {
+        time_source: TimeSource::Column { name: column, unit },
+        rate_hz,
+        is_stated,
+    }))
 }

@@ -7,7 +7,7 @@ use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 use didim_identification::excitation::{self, Advice, JointExcitation};
 
 use super::design::closing_warning;
-use crate::analysis::{Advised, Assignment, MissingParameter};
+use crate::analysis::{AdviceForResult, Assignment, MissingParameter};
 use crate::text::{align_table, significant_digits};
 
 /// Maximum number of parameters to print per motion, those that improve most.
@@ -16,7 +16,7 @@ const MAX_SHOWN: usize = 6;
 const MIN_IMPROVEMENT: f64 = 1.2;
 
 /// Formats the advice for a result of an arm.
-pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
+pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &AdviceForResult) -> String {
     let mut text = String::new();
     for judged in advised.uses.iter().filter(|of| of.applicable.is_some() || !of.reasons.is_empty())
     {
@@ -35,8 +35,8 @@ pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) ->
 }
 
 /// Formats the advice without the verdict.
-pub fn missing_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
-    let Advised { advice, sufficient_uncertainty: enough, .. } = advised;
+pub fn missing_text(robot: &Robot, assignment: &Assignment, advised: &AdviceForResult) -> String {
+    let AdviceForResult { advice, sufficient_uncertainty: enough, .. } = advised;
     let mut text = String::new();
     let percent = format!("{} %", significant_digits(100.0 * enough, 2));
     let count = advice.missing_parameters.len();
@@ -83,7 +83,7 @@ fn table(assignment: &Assignment, advice: &Advice) -> String {
 }
 
 /// Formats the range of motion of the joints with insufficient parameters.
-fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
+fn joints(robot: &Robot, assignment: &Assignment, advised: &AdviceForResult) -> String {
     let mut text = String::new();
     let joint_of = |k: &usize| robot.parameters().parameters()[assignment.task.columns[*k]].joint;
     for ((joint, reached), limits) in
@@ -185,8 +185,8 @@ fn improved_text(
 }
 
 /// Formats the parameters that stay uncertain, and those that no motion improves.
-fn remaining_text(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String {
-    let Advised { advice, sufficient_uncertainty: enough, .. } = advised;
+fn remaining_text(assignment: &Assignment, advised: &AdviceForResult, then: &[f64]) -> String {
+    let AdviceForResult { advice, sufficient_uncertainty: enough, .. } = advised;
     let name = |k: usize| assignment.parameters[k].name.as_str();
     let mut text = String::from("\n");
     let value = |k: usize| assignment.parameters[k].value.unwrap_or(f64::NAN).abs();

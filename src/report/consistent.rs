@@ -1,6 +1,6 @@
 //! A consistent model in words.
 
-use didim_identification::feasibility::{Class, Outcome};
+use didim_identification::feasibility::{Outcome, ValueSource};
 
 use crate::text::significant_digits;
 
@@ -19,9 +19,9 @@ pub fn consistent_summary(outcome: &Outcome) -> String {
     let count = |class| outcome.parameters.iter().filter(|of| of.class == class).count();
     text += &format!(
         "{} parameters come from the data, {} only as sums, {} from the prior\n",
-        count(Class::Data),
-        count(Class::Combination),
-        count(Class::Prior)
+        count(ValueSource::Data),
+        count(ValueSource::Combination),
+        count(ValueSource::Prior)
     );
     if let Some(largest) = outcome.largest_shift() {
         text += &format!(

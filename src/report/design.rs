@@ -2,9 +2,10 @@
 //! it.
 
 use didim_identification::excitation::{
-    CHECK_HZ, Course as _, Design, LimitKind, MIN_GAP_M, Nearest, Other, Predicted, Swept, Used,
+    CHECK_HZ, Course as _, Design, LimitKind, MIN_GAP_M, Nearest, Neighbour, Predicted,
+    SweepDesign, UsedLimit,
 };
-use didim_identification::identification::{KnownLoad, Payload, Uncertain};
+use didim_identification::identification::{KnownLoad, Payload, UncertainValue};
 
 use super::payload::{AXIS_NAMES, INERTIA_NAMES};
 use crate::analysis::{
@@ -17,11 +18,11 @@ use crate::text::{align_table, significant_digits};
 pub fn design_header(
     robot: &str,
     assignment: &Assignment,
-    checked: Checked<'_>,
+    checked: CheckedMotion<'_>,
     deviations: &[String],
     keeps_time: bool,
 ) -> Vec<String> {
-    let Checked { duration_s, used, narrowest_gap: nearest } = checked;
+    let CheckedMotion { duration_s, used, narrowest_gap: nearest } = checked;
     // A constant-speed sweep ends with its passes, so its duration is no round number.
     let duration_s = (1e3 * duration_s).round() / 1e3;
     let mut lines = vec![format!(
@@ -66,16 +67,16 @@ pub fn design_header(
 
 /// A motion that is within the limits.
 #[derive(Clone, Copy, Debug)]
-pub struct Checked<'a> {
+pub struct CheckedMotion<'a> {
     /// Its length \[s\].
     pub duration_s: f64,
     /// Used share of each limit.
-    pub used: &'a [Used],
+    pub used: &'a [UsedLimit],
     /// Narrowest gap along the motion, if shapes are configured.
     pub narrowest_gap: Option<Nearest>,
 }
 
-impl<'a> From<&'a Design> for Checked<'a> {
+impl<'a> From<&'a Design> for CheckedMotion<'a> {
     fn from(design: &'a Design) -> Self {
         Self {
             duration_s: design.series.duration_s,
@@ -85,8 +86,8 @@ impl<'a> From<&'a Design> for Checked<'a> {
     }
 }
 
-impl<'a> From<&'a Swept> for Checked<'a> {
-    fn from(Swept { sweep, used, narrowest_gap: nearest }: &'a Swept) -> Self {
+impl<'a> From<&'a SweepDesign> for CheckedMotion<'a> {
+    fn from(SweepDesign { sweep, used, narrowest_gap: nearest }: &'a SweepDesign) -> Self {
         Self { duration_s: sweep.duration_s(), used, narrowest_gap: *nearest }
     }
 }
@@ -112,7 +113,7 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
             this motion:",
         declared_load(wanted.expected_load)
     )];
-    let mut line = |what: String, found: Uncertain, unit: &str| {
+    let mut line = |what: String, found: UncertainValue, unit: &str| {
         lines.push(format!("  {what}: {} {unit}", significant_digits(found.standard_deviation, 3)));
     };
     let load = &simulated.load;
@@ -207,9 +208,9 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
         0 => "the base".to_owned(),
         number => format!("link {number}"),
     };
-    let pair = |of: usize, other: Other| match other {
-        Other::Link(other) => format!("{} and {}", link(of), link(other)),
-        Other::Side => format!("{} and the box", link(of)),
+    let pair = |of: usize, other: Neighbour| match other {
+        Neighbour::Link(other) => format!("{} and {}", link(of), link(other)),
+        Neighbour::Side => format!("{} and the box", link(of)),
     };
     match assignment.task.bounds.separated_shapes() {
         None => lines.push(
@@ -270,7 +271,7 @@ pub(super) fn closing_warning(assignment: &Assignment) -> &'static str {
     }
 }
 
-fn limit_text(used: &Used) -> String {
+fn limit_text(used: &UsedLimit) -> String {
     let side = if used.of_motor { "motor" } else { "joint" };
     let [lowest, highest] =
         [used.lower_limit, used.upper_limit].map(|value| significant_digits(value, 5));
@@ -289,7 +290,7 @@ pub fn design_text(assignment: &Assignment, design: &Design, prediction: &Predic
 
 /// Formats the end of the output: the noise behind the figures, the used limits, and what was not
 /// checked.
-pub fn conditions_text(assignment: &Assignment, used: &[Used]) -> String {
+pub fn conditions_text(assignment: &Assignment, used: &[UsedLimit]) -> String {
     let rows_per_s = significant_digits(assignment.task.noise.rows_per_s, 3);
     let mut text = if assignment.measured_noise {
         format!("noise: the residuals of the result, {rows_per_s} rows per second\n")

@@ -28,7 +28,7 @@ use crate::text::significant_digits;
 pub use advice::{advice_text, missing_text};
 pub use consistent::consistent_summary;
 pub use design::{
-    Checked, conditions_text, design_header, design_text, expectation_text, load_lines,
+    CheckedMotion, conditions_text, design_header, design_text, expectation_text, load_lines,
     prediction_lines,
 };
 pub use gains::gains_text;

@@ -1,7 +1,7 @@
 //! A load in words.
 
 use didim_dynamics::robot::Robot;
-use didim_identification::identification::{Declared, Payload, PayloadLimits, Uncertain};
+use didim_identification::identification::{DeclaredLoad, Payload, PayloadLimits, UncertainValue};
 
 use crate::text::{align_table, significant_digits, to_uncertainty};
 
@@ -11,7 +11,7 @@ pub(super) const INERTIA_NAMES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"]
 const MAX_DIGITS: usize = 5;
 
 /// Formats the load found next to the declared one, and notes.
-pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> String {
+pub fn payload_text(payload: &Payload, declared: DeclaredLoad, robot: &Robot) -> String {
     let mut text = headline(payload);
     let rows = rows(payload, declared);
     if !rows.is_empty() {
@@ -73,30 +73,31 @@ fn headline(payload: &Payload) -> String {
 }
 
 /// Creates a row for each value that is found or declared.
-fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
+fn rows(payload: &Payload, declared: DeclaredLoad) -> Vec<Vec<String>> {
     let (load, body, compared) = (&payload.load, &payload.body, &payload.declared);
     let mut rows = Vec::new();
-    let mut row = |name: String, unit: &str, values: [Option<f64>; 3], found: Option<Uncertain>| {
-        let [possible, configured, off] = values;
-        if found.is_none() && configured.is_none() {
-            return;
-        }
-        let none = || "–".to_owned();
-        let number = |value: Option<f64>| {
-            value.map_or_else(none, |value| significant_digits(value, MAX_DIGITS))
+    let mut row =
+        |name: String, unit: &str, values: [Option<f64>; 3], found: Option<UncertainValue>| {
+            let [possible, configured, off] = values;
+            if found.is_none() && configured.is_none() {
+                return;
+            }
+            let none = || "–".to_owned();
+            let number = |value: Option<f64>| {
+                value.map_or_else(none, |value| significant_digits(value, MAX_DIGITS))
+            };
+            rows.push(vec![
+                name,
+                found.map_or_else(none, |of| {
+                    to_uncertainty(of.value, of.standard_deviation, MAX_DIGITS)
+                }),
+                found.map_or_else(none, |of| significant_digits(of.standard_deviation, 2)),
+                unit.to_owned(),
+                number(possible),
+                number(configured),
+                off.map_or_else(none, |off| format!("{off:+.1} σ")),
+            ]);
         };
-        rows.push(vec![
-            name,
-            found.map_or_else(none, |of| {
-                to_uncertainty(of.value, of.standard_deviation, MAX_DIGITS)
-            }),
-            found.map_or_else(none, |of| significant_digits(of.standard_deviation, 2)),
-            unit.to_owned(),
-            number(possible),
-            number(configured),
-            off.map_or_else(none, |off| format!("{off:+.1} σ")),
-        ]);
-    };
     let mass_off = compared.as_ref().and_then(|of| of.mass_deviations);
     let possible = body.as_ref().map(|of| of.mass_kg);
     row("mass".to_owned(), "kg", [possible, declared.mass_kg, mass_off], load.mass_kg);

@@ -2,9 +2,9 @@
 //! distinguishes.
 
 use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
-use didim_identification::excitation::{Sweep, SweptJoint, Term};
+use didim_identification::excitation::{FrictionTermPrediction, Sweep, SweptJoint};
 
-use super::design::{Checked, conditions_text};
+use super::design::{CheckedMotion, conditions_text};
 use crate::analysis::Assignment;
 use crate::text::significant_digits;
 
@@ -50,7 +50,7 @@ pub fn sweep_lines(
         };
         let number =
             |of: Option<f64>| of.map_or_else(|| "–".to_owned(), |of| significant_digits(of, 2));
-        let (term_line, not): (Vec<&Term>, Vec<&Term>) =
+        let (term_line, not): (Vec<&FrictionTermPrediction>, Vec<&FrictionTermPrediction>) =
             terms.iter().partition(|of| of.separate_deviation.is_some());
         let term_lines = term_line.into_iter().map(|of| {
             let deviations = match assignment.measured_noise {
@@ -73,7 +73,7 @@ pub fn sweep_lines(
 }
 
 /// Formats the same lines, with the noise behind them and the used share of the limits.
-pub fn sweep_text(assignment: &Assignment, checked: Checked<'_>, lines: &[String]) -> String {
+pub fn sweep_text(assignment: &Assignment, checked: CheckedMotion<'_>, lines: &[String]) -> String {
     let (length, conditions) =
         (significant_digits(checked.duration_s, 4), conditions_text(assignment, checked.used));
     format!("{length} s\n{}\n\n{conditions}", lines.join("\n"))

@@ -21,7 +21,8 @@ use crate::live::recording::{
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
-    Configuration, FindLoad, Identified, ResultOptions, TimeOfDay, WindowOptionError, WorkerOptions,
+    Configuration, FindLoad, IdentifiedWindow, ResultOptions, TimeOfDay, WindowOptionError,
+    WorkerOptions,
 };
 use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::paths::Paths;
@@ -195,7 +196,7 @@ pub fn build_configuration(
         });
         let estimate = identification.estimate.clone();
         last.set(LastWindow { window: provenance, identification });
-        Ok(Identified { estimate, report })
+        Ok(IdentifiedWindow { estimate, report })
     };
     Ok(Configuration {
         windows: cell.window.plan(cell.sample_rate_hz())?,

@@ -67,14 +67,14 @@ pub struct JointMode {
 
 /// Sum over one reading of one joint, in steps.
 #[derive(Clone, Copy)]
-struct Sum {
+struct ReadingSum {
     sum: i64,
     count: u32,
     range: [i16; 2],
     first_and_last: [i16; 2],
 }
 
-impl Sum {
+impl ReadingSum {
     fn extend(before: Option<Self>, value: i16) -> Self {
         let Some(Self { sum, count, range: [least, most], first_and_last: [first, _] }) = before
         else {
@@ -98,7 +98,7 @@ impl DriveReadings {
             for reading in Reading::ALL {
                 for (joint, sum) in sums[reading as usize].iter_mut().enumerate() {
                     if let Some(value) = readings.get(reading, joint) {
-                        *sum = Some(Sum::extend(*sum, value));
+                        *sum = Some(ReadingSum::extend(*sum, value));
                     }
                 }
             }
@@ -111,9 +111,9 @@ impl DriveReadings {
             let steps = reading.steps_per_unit();
             joints_of(reading)
                 .map(
-                    |(joint, Sum { sum, count, range, first_and_last: ends }): (
+                    |(joint, ReadingSum { sum, count, range, first_and_last: ends }): (
                         JointIndex,
-                        Sum,
+                        ReadingSum,
                     )| {
                         let [minimum, maximum] = range.map(|value| f64::from(value) / steps);
                         let [first, last] = ends.map(|value| f64::from(value) / steps);

@@ -15,14 +15,14 @@ use didim::report;
 use didim_formats::Measurement;
 
 /// Choices of the data, without any values configured in the cell.
-pub(super) struct Choices {
+pub(super) struct DataChoices {
     cutoff: Option<ChosenCutoff>,
     friction: Option<ChosenFriction>,
     /// Parameters of the friction laws that were not in the cell's list, if it has one.
     added_parameters: Vec<String>,
 }
 
-impl Choices {
+impl DataChoices {
     /// Makes the choices that the cell leaves open, and writes them into the cell.
     pub(super) fn make_choices(
         cell: &mut Cell,

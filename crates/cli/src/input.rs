@@ -11,7 +11,7 @@ use didim_drivers::source::TextLog;
 
 use super::CliError;
 use super::progress::WorkIndicator;
-use super::stream::Input;
+use super::stream::InputFileOrStream;
 use didim::analysis::read_log;
 use didim::analysis::screening::{LIMITS_REMEDY, check_limits, open_limits, still_joints};
 use didim::cell::Cell;
@@ -37,7 +37,7 @@ pub(super) struct Samples {
 }
 
 /// A contiguous piece of a file, and the range of its samples that count.
-pub(super) struct Counted {
+pub(super) struct CountedPiece {
     pub(super) piece: Piece,
     pub(super) counted_range: Range<usize>,
     /// Time of the first sample of the file, if it is known.
@@ -47,7 +47,11 @@ pub(super) struct Counted {
 impl Samples {
     /// Reads a file with the cell's rate and selects the samples that count. At least one piece has
     /// some.
-    pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
+    pub(super) fn read(
+        &self,
+        input: &InputFileOrStream,
+        cell: &Cell,
+    ) -> Result<Vec<CountedPiece>, CliError> {
         let path = input.displayed_path();
         let reading = WorkIndicator::start(&format!("reading {}", path.display()));
         let record = reading.show_during(|| read_input(input, cell, self.sample_rate))?;
@@ -61,7 +65,7 @@ impl Samples {
         if let Some(open) = open_limits(&cell.robot) {
             tracing::warn!("{}: {open}; {LIMITS_REMEDY}", path.display());
         }
-        for Counted { piece, counted_range: counted, .. } in &parts {
+        for CountedPiece { piece, counted_range: counted, .. } in &parts {
             let beyond =
                 check_limits(&piece.measurement, counted, &cell.robot, cell.screening.limits);
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
@@ -78,7 +82,11 @@ impl Samples {
     }
 
     /// Reads a file like [`Self::read`] and returns only its longest piece.
-    pub(super) fn read_longest(&self, input: &Input, cell: &Cell) -> Result<Counted, CliError> {
+    pub(super) fn read_longest(
+        &self,
+        input: &InputFileOrStream,
+        cell: &Cell,
+    ) -> Result<CountedPiece, CliError> {
         let path = input.displayed_path();
         let parts = self.read(input, cell)?;
         let others = parts.len() > 1;
@@ -92,7 +100,7 @@ impl Samples {
     }
 }
 
-impl Counted {
+impl CountedPiece {
     /// Returns the times of the first and the last sample that count \[s after the first of the
     /// file\].
     fn times_s(&self) -> [f64; 2] {
@@ -136,7 +144,7 @@ impl Counted {
 
 /// Returns the pairs that the identification takes.
 pub(super) fn measurement_pairs<'a>(
-    parts: impl IntoIterator<Item = &'a Counted>,
+    parts: impl IntoIterator<Item = &'a CountedPiece>,
 ) -> Vec<(&'a Measurement, Range<usize>)> {
     parts.into_iter().map(|of| (&of.piece.measurement, of.counted_range.clone())).collect()
 }
@@ -194,14 +202,18 @@ pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
 /// - Anything else: a log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture. Without a
 ///   bus it may also be a table.
 pub(super) fn read_input(
-    input: &Input,
+    input: &InputFileOrStream,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
     input.with_displayed_path(read_file(input, cell, sample_rate_hz))
 }
 
-fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<Record, CliError> {
+fn read_file(
+    input: &InputFileOrStream,
+    cell: &Cell,
+    sample_rate_hz: Option<f64>,
+) -> Result<Record, CliError> {
     let path = input.path();
     let is =
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
@@ -259,7 +271,7 @@ fn counted_pieces(
     cell: &Cell,
     record: Record,
     file: &Path,
-) -> Result<Vec<Counted>, CliError> {
+) -> Result<Vec<CountedPiece>, CliError> {
     let end_s = record.segments.last().map_or(0.0, Piece::ends_s);
     for (name, seconds) in [("--from", first_s), ("--to", last_s)] {
         // Displayed times are rounded.
@@ -307,10 +319,10 @@ fn counted_pieces(
     let row = cell.options.decimation_filter.factor;
     let recorded = record.recording_start;
     let (parts, first) = (record.segments.len(), ranges.first().cloned().unwrap_or_default());
-    let counted: Vec<Counted> = (record.segments.into_iter().zip(ranges))
+    let counted: Vec<CountedPiece> = (record.segments.into_iter().zip(ranges))
         // If there are several pieces, those too short for a row are left out.
         .filter(|(_, counted)| counted.len() >= if parts > 1 { row } else { 1 })
-        .map(|(piece, counted)| Counted {
+        .map(|(piece, counted)| CountedPiece {
             piece,
             counted_range: counted,
             recording_start: recorded,
@@ -334,7 +346,7 @@ fn check_not_empty(
     samples: usize,
     parts: usize,
     first: &Range<usize>,
-    counted: &[Counted],
+    counted: &[CountedPiece],
 ) -> Result<(), CliError> {
     if counted.is_empty() {
         if let (Some(from), Some(to)) = (first_s, last_s) {

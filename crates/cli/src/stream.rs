@@ -17,7 +17,7 @@ const STANDARD_INPUT: &str = "-";
 const MAX_COPY_BYTES: u64 = 4 << 30;
 
 /// Input file, under any name it was given.
-pub(super) struct Input {
+pub(super) struct InputFileOrStream {
     /// Name shown to people.
     displayed_path: PathBuf,
     /// The opened file.
@@ -26,7 +26,7 @@ pub(super) struct Input {
     copy: Option<File>,
 }
 
-impl Input {
+impl InputFileOrStream {
     /// Opens a file directly; copies a stream into the folder for temporary files.
     ///
     /// # Errors
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_stream_is_read_as_often_as_wanted_and_leaves_nothing() {
-        let input = Input::copy_stream("x".into(), &mut &b"abc"[..], 3).unwrap();
+        let input = InputFileOrStream::copy_stream("x".into(), &mut &b"abc"[..], 3).unwrap();
         for _ in 0..2 {
             assert_eq!(std::fs::read(input.path()).unwrap(), b"abc");
         }
@@ -141,10 +141,11 @@ mod tests {
 
     #[test]
     fn a_stream_without_end_or_with_nothing_in_it_is_refused() {
-        let why = |from: &mut dyn Read| match Input::copy_stream("x".into(), from, 1 << 20) {
-            Err(CliError::Failed(why)) => why.to_string(),
-            _ => panic!(),
-        };
+        let why =
+            |from: &mut dyn Read| match InputFileOrStream::copy_stream("x".into(), from, 1 << 20) {
+                Err(CliError::Failed(why)) => why.to_string(),
+                _ => panic!(),
+            };
         assert!(why(&mut std::io::repeat(7)).contains("x: a stream of more than"));
         assert!(why(&mut std::io::empty()).contains("x: standard input is empty"));
     }

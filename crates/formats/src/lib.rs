@@ -89,7 +89,7 @@ pub use columns::{
     AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns,
 };
 pub use export::{
-    ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
+    ExportError, ExportKind, ExportModel, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
 pub use measurement::{Measurement, Side};
@@ -98,8 +98,8 @@ pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motio
 pub use record::{Piece, Record};
 pub use start::RecordingStart;
 pub use table::{
-    Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,
-    write_csv,
+    RowPlace, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows,
+    read_table, write_csv,
 };
 pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError, mean_rate_hz};

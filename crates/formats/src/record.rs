@@ -7,7 +7,7 @@ use didim_dynamics::Readings;
 use crate::measurement::Measurement;
 use crate::missing_values::MissingValues;
 use crate::start::RecordingStart;
-use crate::uniform::{Resampled, Uniform};
+use crate::uniform::{Resampled, UniformPiece};
 
 /// Pieces that are listed for people.
 const MAX_LISTED_PIECES: usize = 6;
@@ -58,10 +58,10 @@ pub struct Record {
 
 impl Record {
     pub(crate) fn from_uniform(
-        (parts, resampled): (Vec<Uniform>, Resampled),
+        (parts, resampled): (Vec<UniformPiece>, Resampled),
         measurement: impl Fn(Vec<Vec<f64>>) -> Measurement,
     ) -> Self {
-        let piece = |Uniform { begins_s, columns }| Piece::new(begins_s, measurement(columns));
+        let piece = |UniformPiece { begins_s, columns }| Piece::new(begins_s, measurement(columns));
         let part_list = parts.into_iter().map(piece).collect();
         Self { segments: part_list, resampled, missing_values: None, recording_start: None }
     }
@@ -80,7 +80,7 @@ impl Record {
     pub fn notes(&self) -> Vec<String> {
         let missing_values = self.missing_values.as_ref().map(ToString::to_string);
         let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
-        let cut = (self.segments.len() > 1).then(|| Cut(&self.segments).to_string());
+        let cut = (self.segments.len() > 1).then(|| CutTime(&self.segments).to_string());
         missing_values.into_iter().chain(resampled).chain(cut).collect()
     }
 }
@@ -98,9 +98,9 @@ impl From<Measurement> for Record {
     }
 }
 
-struct Cut<'a>(&'a [Piece]);
+struct CutTime<'a>(&'a [Piece]);
 
-impl fmt::Display for Cut<'_> {
+impl fmt::Display for CutTime<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let listed = self.0.iter().take(MAX_LISTED_PIECES);
         let listed = listed.map(|of| format!("{:.3} to {:.3} s", of.begins_s, of.ends_s()));

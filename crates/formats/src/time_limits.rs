@@ -35,7 +35,7 @@ pub struct TimeLimits {
     pub jump_share: f64,
     /// Share of a jump by which the next position but one may differ from the position before the
     /// jump \[1\]. Convention.
-    pub return_share: f64,
+    pub alternating_return_share: f64,
     /// Share of the messages with such jumps from which a second publisher is assumed \[1\].
     /// Convention.
     pub alternating_share: f64,
@@ -56,7 +56,7 @@ impl TimeLimits {
         grid_periods: 0.25,
         grid_jitter_periods: 0.01,
         jump_share: 0.05,
-        return_share: 0.1,
+        alternating_return_share: 0.1,
         alternating_share: 0.1,
         alternating_motion: 1e-2,
     };

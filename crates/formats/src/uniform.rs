@@ -116,14 +116,14 @@ impl fmt::Display for Resampled {
 }
 
 /// Columns of one length, with the times of their rows.
-pub(crate) struct Rows {
+pub(crate) struct TimedRows {
     /// After any instant \[s\].
     pub(crate) times_s: Vec<f64>,
     pub(crate) columns: Vec<Vec<f64>>,
 }
 
 /// A whole piece on the grid.
-pub(crate) struct Uniform {
+pub(crate) struct UniformPiece {
     /// After the first row of all \[s\].
     pub(crate) begins_s: f64,
     pub(crate) columns: Vec<Vec<f64>>,
@@ -134,7 +134,10 @@ pub(crate) struct Uniform {
 ///
 /// # Errors
 /// [`TimesError`].
-pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resampled), TimesError> {
+pub(crate) fn resample(
+    rows: TimedRows,
+    rate_hz: f64,
+) -> Result<(Vec<UniformPiece>, Resampled), TimesError> {
     let period_s = 1.0 / rate_hz;
     let first_s = rows.times_s.first().copied().unwrap_or_default();
     if rows.times_s.len() > 1 && rows.times_s.iter().all(|time| *time <= first_s) {
@@ -146,7 +149,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     }) {
         return Err(TimesError::Backwards { time_s: rows.times_s[row] - first_s, row: row + 1 });
     }
-    let (Rows { times_s, columns }, repeated) = without_repeats(rows, period_s);
+    let (TimedRows { times_s, columns }, repeated) = without_repeats(rows, period_s);
     let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() {
         return Err(TimesError::TooShort);
@@ -174,7 +177,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     if parts.is_empty() {
         return Err(TimesError::TooShort);
     }
-    let mut off = Off::default();
+    let mut off = GridDeviation::default();
     let part_list = parts
         .into_iter()
         .map(|piece: Range<usize>| {
@@ -182,7 +185,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
             let columns: Vec<&[f64]> =
                 columns.iter().map(|column| &column[piece.clone()]).collect();
             let columns = interpolate_columns(times, &columns, period_s, &mut off);
-            Uniform { begins_s: times[0] - first_s, columns }
+            UniformPiece { begins_s: times[0] - first_s, columns }
         })
         .collect();
     let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
@@ -192,7 +195,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     ))
 }
 
-impl Rows {
+impl TimedRows {
     /// Returns the number of columns in which a row differs from the previous one.
     #[expect(clippy::float_cmp, reason = "what was sent again is the same to the bit")]
     fn changed_columns(&self, row: usize) -> usize {
@@ -203,7 +206,7 @@ impl Rows {
 /// Removes rows that came twice or right behind another, and states that were sent again: a single
 /// row that equals the one before in all columns, where most columns change from one row to the
 /// next. Returns their number as well.
-fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
+fn without_repeats(rows: TimedRows, period_s: f64) -> (TimedRows, usize) {
     let (count, times_s) = (rows.times_s.len(), &rows.times_s);
     let moves = |row: usize| 2 * rows.changed_columns(row) > rows.columns.len();
     let repeats = |row: usize| -> bool {
@@ -229,20 +232,23 @@ fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
     let values_of =
         |column: &Vec<f64>| -> Vec<f64> { rows_kept.iter().map(|row| column[*row]).collect() };
     (
-        Rows { times_s: values_of(times_s), columns: rows.columns.iter().map(values_of).collect() },
+        TimedRows {
+            times_s: values_of(times_s),
+            columns: rows.columns.iter().map(values_of).collect(),
+        },
         repeated,
     )
 }
 
 /// Deviation of times from the grid.
 #[derive(Default)]
-struct Off {
+struct GridDeviation {
     sum_of_squares: f64,
     count: f64,
     largest_s: f64,
 }
 
-impl Off {
+impl GridDeviation {
     fn add(&mut self, off_s: f64) {
         self.sum_of_squares += off_s * off_s;
         self.count += 1.0;
@@ -258,7 +264,7 @@ fn interpolate_columns(
     times: &[f64],
     columns: &[&[f64]],
     period_s: f64,
-    off: &mut Off,
+    off: &mut GridDeviation,
 ) -> Vec<Vec<f64>> {
     let (start, end) = (times[0], times[times.len() - 1]);
     #[expect(
@@ -299,11 +305,11 @@ mod tests {
     use super::*;
 
     /// A sine at 100 Hz whose times are off by up to a fifth of a period.
-    fn rows(of: impl Iterator<Item = u32>) -> Rows {
+    fn rows(of: impl Iterator<Item = u32>) -> TimedRows {
         let times_s: Vec<f64> =
             of.map(|k| 0.01 * (f64::from(k) + 0.2 * (f64::from(k) * 1.7).sin())).collect();
         let columns = vec![times_s.iter().map(|t| (3.0 * t).sin()).collect(), times_s.clone()];
-        Rows { times_s, columns }
+        TimedRows { times_s, columns }
     }
 
     #[test]
@@ -376,7 +382,7 @@ mod tests {
 
     #[test]
     fn times_of_no_record_are_refused() {
-        let refused = |rows: Rows, rate_hz| resample(rows, rate_hz).err().unwrap();
+        let refused = |rows: TimedRows, rate_hz| resample(rows, rate_hz).err().unwrap();
         let mut back = rows(0..50);
         back.times_s.swap(30, 31);
         assert!(matches!(refused(back, 100.0), TimesError::Backwards { row: 32, .. }));

@@ -7,7 +7,7 @@ use std::path::Path;
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{FrictionLaw, JointIndex, ParameterKind, Robot};
 use didim_formats::{
-    ExportError, ExportModel, Holder, LeftOut, UrdfArm, UrdfDrives, UrdfError, UrdfNote,
+    ExportError, ExportKind, ExportModel, LeftOut, UrdfArm, UrdfDrives, UrdfError, UrdfNote,
     UrdfValues, WRITTEN_BY, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 use didim_identification::feasibility::Body;
@@ -383,7 +383,7 @@ fn what_cannot_be_exported_is_refused_or_listed() {
     let robot = Robot::from_toml(&robot_text("tx40.toml")).unwrap();
     let mut values = standard(&robot, &mut Random(3));
     let model = ExportModel { robot: &robot, standard_parameters: &values, origin: &[] };
-    let omitted = LeftOut::list(&model, Holder::Urdf);
+    let omitted = LeftOut::list(&model, ExportKind::Urdf);
     let names = |remaining: &[LeftOut]| {
         remaining.iter().filter_map(|of| of.name.clone()).collect::<Vec<_>>().join(" ")
     };
@@ -394,7 +394,7 @@ fn what_cannot_be_exported_is_refused_or_listed() {
             && omitted_names.contains("off3"),
         "{omitted_names}"
     );
-    let by_mjcf = names(&LeftOut::list(&model, Holder::Mjcf));
+    let by_mjcf = names(&LeftOut::list(&model, ExportKind::Mjcf));
     assert!(!by_mjcf.contains("ia1") && !by_mjcf.contains("fv_m6") && by_mjcf.contains("off3"));
     assert!(to_mjcf(&model).unwrap().contains("<fixed name=\"motor_6\""));
     assert!(to_matlab(&model, "arm").unwrap().contains("arm.drive.fv_m6"));
@@ -403,12 +403,14 @@ fn what_cannot_be_exported_is_refused_or_listed() {
         "[[joint]]\nknown_torque = { position_deg = [-180.0, 180.0], torque_nm = [30.0, -30.0] }";
     let sprung = Robot::from_toml(&text.replacen("[[joint]]", spring, 1)).unwrap();
     let sprung = ExportModel { robot: &sprung, standard_parameters: &values, origin: &[] };
-    let omitted = LeftOut::list(&sprung, Holder::Parameters);
+    let omitted = LeftOut::list(&sprung, ExportKind::Parameters);
     let loaded = vec![robot.own_friction()[0].with_law(FrictionLaw::Load); 6];
     let loaded = robot.clone().with_friction(loaded);
     let with_loads = standard(&loaded, &mut Random(5));
     let loaded = ExportModel { robot: &loaded, standard_parameters: &with_loads, origin: &[] };
-    for (holder, listed) in [(Holder::Urdf, 6), (Holder::Mjcf, 6), (Holder::Parameters, 0)] {
+    for (holder, listed) in
+        [(ExportKind::Urdf, 6), (ExportKind::Mjcf, 6), (ExportKind::Parameters, 0)]
+    {
         let omitted = LeftOut::list(&loaded, holder);
         let by_load =
             omitted.iter().filter(|of| of.name.as_ref().is_some_and(|n| n.starts_with("fcl")));

@@ -2,8 +2,8 @@
 
 use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::identification::{
-    Experiment, Gains, GainsError, KnownLoad, PayloadLimits, Scale, Uncertain, filtered_motion,
-    find_gains,
+    Experiment, Gains, GainsError, KnownLoad, PayloadLimits, Scale, UncertainValue,
+    filtered_motion, find_gains,
 };
 
 use crate::arms::TX40;
@@ -167,7 +167,7 @@ fn without_a_load_all_is_by_the_gain_of_one_drive() {
     let gains = study.find_by(&empty, None).unwrap();
     let Scale::Reference(reference) = gains.scale else { panic!("{:?}", gains.scale) };
     let scale = study.factors[reference];
-    let exact = Uncertain { value: 1.0, standard_deviation: 0.0 };
+    let exact = UncertainValue { value: 1.0, standard_deviation: 0.0 };
     assert_eq!(gains.gains[reference].factor, Some(exact));
     let mut count = 0;
     for (gain, truth) in gains.gains.iter().zip(&study.factors) {

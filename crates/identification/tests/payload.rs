@@ -4,8 +4,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, ParameterKind};
 use didim_identification::feasibility::Body;
 use didim_identification::identification::{
-    Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
-    ParameterCovariance, Payload, PayloadError, PayloadLimits, Presence, Uncertain,
+    DeclaredLoad, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
+    ParameterCovariance, Payload, PayloadError, PayloadLimits, Presence, UncertainValue,
     filtered_motion, find_payload, identify,
 };
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
@@ -85,7 +85,11 @@ impl Example {
         standard
     }
 
-    fn try_find(&self, record: &Experiment, declared: Declared) -> Result<Payload, PayloadError> {
+    fn try_find(
+        &self,
+        record: &Experiment,
+        declared: DeclaredLoad,
+    ) -> Result<Payload, PayloadError> {
         let Self { arm, options, parameters, covariance, uncertainty, .. } = self;
         let parameters: Vec<(&str, f64)> =
             parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
@@ -100,7 +104,7 @@ impl Example {
     }
 
     fn find(&self, record: &Experiment) -> Payload {
-        self.try_find(record, Declared::default()).unwrap()
+        self.try_find(record, DeclaredLoad::default()).unwrap()
     }
 
     /// A record with this body, 2 % of the torque noise.
@@ -248,7 +252,7 @@ fn no_more_or_less_than_with_the_result_may_be_declared() {
     let mut case = tx40(3);
     let record = case.record(&Body::from_parameters([0.0; 10]));
     for mass_kg in [0.0, -2.0] {
-        let declared = Declared { mass_kg: Some(mass_kg), centre_m: None };
+        let declared = DeclaredLoad { mass_kg: Some(mass_kg), centre_m: None };
         let payload = case.try_find(&record, declared).unwrap();
         assert!(payload.body.is_none() && !payload.presence.seen);
         assert_eq!(payload.declared.unwrap().within, mass_kg == 0.0, "{mass_kg}");
@@ -270,7 +274,7 @@ fn no_load_is_called_so_and_limited() {
     assert!(limit > 0.0 && limit < 6.0 * sigma, "{limit} {sigma}");
     assert_eq!((payload.load.centre_m, payload.body.as_ref()), ([None; 3], None));
     // A stated mass below what can be seen still agrees, and has a body to look for.
-    let declared = Declared { mass_kg: Some(sigma), centre_m: Some([0.0, 0.0, 0.05]) };
+    let declared = DeclaredLoad { mass_kg: Some(sigma), centre_m: Some([0.0, 0.0, 0.05]) };
     let payload = case.try_find(&empty, declared).unwrap();
     assert!(payload.declared.unwrap().within && payload.body.unwrap().mass_kg > 0.0);
 }
@@ -325,8 +329,8 @@ fn what_is_declared_is_held_against_it() {
         centre_m: Option<[f64; 3]>,
         case: &Example,
         record: &Experiment,
-    ) -> (Uncertain, Option<didim_identification::identification::Comparison>) {
-        let payload = case.try_find(record, Declared { mass_kg, centre_m }).unwrap();
+    ) -> (UncertainValue, Option<didim_identification::identification::Comparison>) {
+        let payload = case.try_find(record, DeclaredLoad { mass_kg, centre_m }).unwrap();
         (payload.load.mass_kg.unwrap(), payload.declared)
     }
     let (mass, right) = compared(Some(2.0), Some(centre), &case, &record);
@@ -420,7 +424,7 @@ fn an_arm_that_is_not_known_is_refused() {
     let record = case.record(&body);
     let covariance = case.covariance.clone();
     let refused =
-        |known_part: &Example| known_part.try_find(&record, Declared::default()).unwrap_err();
+        |known_part: &Example| known_part.try_find(&record, DeclaredLoad::default()).unwrap_err();
     case.covariance =
         covariance.view((1, 1), (covariance.nrows() - 1, covariance.ncols() - 1)).into_owned();
     assert_eq!(refused(&case), PayloadError::NoCovariance);
@@ -483,7 +487,7 @@ impl Study {
         self.records += 1;
         self.mass.push(mass.value - body.mass_kg);
         self.sigma.push(mass.standard_deviation);
-        let off = |(found, truth): (Option<Uncertain>, f64)| Some(found?.value - truth);
+        let off = |(found, truth): (Option<UncertainValue>, f64)| Some(found?.value - truth);
         self.centre.extend(load.centre_m.into_iter().zip(centre.iter().copied()).filter_map(off));
         self.inertia.extend(load.inertia_kg_m2.into_iter().zip(inertia).filter_map(off));
         self.seen += usize::from(found.presence.seen);

@@ -9,7 +9,7 @@ use didim::archive::store::{HistoryLine, HistoryMark};
 use didim::files::{TextError, read_bytes, replace};
 use serde::{Deserialize, Serialize};
 
-use crate::message::{AlarmMessage, AlarmTurn, Unsent};
+use crate::message::{AlarmMessage, AlarmTurn, UnsentCounts};
 
 /// Version of the file's layout.
 const SCHEMA: u32 = 1;
@@ -42,7 +42,7 @@ pub(crate) enum LedgerError {
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Content {
+struct LedgerContent {
     schema: u32,
     /// Returns the last result that the broker acknowledged.
     acknowledged: Option<HistoryMark>,
@@ -50,7 +50,7 @@ struct Content {
     raised: Vec<AlarmStatus>,
     /// Alarm messages still to be sent.
     waiting: VecDeque<AlarmMessage>,
-    unsent: Unsent,
+    unsent: UnsentCounts,
 }
 
 /// A cabinet's.
@@ -58,7 +58,7 @@ struct Content {
 pub(crate) struct Ledger {
     cabinet: String,
     path: PathBuf,
-    content: Content,
+    content: LedgerContent,
     /// True if the last write failed and this was logged.
     logged_failure: bool,
 }
@@ -70,19 +70,19 @@ impl Ledger {
     /// [`LedgerError`].
     pub(crate) fn open(folder: &Path, cabinet: &str) -> Result<Self, LedgerError> {
         let path = folder.join(file_name(cabinet));
-        let empty = Content {
+        let empty = LedgerContent {
             schema: SCHEMA,
             acknowledged: None,
             raised: Vec::new(),
             waiting: VecDeque::new(),
-            unsent: Unsent::default(),
+            unsent: UnsentCounts::default(),
         };
         let content = match read_bytes(&path) {
             Err(source) if source.is_missing() => empty,
             Err(source) => return Err(LedgerError::File { path, source }),
             Ok(bytes) => {
                 let wrong = |problem| LedgerError::Format { path: path.clone(), problem };
-                let read: Content =
+                let read: LedgerContent =
                     serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
                 if read.schema != SCHEMA {
                     return Err(wrong(format!("it is of version {}", read.schema)));
@@ -99,7 +99,7 @@ impl Ledger {
     }
 
     /// Returns the counts of all messages that will never be sent.
-    pub(crate) fn unsent_counts(&self) -> Unsent {
+    pub(crate) fn unsent_counts(&self) -> UnsentCounts {
         self.content.unsent
     }
 

@@ -49,13 +49,13 @@ pub(crate) struct State {
     pub(crate) service: Option<Service>,
     /// Counts of all messages that were never sent; `None` in the last will.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) unsent: Option<Unsent>,
+    pub(crate) unsent: Option<UnsentCounts>,
 }
 
 /// Counts of messages that cannot be sent any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Unsent {
+pub(crate) struct UnsentCounts {
     /// Results whose history line was gone or unreadable when their turn came.
     pub(crate) results: u64,
     /// Alarms beyond the capacity while the broker was away.

@@ -19,14 +19,14 @@ use crate::layout::{MessagePlan, Quantity};
 
 /// Values and the arrival times of their frames \[ns\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Arrived {
+pub(super) struct ArrivedValues {
     pub(super) values: Values,
     pub(super) position_ns: [Option<u64>; MAX_JOINTS],
     pub(super) torque_ns: [Option<u64>; MAX_JOINTS],
     pub(super) references: References,
 }
 
-impl Arrived {
+impl ArrivedValues {
     /// Reads the signals of a frame, like [`read_values`].
     pub(super) fn read_arrivals(
         &mut self,
@@ -51,7 +51,7 @@ impl Arrived {
 
 /// Two values of a signal, one on each side of an instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Span {
+pub(super) struct InterpolationSpan {
     pub(super) instant_ns: u64,
     pub(super) before_ns: Option<u64>,
     pub(super) after_ns: Option<u64>,
@@ -59,10 +59,10 @@ pub(super) struct Span {
     pub(super) reach_ns: u64,
 }
 
-impl Span {
+impl InterpolationSpan {
     /// Returns the weight of the earlier value in the interpolated one. Returns `None` if there is
     /// no such value or if it is too old.
-    pub(super) fn share_before(self) -> Option<f64> {
+    pub(super) fn weight_of_earlier(self) -> Option<f64> {
         let later_ns = self.after_ns?.checked_sub(self.instant_ns)?;
         if later_ns == 0 {
             return Some(0.0);

@@ -2,7 +2,7 @@
 
 use didim_dynamics::{JointSample, MAX_JOINTS};
 
-use super::arrived::{Arrived, Span};
+use super::arrived::{ArrivedValues, InterpolationSpan};
 use super::losses::CycleCause;
 use super::values::{References, Values, index_bit, is_enabled};
 use crate::layout::{CompiledLayout, Role};
@@ -25,8 +25,8 @@ pub(super) struct Cycle {
     pub(super) is_doubtful: bool,
     /// Signals that are valid at the arrival of their frames: the first values of this cycle, and
     /// the latest ones from before its SYNC.
-    pub(super) first_arrivals: Arrived,
-    pub(super) previous_arrivals: Arrived,
+    pub(super) first_arrivals: ArrivedValues,
+    pub(super) previous_arrivals: ArrivedValues,
     /// Cause that costs the sample: the first one in the order of [`CycleCause`].
     pub(super) fault: Option<CycleCause>,
 }
@@ -112,13 +112,14 @@ impl Cycle {
         // Interpolates two values of a signal, each with its arrival time, to the instant.
         let between = |(from, before_ns): (f64, Option<u64>),
                        (to, after_ns): (f64, Option<u64>)| {
-            let span = Span { instant_ns: self.stamp_ns, before_ns, after_ns, reach_ns };
-            span.share_before().map(|share| to + (from - to) * share)
+            let span =
+                InterpolationSpan { instant_ns: self.stamp_ns, before_ns, after_ns, reach_ns };
+            span.weight_of_earlier().map(|share| to + (from - to) * share)
         };
         let mut sample = JointSample::zero(self.sequence, self.stamp_ns);
         sample.has_reference = complete.axes != 0 && after.references.axes == complete.axes;
         for axis in 0..axes.min(MAX_JOINTS) {
-            let position_of = |arrived: &Arrived| {
+            let position_of = |arrived: &ArrivedValues| {
                 let position_rad = scales.position_rad(axis, arrived.values.position[axis]);
                 (position_rad, arrived.position_ns[axis])
             };
@@ -129,14 +130,14 @@ impl Cycle {
             {
                 return Err(CycleCause::OutOfRange);
             }
-            let torque_of = |arrived: &Arrived| {
+            let torque_of = |arrived: &ArrivedValues| {
                 (scales.torque_nm(axis, arrived.values.torque[axis]), arrived.torque_ns[axis])
             };
             let torque =
                 between(torque_of(before), torque_of(after)).ok_or(CycleCause::MissingAxis)?;
             sample.motor_position_rad[axis] = position;
             sample.motor_torque_nm[axis] = torque;
-            let reference_of = |Arrived { references, .. }: &Arrived| {
+            let reference_of = |ArrivedValues { references, .. }: &ArrivedValues| {
                 let is_there = references.axes & index_bit(axis) != 0;
                 let stamp_ns = is_there.then_some(references.stamp_ns[axis]);
                 (scales.reference_rad(axis, references.value[axis], position), stamp_ns)

@@ -47,7 +47,7 @@ use didim_dynamics::{JointSample, Readings};
 pub use limits::AssemblyLimits;
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
-use self::arrived::Arrived;
+use self::arrived::ArrivedValues;
 use self::continuity::Continuity;
 use self::cycle::{CompleteMask, Cycle};
 use self::grid::Grid;
@@ -87,7 +87,7 @@ struct State {
     /// References that take effect at the next SYNC.
     pending_references: References,
     /// The latest value of each signal that is valid at the arrival of its frame.
-    latest_arrivals: Arrived,
+    latest_arrivals: ArrivedValues,
     /// Readings since the previous cycle was decided, and the frames that carried nothing else.
     readings: Readings,
     reading_frames: u64,
@@ -98,13 +98,13 @@ struct State {
     /// Counter of the latest packed frame.
     counter: u64,
     continuity: Continuity,
-    ready_sample: Option<Ready>,
+    ready_sample: Option<ReadySample>,
     losses: Losses,
 }
 
 /// Sample that waits to be taken, and the number of its frames.
 #[derive(Clone, Copy, Debug)]
-struct Ready {
+struct ReadySample {
     sample: JointSample,
     frames: u64,
 }
@@ -127,7 +127,7 @@ impl Assembler {
             period_watch: PeriodWatch::new(limits, layout.period_ns()),
             open_cycle: None,
             pending_references: References::default(),
-            latest_arrivals: Arrived::default(),
+            latest_arrivals: ArrivedValues::default(),
             readings: Readings::default(),
             reading_frames: 0,
             missing_before: 0,
@@ -244,7 +244,7 @@ impl State {
     fn start_grid(&mut self, stamp_ns: u64) {
         self.grid = Some(Grid::start(self.limits, self.period_ns, stamp_ns));
         self.continuity = Continuity::default();
-        self.latest_arrivals = Arrived::default();
+        self.latest_arrivals = ArrivedValues::default();
         self.missing_before = 0;
     }
 
@@ -303,7 +303,7 @@ impl State {
         if cycle.fault.is_some() {
             // Do not interpolate from values of a drive that was not enabled, or from impossible
             // values.
-            self.latest_arrivals = Arrived::default();
+            self.latest_arrivals = ArrivedValues::default();
         }
         let sample = cycle.sample(self.complete_mask, self.axes, &self.scales, self.reach_ns);
         let sample = sample.and_then(|sample| {
@@ -329,7 +329,7 @@ impl State {
                     let unused = cycle.references.frames;
                     self.losses.frames.count(FrameCause::ReferenceUnused, unused);
                 }
-                if let Some(lost) = self.ready_sample.replace(Ready { sample, frames }) {
+                if let Some(lost) = self.ready_sample.replace(ReadySample { sample, frames }) {
                     self.losses.cycles.count(CycleCause::NotTaken, 1);
                     self.losses.frames.count(FrameCause::CycleLost, lost.frames);
                 }

@@ -22,7 +22,7 @@ enum FramePlace {
         cycles: u64,
         lost: CycleCause,
     },
-    Unused(FrameCause),
+    NotUsed(FrameCause),
 }
 
 impl State {
@@ -44,7 +44,7 @@ impl State {
                 self.lose_cycles(CycleCause::Silence, silent);
                 self.start_again(frame.stamp_ns, lost, cycles);
             }
-            FramePlace::Unused(cause) => return self.losses.frames.count(cause, 1),
+            FramePlace::NotUsed(cause) => return self.losses.frames.count(cause, 1),
             FramePlace::After { cycles, lost } => {
                 follows = cycles == 1;
                 if counted {
@@ -92,7 +92,7 @@ impl State {
                     FramePlace::After { cycles: 1, lost: CycleCause::MissingSync }
                 }
                 ..0 => FramePlace::Broken { silent: 0, cycles: 2, lost: CycleCause::ClockStep },
-                0 => FramePlace::Unused(FrameCause::Duplicate),
+                0 => FramePlace::NotUsed(FrameCause::Duplicate),
                 cycles => {
                     let cause = CycleCause::MissingSync;
                     FramePlace::After { cycles: cycles.unsigned_abs(), lost: cause }
@@ -117,8 +117,8 @@ impl State {
         let broken = |lost| FramePlace::Broken { silent: 0, cycles: 2, lost };
         match step {
             Step::Forward(cycles) => FramePlace::After { cycles, lost: CycleCause::CounterGap },
-            Step::Repeated => FramePlace::Unused(FrameCause::CounterRepeated),
-            Step::Older => FramePlace::Unused(FrameCause::Late),
+            Step::Repeated => FramePlace::NotUsed(FrameCause::CounterRepeated),
+            Step::Older => FramePlace::NotUsed(FrameCause::Late),
             Step::Restart if backwards => broken(CycleCause::ClockStep),
             Step::Restart => broken(CycleCause::Restart),
         }

@@ -15,7 +15,7 @@ use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
 /// Object that the layout requires of every node.
-pub(super) struct Wanted<'a> {
+pub(super) struct RequestedSignal<'a> {
     pub(super) key: &'static str,
     pub(super) quantity: Quantity,
     pub(super) object: Object,
@@ -45,7 +45,7 @@ impl CompiledLayout {
         }
         let files = files(spec)?;
         let wanted = requested_signals(spec)?;
-        let nodes = read(texts, spec, &files)?;
+        let nodes = read_node(texts, spec, &files)?;
         let mut messages = vec![sync_message(&nodes)?];
         for wanted in &wanted {
             for (axis, node) in nodes.iter().enumerate() {
@@ -88,7 +88,9 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     }
 }
 
-pub(super) fn requested_signals(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
+pub(super) fn requested_signals(
+    spec: &LayoutSpec,
+) -> Result<Vec<RequestedSignal<'_>>, LayoutError> {
     let single = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
         let Some(object) = object else {
             return key_error(key, "missing: name the object, as \"6064:00\"".into());
@@ -102,7 +104,7 @@ pub(super) fn requested_signals(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, La
                           drive's manual says";
             return key_error(unit_key, reason.into());
         };
-        Ok(Wanted { key, quantity, object, unit, direction })
+        Ok(RequestedSignal { key, quantity, object, unit, direction })
     };
     let (position, torque) = (&spec.position, &spec.torque);
     let mut wanted = vec![
@@ -170,7 +172,7 @@ fn files(spec: &LayoutSpec) -> Result<Vec<(&Path, bool)>, LayoutError> {
     spec.nodes.iter().map(|node| Ok((node.file().unwrap_or(Path::new("")), file(node)?))).collect()
 }
 
-fn read<'a>(
+fn read_node<'a>(
     texts: &[&'a str],
     spec: &LayoutSpec,
     files: &[(&'a Path, bool)],
@@ -235,7 +237,7 @@ fn sync_message(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
 /// Adds an object of a node to the plan of the PDO that carries it.
 fn add(
     messages: &mut Vec<MessagePlan>,
-    wanted: &Wanted<'_>,
+    wanted: &RequestedSignal<'_>,
     axis: usize,
     node: &Node<'_>,
 ) -> Result<(), LayoutError> {
@@ -278,7 +280,7 @@ fn add(
 /// Returns the first usable PDO that carries an object. If none is usable, returns the error of the
 /// first.
 fn find<'n>(
-    wanted: &Wanted<'_>,
+    wanted: &RequestedSignal<'_>,
     object: Object,
     node: &'n Node<'_>,
 ) -> Result<(&'n Pdo, Mapped, Transmission), EdsError> {

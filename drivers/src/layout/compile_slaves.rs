@@ -4,13 +4,15 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 use super::compile::{check_integer, finish, key_error};
-use super::compile_nodes::{Wanted, check_keys, requested_signals};
+use super::compile_nodes::{RequestedSignal, check_keys, requested_signals};
 use super::dbc::{MessageFormat, SignalFormat};
 use super::eds::{Direction, Object};
 use super::error::LayoutError;
 use super::field::{ByteOrder, Encoding, Field};
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
-use super::process_data::{Gathered, INPUTS_ID, OUTPUTS_ID, ProcessData, ProcessDatagram, SYNC_ID};
+use super::process_data::{
+    AssembledFrame, INPUTS_ID, OUTPUTS_ID, ProcessData, ProcessDatagram, SYNC_ID,
+};
 use super::readings::in_own_unit;
 use super::slaves::{
     Area, Entry, Network, NetworkError, Slave, encoding_of, learn_network, read_eni,
@@ -68,7 +70,7 @@ fn check_spec(spec: &LayoutSpec) -> Result<(), LayoutError> {
 }
 
 /// Position and format of an object that was found.
-struct Found {
+struct FoundObject {
     /// Number of the datagram.
     command: usize,
     /// Offset from the datagram's first bit.
@@ -121,9 +123,9 @@ fn compile_network(
 }
 
 fn signal_slave_pairs<'a>(
-    wanted: &'a [Wanted<'a>],
+    wanted: &'a [RequestedSignal<'a>],
     network: &'a Network,
-) -> impl Iterator<Item = (&'a Wanted<'a>, (usize, &'a Slave))> {
+) -> impl Iterator<Item = (&'a RequestedSignal<'a>, (usize, &'a Slave))> {
     wanted.iter().flat_map(|wanted| network.slaves.iter().enumerate().map(move |s| (wanted, s)))
 }
 
@@ -143,7 +145,7 @@ fn name_of(direction: Direction) -> &'static str {
 
 /// Returns the entry of an object in an area.
 fn find_entry(
-    wanted: &Wanted<'_>,
+    wanted: &RequestedSignal<'_>,
     area: &Area,
     spec: &LayoutSpec,
     axis: usize,
@@ -170,13 +172,13 @@ fn find_entry(
 }
 
 fn find(
-    wanted: &Wanted<'_>,
+    wanted: &RequestedSignal<'_>,
     area: &Area,
     network: &Network,
     spec: &LayoutSpec,
     axis: usize,
     (slave, file): (&str, &Path),
-) -> Result<Found, NetworkError> {
+) -> Result<FoundObject, NetworkError> {
     let entry = find_entry(wanted, area, spec, axis, (slave, file))?;
     let object = entry.object;
     let wrong = |problem: &str| NetworkError::Object {
@@ -208,7 +210,7 @@ fn find(
         remedy: "take a file of the running configuration, with the cyclic data of OP",
     })?;
     let name = format!("{slave}.{object}");
-    Ok(Found { command, first_bit: bit, bits: entry.bits, encoding, name })
+    Ok(FoundObject { command, first_bit: bit, bits: entry.bits, encoding, name })
 }
 
 /// Returns the frame of an axis in one direction: its message in the plan, its datagram, and the
@@ -217,8 +219,8 @@ fn message(
     axis: usize,
     direction: Direction,
     slave: &str,
-    found: &[(&Wanted<'_>, Found)],
-) -> Result<(MessagePlan, usize, Gathered), LayoutError> {
+    found: &[(&RequestedSignal<'_>, FoundObject)],
+) -> Result<(MessagePlan, usize, AssembledFrame), LayoutError> {
     let reads = direction == Direction::Transmit;
     let first = if reads { INPUTS_ID } else { OUTPUTS_ID };
     let id = FrameId::Standard(first + u16::try_from(axis).unwrap_or(0));
@@ -273,7 +275,7 @@ fn message(
     let name = format!("{} of {slave}", name_of(direction));
     let length = u8::try_from(length).unwrap_or(u8::MAX);
     let format = MessageFormat { name, id, is_fd: true, length };
-    let gathered = Gathered { id, length: format.wire_length(), byte_ranges: parts };
+    let gathered = AssembledFrame { id, length: format.wire_length(), byte_ranges: parts };
     let message =
         MessagePlan { format, role: Role::Sample, extractions, excluded_values: Vec::new() };
     Ok((message, command.unwrap_or(0), gathered))
@@ -282,7 +284,7 @@ fn message(
 /// Returns the datagrams that carry frames of the plan.
 fn process_data(
     network: &Network,
-    gathered: Vec<(usize, Direction, Gathered)>,
+    gathered: Vec<(usize, Direction, AssembledFrame)>,
     file: &Path,
 ) -> Result<ProcessData, NetworkError> {
     let (mut datagrams, mut clock) = (Vec::new(), false);
@@ -298,7 +300,7 @@ fn process_data(
             continue;
         }
         if datagrams.is_empty() {
-            clock = command.with_clock;
+            clock = command.carries_clock;
         }
         let (address, length) = (command.address, usize::from(command.length));
         let expected = command.expected_counter;

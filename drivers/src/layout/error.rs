@@ -9,7 +9,7 @@ use crate::ethercat::CaptureError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayoutError {
     /// The text is not a DBC file.
-    #[error("the DBC file does not parse{}: {detail}", At(*.line))]
+    #[error("the DBC file does not parse{}: {detail}", FilePlace(*.line))]
     Syntax {
         /// Line number, if the parser reports it.
         line: Option<usize>,
@@ -44,7 +44,7 @@ pub enum LayoutError {
         name: String,
     },
     /// A message does not fit its frame format.
-    #[error("message `{message}`{}: {reason}", At(*.line))]
+    #[error("message `{message}`{}: {reason}", FilePlace(*.line))]
     Format {
         /// The message.
         message: String,
@@ -62,7 +62,7 @@ pub enum LayoutError {
         pattern: String,
     },
     /// The DBC file has no such message.
-    #[error("`{key}`: the DBC file has no message `{message}`{}", Similar(.similar))]
+    #[error("`{key}`: the DBC file has no message `{message}`{}", SimilarNames(.similar))]
     NoMessage {
         /// The key of the layout.
         key: &'static str,
@@ -72,7 +72,7 @@ pub enum LayoutError {
         similar: Vec<String>,
     },
     /// The message has no such signal.
-    #[error("`{key}`: message `{message}` has no signal `{signal}`{}", Similar(.similar))]
+    #[error("`{key}`: message `{message}` has no signal `{signal}`{}", SimilarNames(.similar))]
     NoSignal {
         /// The key of the layout.
         key: &'static str,
@@ -84,7 +84,7 @@ pub enum LayoutError {
         similar: Vec<String>,
     },
     /// A signal cannot be read as the DBC file defines it.
-    #[error("signal `{signal}`{}: {reason}", At(*.line))]
+    #[error("signal `{signal}`{}: {reason}", FilePlace(*.line))]
     Signal {
         /// `Message.Signal`.
         signal: String,
@@ -125,9 +125,9 @@ impl From<CaptureError> for LayoutError {
     }
 }
 
-struct At(Option<usize>);
+struct FilePlace(Option<usize>);
 
-impl fmt::Display for At {
+impl fmt::Display for FilePlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Some(line) => write!(f, " (line {line} of the DBC file)"),
@@ -136,9 +136,9 @@ impl fmt::Display for At {
     }
 }
 
-struct Similar<'a>(&'a [String]);
+struct SimilarNames<'a>(&'a [String]);
 
-impl fmt::Display for Similar<'_> {
+impl fmt::Display for SimilarNames<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, name) in self.0.iter().enumerate() {
             write!(f, "{}`{name}`", if k == 0 { "; similar: " } else { ", " })?;

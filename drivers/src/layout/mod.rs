@@ -33,8 +33,8 @@ pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
 pub use plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Unreadable};
 pub use process_data::ProcessData;
 pub(crate) use process_data::{
-    AL_ERROR, AL_STATUS_BITS, BELOW_SAFE_OPERATIONAL, Gathered, ProcessDatagram, SAFE_OPERATIONAL,
-    SYNC_FRAME, WRONG_COUNTER,
+    AL_ERROR, AL_STATUS_BITS, AssembledFrame, BELOW_SAFE_OPERATIONAL, ProcessDatagram,
+    SAFE_OPERATIONAL, SYNC_FRAME, WRONG_COUNTER,
 };
 pub use slaves::NetworkError;
 pub use spec::{

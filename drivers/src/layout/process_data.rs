@@ -11,8 +11,8 @@ use crate::frame::FrameId;
 /// predefined ones of CANopen.
 pub(super) const SYNC_ID: FrameId = FrameId::Standard(0x080);
 /// The SYNC frame: it contains no data of a datagram.
-pub(crate) const SYNC_FRAME: Gathered =
-    Gathered { id: SYNC_ID, length: 0, byte_ranges: Vec::new() };
+pub(crate) const SYNC_FRAME: AssembledFrame =
+    AssembledFrame { id: SYNC_ID, length: 0, byte_ranges: Vec::new() };
 pub(super) const INPUTS_ID: u16 = 0x181;
 pub(super) const OUTPUTS_ID: u16 = 0x201;
 
@@ -47,13 +47,13 @@ pub(crate) struct ProcessDatagram {
     pub(crate) expected_counter: u16,
     /// Frames made from the returned data, and frames made from the data that the master sent. A
     /// slave may have overwritten outputs with its inputs in between.
-    pub(crate) inputs: Vec<Gathered>,
-    pub(crate) outputs: Vec<Gathered>,
+    pub(crate) inputs: Vec<AssembledFrame>,
+    pub(crate) outputs: Vec<AssembledFrame>,
 }
 
 /// A frame assembled from the data of a datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Gathered {
+pub(crate) struct AssembledFrame {
     pub(crate) id: FrameId,
     /// Length \[bytes\], one of the lengths of CAN FD.
     pub(crate) length: u8,

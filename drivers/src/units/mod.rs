@@ -16,7 +16,7 @@ use didim_dynamics::MAX_JOINTS;
 pub use error::UnitsError;
 pub use spec::{
     CurrentValue, DriveSpec, PositionGain, PositionScale, Provenance, Sign, TorqueGain,
-    TorqueScale, Wraps,
+    TorqueScale, WrapTreatment,
 };
 
 use crate::layout::{CompiledLayout, Quantity, SignalFormat};
@@ -38,8 +38,8 @@ struct AxisScale {
     rad_per_unit: f64,
     zero: f64,
     is_modulo: bool,
-    position: Range,
-    reference: Range,
+    position: IntegerRange,
+    reference: IntegerRange,
     /// Angle of one unit of a following error, if references are following errors.
     following_rad: Option<f64>,
     nm_per_unit: f64,
@@ -47,18 +47,18 @@ struct AxisScale {
 
 /// Range of an integer, in the unit of the DBC file; infinite for a floating-point signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Range {
+struct IntegerRange {
     length: f64,
     middle: f64,
 }
 
-impl Default for Range {
+impl Default for IntegerRange {
     fn default() -> Self {
         Self { length: f64::INFINITY, middle: 0.0 }
     }
 }
 
-impl Range {
+impl IntegerRange {
     fn from_signal(signal: &SignalFormat) -> Self {
         match (signal.field.modulus(), signal.field.range_middle()) {
             (Some(length), Some(middle)) => Self { length, middle },
@@ -156,12 +156,12 @@ impl Scales {
 }
 
 impl AxisScale {
-    fn to_angle(self, range: Range, value: f64) -> f64 {
+    fn to_angle(self, range: IntegerRange, value: f64) -> f64 {
         let value = if self.is_modulo { range.nearest_to(self.zero, value) } else { value };
         self.rad_per_unit * (value - self.zero)
     }
 
-    fn scaled_value(self, range: Range, angle_rad: f64) -> f64 {
+    fn scaled_value(self, range: IntegerRange, angle_rad: f64) -> f64 {
         let value = angle_rad / self.rad_per_unit + self.zero;
         if self.is_modulo { range.nearest_to(range.middle, value) } else { value }
     }
@@ -177,7 +177,7 @@ fn axis_scale(
     let mut scale = AxisScale {
         rad_per_unit: position.sign.factor() * rad_per_unit,
         zero: check_number(axis, "position.zero", position.zero, f64::is_finite, "finite")?,
-        is_modulo: position.wraps == Wraps::Modulo,
+        is_modulo: position.wraps == WrapTreatment::Modulo,
         ..AxisScale::default()
     };
     for quantity in [Quantity::Position, Quantity::Reference] {
@@ -189,7 +189,7 @@ fn axis_scale(
             scale.following_rad = Some(error.sign() * scale.rad_per_unit);
             continue;
         }
-        let range = Range::from_signal(signal);
+        let range = IntegerRange::from_signal(signal);
         if scale.is_modulo && !range.length.is_finite() {
             return Err(UnitsError::NoModulus {
                 axis: MotorIndex::new(axis),

@@ -29,7 +29,7 @@ pub struct PositionGain {
     /// Treatment of a wrap of the integer. `"refuse"`: the axis never reaches the end of the range,
     /// and a jump of half of it is out of range. `"modulo"`: the difference from `zero` is taken
     /// modulo the range, to ± half of it, for axes that travel less than the range.
-    pub wraps: Wraps,
+    pub wraps: WrapTreatment,
     /// Source of the numbers: a data sheet with its page, an object read from the drive, a
     /// measurement. Never empty.
     pub provenance: Provenance,
@@ -57,7 +57,7 @@ pub enum PositionScale {
 /// of an axis is longer than the range, the bits cannot identify its angle at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Wraps {
+pub enum WrapTreatment {
     /// The axis never reaches the end of the range: a jump of half the range is out of range.
     Refuse,
     /// The difference from `zero` is taken modulo the range, to ± half of it.

@@ -5,11 +5,11 @@ use serde::Deserialize;
 /// Fault of a record. Axes and motors count from 1; a signal is that of the motor.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
-pub enum Action {
+pub enum RecordFault {
     /// Fault of a measured or sent value.
-    Of(Of),
+    Of(SignalFault),
     /// Frames.
-    Frames(FrameOf),
+    Frames(FrameFault),
 }
 
 /// Selection of an axis's signals.
@@ -26,7 +26,7 @@ pub enum AxisSignal {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[expect(missing_docs, reason = "each field is said with its kind")]
-pub enum Of {
+pub enum SignalFault {
     /// The value of the previous cycle is repeated.
     Freeze { signal: AxisSignal, axis: Option<usize> },
     /// A value is updated only every `length` cycles.
@@ -81,7 +81,7 @@ pub enum FrameRole {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[expect(missing_docs, reason = "each field is said with its kind")]
-pub enum FrameOf {
+pub enum FrameFault {
     /// It is lost.
     Drop { frame: FrameRole, axis: Option<usize> },
     /// It comes twice.
@@ -118,34 +118,36 @@ pub enum FrameOf {
     SecondSync { after_us: f64 },
 }
 
-impl Action {
+impl RecordFault {
     /// Returns the axis, from 1, if one is given; the larger of two.
     pub(super) fn axis(&self) -> Option<usize> {
         match self {
             Self::Of(
-                Of::Freeze { axis, .. }
-                | Of::Hold { axis, .. }
-                | Of::Delay { axis, .. }
-                | Of::Add { axis, .. }
-                | Of::Scale { axis, .. }
-                | Of::LowPass { axis, .. }
-                | Of::Noise { axis, .. }
-                | Of::Quantise { axis, .. },
+                SignalFault::Freeze { axis, .. }
+                | SignalFault::Hold { axis, .. }
+                | SignalFault::Delay { axis, .. }
+                | SignalFault::Add { axis, .. }
+                | SignalFault::Scale { axis, .. }
+                | SignalFault::LowPass { axis, .. }
+                | SignalFault::Noise { axis, .. }
+                | SignalFault::Quantise { axis, .. },
             )
             | Self::Frames(
-                FrameOf::Drop { axis, .. }
-                | FrameOf::Double { axis, .. }
-                | FrameOf::Flip { axis, .. }
-                | FrameOf::Truncate { axis, .. },
+                FrameFault::Drop { axis, .. }
+                | FrameFault::Double { axis, .. }
+                | FrameFault::Flip { axis, .. }
+                | FrameFault::Truncate { axis, .. },
             ) => *axis,
-            Self::Of(Of::Swap { axes: [one, other], .. }) => Some(*one.max(other)),
+            Self::Of(SignalFault::Swap { axes: [one, other], .. }) => Some(*one.max(other)),
             Self::Of(
-                Of::ScalePositive { axis, .. }
-                | Of::Saturate { axis, .. }
-                | Of::Ripple { axis, .. }
-                | Of::Wrap { axis, .. },
+                SignalFault::ScalePositive { axis, .. }
+                | SignalFault::Saturate { axis, .. }
+                | SignalFault::Ripple { axis, .. }
+                | SignalFault::Wrap { axis, .. },
             )
-            | Self::Frames(FrameOf::Contradict { axis } | FrameOf::Late { axis }) => Some(*axis),
+            | Self::Frames(FrameFault::Contradict { axis } | FrameFault::Late { axis }) => {
+                Some(*axis)
+            }
             _ => None,
         }
     }

@@ -4,7 +4,7 @@ use didim_drivers::frame::{Frame, FrameError, FrameId};
 use didim_drivers::layout::{CompiledLayout, Role};
 
 use super::InjectedFault;
-use super::action::{FrameOf, FrameRole};
+use super::action::{FrameFault, FrameRole};
 use super::signals::uniform;
 
 /// First identifier of frames that belong to no layout here.
@@ -26,7 +26,7 @@ fn has_role(layout: &CompiledLayout, role: FrameRole, axis: Option<usize>, frame
 impl InjectedFault {
     pub(super) fn corrupt_frames(
         &self,
-        action: &FrameOf,
+        action: &FrameFault,
         layout: &CompiledLayout,
         cycles: &mut [Vec<Frame>],
     ) -> Result<(), FrameError> {
@@ -34,19 +34,19 @@ impl InjectedFault {
         let start_ns = cycles.iter().flatten().next().map_or(0, |frame| frame.stamp_ns);
         for k in (0..count).filter(|k| self.affects_cycle(*k)) {
             match *action {
-                FrameOf::Drop { frame: role, axis } => {
+                FrameFault::Drop { frame: role, axis } => {
                     cycles[k].retain(|frame| !has_role(layout, role, axis, frame));
                 }
-                FrameOf::Double { frame: role, axis } => {
+                FrameFault::Double { frame: role, axis } => {
                     let chosen = |frame: &Frame| has_role(layout, role, axis, frame);
                     insert_copies(&mut cycles[k], chosen, |_| ());
                 }
-                FrameOf::Contradict { axis } => {
+                FrameFault::Contradict { axis } => {
                     let sample =
                         |frame: &Frame| has_role(layout, FrameRole::Sample, Some(axis), frame);
                     insert_copies(&mut cycles[k], sample, |frame| frame.payload[2] ^= 0x10);
                 }
-                FrameOf::Flip { frame: role, axis, bit } => {
+                FrameFault::Flip { frame: role, axis, bit } => {
                     for frame in cycles[k].iter_mut().filter(|of| has_role(layout, role, axis, of))
                     {
                         if let Some(byte) = frame.payload.get_mut(bit / 8) {
@@ -54,45 +54,45 @@ impl InjectedFault {
                         }
                     }
                 }
-                FrameOf::Truncate { frame: role, axis } => {
+                FrameFault::Truncate { frame: role, axis } => {
                     for frame in cycles[k].iter_mut().filter(|of| has_role(layout, role, axis, of))
                     {
                         frame.length = frame.length.saturating_sub(1);
                         frame.payload[usize::from(frame.length)] = 0;
                     }
                 }
-                FrameOf::Late { axis } => move_to_next_cycle(layout, cycles, k, axis),
-                FrameOf::Reverse => reverse_frames(cycles, k),
-                FrameOf::Exchange if k + 1 < count => exchange_neighbours(cycles, k),
-                FrameOf::Exchange => {}
-                FrameOf::Burst { length } => delay_to_burst(cycles, count, k, length),
-                FrameOf::Error { class } => {
+                FrameFault::Late { axis } => move_to_next_cycle(layout, cycles, k, axis),
+                FrameFault::Reverse => reverse_frames(cycles, k),
+                FrameFault::Exchange if k + 1 < count => exchange_neighbours(cycles, k),
+                FrameFault::Exchange => {}
+                FrameFault::Burst { length } => delay_to_burst(cycles, count, k, length),
+                FrameFault::Error { class } => {
                     let stamp_ns = cycles[k].first().map_or(start_ns, |frame| frame.stamp_ns);
                     cycles[k].insert(0, Frame::error(class, &[0; 8])?.with_stamp(stamp_ns));
                 }
-                FrameOf::Remote => {
+                FrameFault::Remote => {
                     let sample = |frame: &&Frame| has_role(layout, FrameRole::Sample, None, frame);
                     if let Some(frame) = cycles[k].iter().find(sample).copied() {
                         cycles[k].push(Frame::remote(frame.id, 8)?.with_stamp(frame.stamp_ns));
                     }
                 }
-                FrameOf::Foreign { frames } => {
+                FrameFault::Foreign { frames } => {
                     add_foreign(cycles, start_ns, k, frames)?;
                 }
-                FrameOf::Jitter { us, seed } => {
+                FrameFault::Jitter { us, seed } => {
                     let late_ns = signed_ns(1e3 * us * uniform(seed, k));
                     move_by(&mut cycles[k], |_| late_ns);
                 }
-                FrameOf::Stretch { ratio } => {
+                FrameFault::Stretch { ratio } => {
                     move_by(&mut cycles[k], |frame| {
                         signed_ns((ratio - 1.0) * frame.stamp_ns.saturating_sub(start_ns) as f64)
                     });
                 }
-                FrameOf::ClockStep { ms } => move_by(&mut cycles[k], |_| signed_ns(1e6 * ms)),
-                FrameOf::SecondArm { offset } => {
+                FrameFault::ClockStep { ms } => move_by(&mut cycles[k], |_| signed_ns(1e6 * ms)),
+                FrameFault::SecondArm { offset } => {
                     second_arm(layout, cycles, count, k, offset);
                 }
-                FrameOf::SecondSync { after_us } => {
+                FrameFault::SecondSync { after_us } => {
                     second_sync(layout, cycles, k, after_us);
                 }
             }

@@ -12,7 +12,7 @@ use didim_drivers::frame::{Frame, FrameError};
 use didim_dynamics::Signals;
 use serde::Deserialize;
 
-pub use action::{Action, AxisSignal, FrameOf, FrameRole, Of};
+pub use action::{AxisSignal, FrameFault, FrameRole, RecordFault, SignalFault};
 
 use crate::{CycleEncoder, CycleError};
 
@@ -21,7 +21,7 @@ use crate::{CycleEncoder, CycleError};
 #[serde(deny_unknown_fields)]
 pub struct InjectedFault {
     /// The action.
-    pub action: Action,
+    pub action: RecordFault,
     /// First cycle, from 0.
     #[serde(default)]
     pub from: usize,
@@ -85,13 +85,13 @@ pub fn damaged_frames(
     }
     let mut signals = Cow::Borrowed(record);
     for corrupt in faults {
-        if let Action::Of(action) = &corrupt.action {
+        if let RecordFault::Of(action) = &corrupt.action {
             corrupt.corrupt_signals(action, signals.to_mut());
         }
     }
     let mut cycles = encode_record(&signals, encoder, epoch_ns)?;
     for corrupt_value in faults {
-        if let Action::Frames(action) = &corrupt_value.action {
+        if let RecordFault::Frames(action) = &corrupt_value.action {
             corrupt_value.corrupt_frames(action, encoder.layout(), &mut cycles)?;
         }
     }

@@ -3,7 +3,7 @@
 use didim_dynamics::Signals;
 
 use super::InjectedFault;
-use super::action::{AxisSignal, Of};
+use super::action::{AxisSignal, SignalFault};
 
 /// Returns a number from 0 to 1 that depends only on a seed and a place.
 pub(super) fn uniform(seed: u64, place: usize) -> f64 {
@@ -14,23 +14,23 @@ pub(super) fn uniform(seed: u64, place: usize) -> f64 {
 }
 
 impl InjectedFault {
-    pub(super) fn corrupt_signals(&self, action: &Of, signals: &mut Signals) {
+    pub(super) fn corrupt_signals(&self, action: &SignalFault, signals: &mut Signals) {
         let rate_hz = signals.sample_rate_hz;
         match *action {
-            Of::Freeze { signal, axis } => {
+            SignalFault::Freeze { signal, axis } => {
                 for series in selected_series(signals, signal, axis) {
                     self.replace_affected(series, |now, k| {
                         k.checked_sub(1).map_or(now[k], |last| now[last])
                     });
                 }
             }
-            Of::Hold { signal, axis, length } => {
+            SignalFault::Hold { signal, axis, length } => {
                 self.of_before(signals, signal, axis, |before, k| before[k - k % length.max(1)]);
             }
-            Of::Delay { signal, axis, by } => {
+            SignalFault::Delay { signal, axis, by } => {
                 self.of_before(signals, signal, axis, |before, k| before[k.saturating_sub(by)]);
             }
-            Of::Swap { signal, axes: [one, other] } => {
+            SignalFault::Swap { signal, axes: [one, other] } => {
                 if signal != AxisSignal::Torque {
                     self.swap_axes(&mut signals.position_rad, one, other);
                 }
@@ -38,47 +38,47 @@ impl InjectedFault {
                     self.swap_axes(&mut signals.torque_nm, one, other);
                 }
             }
-            Of::Add { signal, axis, value } => {
+            SignalFault::Add { signal, axis, value } => {
                 self.of_before(signals, signal, axis, |before, k| before[k] + value);
             }
-            Of::Scale { signal, axis, factor } => {
+            SignalFault::Scale { signal, axis, factor } => {
                 self.of_before(signals, signal, axis, |before, k| before[k] * factor);
             }
-            Of::ScalePositive { axis, factor, sign } => {
+            SignalFault::ScalePositive { axis, factor, sign } => {
                 self.of_before(signals, AxisSignal::Torque, Some(axis), |before, k| {
                     before[k] * if before[k] * sign > 0.0 { factor } else { 1.0 }
                 });
             }
-            Of::Saturate { axis, limit } => {
+            SignalFault::Saturate { axis, limit } => {
                 let cut = |before: &[f64], k: usize| before[k].clamp(-limit, limit);
                 self.of_before(signals, AxisSignal::Torque, Some(axis), cut);
             }
-            Of::LowPass { signal, axis, cutoff_hz } => {
+            SignalFault::LowPass { signal, axis, cutoff_hz } => {
                 self.low_pass(signals, rate_hz, signal, axis, cutoff_hz);
             }
-            Of::Ripple { axis, amplitude } => {
+            SignalFault::Ripple { axis, amplitude } => {
                 let angle = signals.position_rad[axis - 1].clone();
                 let add = |before: &[f64], k: usize| before[k] + amplitude * angle[k].sin();
                 self.of_before(signals, AxisSignal::Torque, Some(axis), add);
             }
-            Of::Noise { signal, axis, rms, seed } => {
+            SignalFault::Noise { signal, axis, rms, seed } => {
                 self.add_noise(signals, signal, axis, rms, seed);
             }
-            Of::Quantise { signal, axis, step } => {
+            SignalFault::Quantise { signal, axis, step } => {
                 self.of_before(signals, signal, axis, |now, k| step * (now[k] / step).round());
             }
-            Of::Wrap { axis, range, offset } => {
+            SignalFault::Wrap { axis, range, offset } => {
                 self.of_before(signals, AxisSignal::Position, Some(axis), |before, k| {
                     let value = before[k] + offset;
                     value - range * (value / range + 0.5).floor()
                 });
             }
-            Of::Resample { ratio } => {
+            SignalFault::Resample { ratio } => {
                 for series in all_series(signals) {
                     *series = resample_linear(series, ratio);
                 }
             }
-            Of::Repeat => {
+            SignalFault::Repeat => {
                 for series in all_series(signals) {
                     let piece: Vec<f64> = self.affected_values(series).collect();
                     let end = self.from + self.cycles.unwrap_or(series.len());
@@ -86,7 +86,7 @@ impl InjectedFault {
                     series.splice(end..end, piece);
                 }
             }
-            Of::Cut => {
+            SignalFault::Cut => {
                 for series in all_series(signals) {
                     let mut cycle = 0..;
                     series.retain(|_| !cycle.next().is_some_and(|k| self.affects_cycle(k)));

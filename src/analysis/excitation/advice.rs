@@ -1,7 +1,7 @@
 //! Insufficient parameters of a stored result, and the motions that improve them.
 
 use didim_identification::excitation::{Advice, ExcitationError, advise};
-use didim_identification::identification::Reached;
+use didim_identification::identification::ReachedRange;
 
 use super::assignment::Assignment;
 use crate::analysis::stored_model::{JudgedUse, StoredModel};
@@ -9,11 +9,11 @@ use crate::cell::Cell;
 
 /// Advice, and the data that its numbers refer to.
 #[derive(Clone, Debug)]
-pub struct Advised {
+pub struct AdviceForResult {
     /// Insufficient parameters, and the motions that improve them.
     pub advice: Advice,
     /// Range of the result's motion, per joint; empty if the result does not report it.
-    pub reached_per_joint: Vec<Reached>,
+    pub reached_per_joint: Vec<ReachedRange>,
     /// Parameters that are certain enough by noise alone, but not with all configured and assumed
     /// contributions. Each entry is the parameter's index and its combined uncertainty relative to
     /// the value.
@@ -24,7 +24,7 @@ pub struct Advised {
     pub sufficient_uncertainty: f64,
 }
 
-impl Advised {
+impl AdviceForResult {
     /// Creates the advice for a result of a cell. The assignment belongs to both.
     ///
     /// # Errors

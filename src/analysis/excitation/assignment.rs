@@ -6,11 +6,11 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Limits, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use didim_identification::excitation::{
-    Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first_motion,
-    rows, simulate_record,
+    Bounds, Corners, Course, DesignObjective, ExcitationError, Margins, Noise, Shapes, Task,
+    first_motion, rows, simulate_record,
 };
 use didim_identification::identification::{
-    Declared, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
+    DeclaredLoad, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
     Selection, find_payload,
 };
 use nalgebra::DMatrix;
@@ -64,7 +64,7 @@ pub enum AssignmentError {
 
 /// Requirements of a motion.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted<'a> {
+pub struct RequestedDesign<'a> {
     /// Its length \[s\].
     pub duration_s: f64,
     /// Shares of the limits that stay free.
@@ -115,7 +115,7 @@ impl WantedLoad {
             Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
         let experiment = Experiment::joint_side(signals).and_then(|of| of.with_counted(moves));
         let experiment = experiment.map_err(IdentifyError::from)?;
-        let (named, declared) = (result.named_parameters(), Declared::default());
+        let (named, declared) = (result.named_parameters(), DeclaredLoad::default());
         let (arm, options) = (result.known_arm(&named), &cell.options);
         Ok(find_payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
     }
@@ -149,8 +149,10 @@ pub struct Assignment {
     pub unread_shapes: Vec<String>,
 }
 
+type Designed<T> = Result<T, AssignmentError>;
+
 /// The arm that a motion is designed for.
-struct Arm<'a> {
+struct DesignArm<'a> {
     robot: &'a Robot,
     urdf: Option<&'a UrdfArm>,
     base: &'a BaseParameters,
@@ -172,10 +174,10 @@ impl Assignment {
     pub fn of_robot(
         source: &RobotSource,
         base: &BaseParameters,
-        wanted: &Wanted<'_>,
+        wanted: &RequestedDesign<'_>,
     ) -> Result<Self, AssignmentError> {
         let robot = &source.robot;
-        let arm = Arm {
+        let arm = DesignArm {
             robot,
             urdf: source.urdf.as_ref(),
             base,
@@ -198,11 +200,11 @@ impl Assignment {
     pub fn of_cell(
         cell: &Cell,
         result: Option<&StoredModel>,
-        wanted: &Wanted<'_>,
+        wanted: &RequestedDesign<'_>,
     ) -> Result<Self, AssignmentError> {
         let (robot, base) = (&cell.robot, &cell.base);
         let factor = cell.options.decimation_filter.factor;
-        let mut arm = Arm {
+        let mut arm = DesignArm {
             robot,
             urdf: cell.urdf.as_ref(),
             base,
@@ -274,7 +276,7 @@ fn unknown_parameters(
         .collect()
 }
 
-impl Arm<'_> {
+impl DesignArm<'_> {
     /// Keeps the parameters that a motion can identify, and returns their previous indices.
     fn keep_identifiable(&mut self) -> Vec<usize> {
         let is_identifiable =
@@ -294,7 +296,30 @@ impl Arm<'_> {
         identifiable
     }
 
-    fn into_assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
+    /// Returns the objective: the condition number, or the deviations of the wanted parameters.
+    fn objective(&self, wanted: &RequestedDesign<'_>) -> Designed<DesignObjective> {
+        let need = |of: &MissingParameter| {
+            of.value.map_or(0.0, |value| self.required_uncertainty * value.abs())
+        };
+        let Some(names) = wanted.parameters.filter(|_| !wanted.condition_number) else {
+            let needs = self.parameters.iter().map(need).enumerate();
+            return Ok(match wanted.condition_number {
+                true => DesignObjective::ConditionNumber,
+                false => DesignObjective::Deviations(needs.collect()),
+            });
+        };
+        let needs = names.iter().map(|name| {
+            let place = self.parameters.iter().position(|of| of.name == *name);
+            let need = place.map(|place| (place, need(&self.parameters[place])));
+            need.ok_or_else(|| ExcitationError::UnknownParameter {
+                name: name.clone(),
+                available: self.parameters.iter().map(|of| of.name.clone()).collect(),
+            })
+        });
+        Ok(DesignObjective::Deviations(needs.collect::<Result<_, _>>()?))
+    }
+
+    fn into_assignment(mut self, wanted: &RequestedDesign<'_>) -> Designed<Assignment> {
         let (robot, base) = (self.robot, self.base);
         let joints = robot.joints();
         let unknown = |joint: &&usize| !(1..=joints).contains(*joint);
@@ -316,24 +341,7 @@ impl Arm<'_> {
         }
         let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
         let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
-        let need = |of: &MissingParameter| {
-            of.value.map_or(0.0, |value| self.required_uncertainty * value.abs())
-        };
-        let objective = match wanted.parameters {
-            _ if wanted.condition_number => Aim::ConditionNumber,
-            None => Aim::Deviations(self.parameters.iter().map(need).enumerate().collect()),
-            Some(names) => {
-                let aims = names.iter().map(|name| {
-                    let place = self.parameters.iter().position(|of| of.name == *name);
-                    let aim = place.map(|place| (place, need(&self.parameters[place])));
-                    aim.ok_or_else(|| ExcitationError::UnknownParameter {
-                        name: name.clone(),
-                        available: self.parameters.iter().map(|of| of.name.clone()).collect(),
-                    })
-                });
-                Aim::Deviations(aims.collect::<Result<_, _>>()?)
-            }
-        };
+        let objective = self.objective(wanted)?;
         let measured_noise = self.noise.is_some();
         let deviations = self.noise.map_or_else(|| assumed_noise(robot), Ok)?;
         let count = columns.len();
@@ -367,7 +375,8 @@ impl Arm<'_> {
             let columns = task.columns.len();
             // The arm has prior information, the load has none.
             task.prior_information = task.prior_information.resize(columns, columns, 0.0);
-            task.objective = Aim::Deviations((count..columns).map(|place| (place, 0.0)).collect());
+            task.objective =
+                DesignObjective::Deviations((count..columns).map(|place| (place, 0.0)).collect());
             let standard_parameters = standard.ok_or(AssignmentError::NoCovariance)?;
             load = Some(WantedLoad { expected_load, standard_parameters });
         }

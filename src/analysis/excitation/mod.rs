@@ -6,6 +6,6 @@ mod assignment;
 mod assumptions;
 mod expectation;
 
-pub use advice::Advised;
-pub use assignment::{Assignment, AssignmentError, MissingParameter, Wanted, WantedLoad};
+pub use advice::AdviceForResult;
+pub use assignment::{Assignment, AssignmentError, MissingParameter, RequestedDesign, WantedLoad};
 pub use expectation::{DesignedMotion, ExpectationError, ExpectedParameter, expectation_line};

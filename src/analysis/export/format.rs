@@ -2,12 +2,12 @@
 
 use didim_dynamics::robot::ParameterKind;
 use didim_formats::{
-    CodeError, CodeModel, ExportError, ExportModel, Holder, LeftOut, UrdfError, UrdfValues,
+    CodeError, CodeModel, ExportError, ExportKind, ExportModel, LeftOut, UrdfError, UrdfValues,
     WRITTEN_BY, to_c, to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
 };
-use didim_identification::feasibility::{Class, Outcome};
+use didim_identification::feasibility::{Outcome, ValueSource};
 
-use super::model::Consistent;
+use super::model::ConsistentModel;
 
 /// Output format of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub struct Exported {
     pub left_out: Vec<LeftOut>,
 }
 
-impl Consistent<'_> {
+impl ConsistentModel<'_> {
     /// Returns the model in a format. `name` is the file name without its extension; MATLAB calls
     /// the function by this name.
     ///
@@ -85,9 +85,9 @@ impl Consistent<'_> {
             (&self.cell.robot, self.outcome.standard_values(), self.origin_lines());
         let model = ExportModel { robot, standard_parameters: &standard, origin: &origin };
         let holder = match format {
-            Format::Urdf => Some(Holder::Urdf),
-            Format::Mjcf => Some(Holder::Mjcf),
-            Format::Matlab | Format::Json => Some(Holder::Parameters),
+            Format::Urdf => Some(ExportKind::Urdf),
+            Format::Mjcf => Some(ExportKind::Mjcf),
+            Format::Matlab | Format::Json => Some(ExportKind::Parameters),
             Format::Toml | Format::C | Format::Rust => None,
         };
         let left_out = holder.map_or_else(Vec::new, |holder| LeftOut::list(&model, holder));
@@ -160,11 +160,11 @@ impl Consistent<'_> {
 }
 
 /// Returns a readable name for the source of a parameter's value.
-fn source_of_value(class: Class) -> &'static str {
+fn source_of_value(class: ValueSource) -> &'static str {
     match class {
-        Class::Data => "the data",
-        Class::Prior => "the prior",
-        Class::Combination => "the prior, within a sum from the data",
-        Class::Absent => "nothing: the model does not have it",
+        ValueSource::Data => "the data",
+        ValueSource::Prior => "the prior",
+        ValueSource::Combination => "the prior, within a sum from the data",
+        ValueSource::Absent => "nothing: the model does not have it",
     }
 }

@@ -5,4 +5,4 @@ mod model;
 mod record;
 
 pub use format::{Exported, Format, WriteError};
-pub use model::{Consistent, ConsistentError};
+pub use model::{ConsistentError, ConsistentModel};

@@ -33,7 +33,7 @@ pub enum ConsistentError {
 
 /// A stored result, and the physically consistent parameters nearest to it.
 #[derive(Clone, Debug)]
-pub struct Consistent<'a> {
+pub struct ConsistentModel<'a> {
     pub(super) cell: &'a Cell,
     pub(super) model: &'a StoredModel,
     pub(super) covariance: DMatrix<f64>,
@@ -41,7 +41,7 @@ pub struct Consistent<'a> {
     pub outcome: Outcome,
 }
 
-impl<'a> Consistent<'a> {
+impl<'a> ConsistentModel<'a> {
     /// Computes the consistent parameters of a result. The nominal bodies of the robot's file
     /// decide where the data do not. If a total mass of all moving links is given \[kg\], the
     /// file's geometry decides instead.
@@ -84,7 +84,7 @@ impl<'a> Consistent<'a> {
     }
 }
 
-impl Consistent<'_> {
+impl ConsistentModel<'_> {
     /// Predicts the torques of a measurement with the result and with the consistent parameters.
     /// Nothing is fitted.
     ///

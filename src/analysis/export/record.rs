@@ -2,10 +2,10 @@
 
 use didim_dynamics::robot::Parameter as RobotParameter;
 use didim_formats::LeftOut;
-use didim_identification::feasibility::{Class, Judgement, Outcome};
+use didim_identification::feasibility::{Judgement, Outcome, ValueSource};
 use serde::Serialize;
 
-use super::model::Consistent;
+use super::model::ConsistentModel;
 
 /// Version of the record's layout.
 const SCHEMA: u32 = 1;
@@ -47,7 +47,7 @@ struct Parameter<'a> {
     /// Standard deviation from data and prior together.
     standard_deviation: f64,
     /// Source of its value.
-    decided_by: Class,
+    decided_by: ValueSource,
     share_of_data: f64,
 }
 
@@ -68,7 +68,7 @@ struct Shift<'a> {
     standard_deviations: f64,
 }
 
-impl Consistent<'_> {
+impl ConsistentModel<'_> {
     /// Writes the model with its uncertainties as JSON.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ use crate::text::significant_digits;
 
 /// Quantity beyond a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limited {
+pub enum LimitedQuantity {
     /// The position of the joint.
     Position,
     /// Its speed.
@@ -45,13 +45,13 @@ pub enum Cause {
 
 /// The sample that is furthest beyond a limit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Beyond {
+pub struct LimitExcess {
     /// The joint.
     pub joint: JointIndex,
     /// Its number, and its name if it has one.
     pub joint_label: String,
     /// The limited quantity.
-    pub quantity: Limited,
+    pub quantity: LimitedQuantity,
     /// Time of the sample \[s after the first sample\].
     pub time_s: f64,
     /// Its value \[SI\].
@@ -71,9 +71,9 @@ pub struct Beyond {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the data do not fit the robot: {}; correct unit, sign, zero or axis in the cell, or the \
     limits in the robot file", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-pub struct BeyondLimits(pub Vec<Beyond>);
+pub struct BeyondLimits(pub Vec<LimitExcess>);
 
-impl fmt::Display for Beyond {
+impl fmt::Display for LimitExcess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             joint: _,
@@ -89,13 +89,13 @@ impl fmt::Display for Beyond {
         } = self;
         let revolute = *kind == JointKind::Revolute;
         let (what, unit) = match limited {
-            Limited::Position => ("position", if revolute { "rad" } else { "m" }),
-            Limited::Speed => ("speed", if revolute { "rad/s" } else { "m/s" }),
-            Limited::Torque => ("torque", kind.torque_unit()),
+            LimitedQuantity::Position => ("position", if revolute { "rad" } else { "m" }),
+            LimitedQuantity::Speed => ("speed", if revolute { "rad/s" } else { "m/s" }),
+            LimitedQuantity::Torque => ("torque", kind.torque_unit()),
         };
         // A position excess has no ratio, because one of its limits may be 0.
         let beyond = match limited {
-            Limited::Position => "beyond".to_owned(),
+            LimitedQuantity::Position => "beyond".to_owned(),
             _ => format!("{} times", significant_digits(*times, 3)),
         };
         write!(
@@ -186,7 +186,7 @@ pub fn check_limits(
     counted: &Range<usize>,
     robot: &Robot,
     check: LimitCheck,
-) -> Result<Vec<Beyond>, BeyondLimits> {
+) -> Result<Vec<LimitExcess>, BeyondLimits> {
     let signals = &measurement.signals;
     let fits =
         signals.position_rad.len() == robot.joints() && signals.torque_nm.len() == robot.joints();
@@ -194,10 +194,11 @@ pub fn check_limits(
         // The conversion to an experiment reports this.
         return Ok(Vec::new());
     }
-    let joints = Joints::new(measurement, counted, robot, check);
-    let mut beyond: Vec<Beyond> = (0..robot.joints())
+    let joints = JointSamples::new(measurement, counted, robot, check);
+    let mut beyond: Vec<LimitExcess> = (0..robot.joints())
         .flat_map(|joint| {
-            let limited = [Limited::Position, Limited::Speed, Limited::Torque];
+            let limited =
+                [LimitedQuantity::Position, LimitedQuantity::Speed, LimitedQuantity::Torque];
             limited.map(|limited| joints.find_excess(joint, limited, robot))
         })
         .flatten()
@@ -212,7 +213,7 @@ pub fn check_limits(
 }
 
 /// The counted samples on the joint side.
-struct Joints {
+struct JointSamples {
     limit_check: LimitCheck,
     first_sample: usize,
     period_s: f64,
@@ -221,7 +222,7 @@ struct Joints {
     torque: Vec<Vec<f64>>,
 }
 
-impl Joints {
+impl JointSamples {
     fn new(
         measurement: &Measurement,
         counted: &Range<usize>,
@@ -262,22 +263,27 @@ impl Joints {
         samples * self.period_s
     }
 
-    fn find_excess(&self, joint: usize, limited: Limited, robot: &Robot) -> Option<Beyond> {
+    fn find_excess(
+        &self,
+        joint: usize,
+        limited: LimitedQuantity,
+        robot: &Robot,
+    ) -> Option<LimitExcess> {
         let joint_of_chain = robot.chain()[joint];
         let limits = joint_of_chain.limits;
         let position = &self.position[joint];
         // A limit that the file leaves open is not checked: see [`open_limits`].
         let most = match limited {
-            Limited::Torque => limits.torque_max?,
-            Limited::Speed => limits.velocity_max?,
-            Limited::Position => limits.position_max,
+            LimitedQuantity::Torque => limits.torque_max?,
+            LimitedQuantity::Speed => limits.velocity_max?,
+            LimitedQuantity::Position => limits.position_max,
         };
         // Value, its limit, and their ratio.
         let plain = |value: f64| (value, most, value.abs() / most);
         let value_at = |k: usize| match limited {
-            Limited::Torque => plain(self.torque[joint][k]),
-            Limited::Speed => plain(self.speed_at(joint, k)),
-            Limited::Position => {
+            LimitedQuantity::Torque => plain(self.torque[joint][k]),
+            LimitedQuantity::Speed => plain(self.speed_at(joint, k)),
+            LimitedQuantity::Position => {
                 let (low, high) = (limits.position_min, most);
                 let size = low.abs().max(high.abs());
                 let value = position[k];
@@ -297,8 +303,8 @@ impl Joints {
         }
         let cause = match limited {
             _ if samples <= self.limit_check.glitch_samples => Cause::Glitch,
-            Limited::Torque if times > self.limit_check.other_unit => Cause::TorqueUnit,
-            Limited::Torque => Cause::Gain,
+            LimitedQuantity::Torque if times > self.limit_check.other_unit => Cause::TorqueUnit,
+            LimitedQuantity::Torque => Cause::Gain,
             _ => match self.wrap_time(joint, joint_of_chain.kind) {
                 Some(time_s) => Cause::Wrap { time_s },
                 None if times > self.limit_check.other_unit => Cause::PositionUnit,
@@ -307,7 +313,7 @@ impl Joints {
         };
         let (joint, time_s, kind) =
             (JointIndex::new(joint), self.time_s(sample), joint_of_chain.kind);
-        Some(Beyond {
+        Some(LimitExcess {
             joint_label: robot.joint_label(joint),
             joint,
             quantity: limited,

@@ -8,8 +8,8 @@ mod standstill;
 
 pub use commanded_law::{LawError, commanded_controller};
 pub use limits::{
-    Beyond, BeyondLimits, Cause, FRICTION_LAWS_REMEDY, LIMITS_REMEDY, Limited, check_limits,
-    open_limits, unlisted_laws,
+    BeyondLimits, Cause, FRICTION_LAWS_REMEDY, LIMITS_REMEDY, LimitExcess, LimitedQuantity,
+    check_limits, open_limits, unlisted_laws,
 };
 pub use sample_rate::RateError;
 pub(crate) use sample_rate::{check_rate, checked_measurement};

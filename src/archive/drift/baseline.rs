@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use didim_identification::identification::ModelUncertainty;
 use serde::{Deserialize, Serialize};
 
-use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, ModelContext, Timestamp};
+use crate::archive::store::{
+    HISTORY_SCHEMA, HistoryLine, ModelContext, ModelDifference, Timestamp,
+};
 use crate::files::{TextError, read_bytes, replace};
 
 /// Version of the file layout.
@@ -82,12 +84,12 @@ impl Baseline {
 
     /// Returns how far model errors may move a later result away from the baseline. `None` if
     /// either of the two does not report its model errors.
-    pub fn compare_uncertainty(&self, later: &ModelUncertainty) -> Option<Against> {
+    pub fn compare_uncertainty(&self, later: &ModelUncertainty) -> Option<ModelDifference> {
         let deviations = later.difference_deviations(self.available.model_uncertainty.as_ref()?)?;
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let standard_deviations = deviations.iter().map(|deviation| *deviation as f32).collect();
         let HistoryLine { result, time, .. } = self.result;
-        Some(Against { result, time, standard_deviations })
+        Some(ModelDifference { result, time, standard_deviations })
     }
 
     /// Reads the baseline of a results folder, if there is one.

@@ -9,7 +9,7 @@ const DAY_S: u64 = 86_400;
 
 /// Weighted sums over a parameter's results of one day.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct DailySums {
     /// Σ w with w = 1/σ².
     weight: f64,
     /// Σ w·t.
@@ -24,18 +24,18 @@ struct Sums {
 /// scatter therefore exists between days, not between results. An arm with a hundred results a day
 /// has the same trend as one with a single result a day.
 #[derive(Clone, Debug)]
-pub(super) struct Days {
+pub(super) struct DailyMeans {
     /// Time zero: times are days since this instant.
     origin: Timestamp,
     parameters: Vec<String>,
     /// Sums by day since 1970 in UTC, whatever the order of the results. The sums are in the order
     /// of the parameters.
-    sums_by_day: BTreeMap<u64, Vec<Sums>>,
+    sums_by_day: BTreeMap<u64, Vec<DailySums>>,
     /// Days to keep.
     max_days: usize,
 }
 
-impl Days {
+impl DailyMeans {
     /// Starts with the results of one line. Days are counted from its time, and its parameters are
     /// tracked.
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
@@ -55,7 +55,7 @@ impl Days {
         let sums = self
             .sums_by_day
             .entry(line.time.unix_s() / DAY_S)
-            .or_insert_with(|| vec![Sums::default(); self.parameters.len()]);
+            .or_insert_with(|| vec![DailySums::default(); self.parameters.len()]);
         let time = line.time.days_after(self.origin);
         for (name, sums) in self.parameters.iter().zip(sums) {
             let Some(found) = line.parameter(name) else { continue };
@@ -80,7 +80,7 @@ impl Days {
             .values()
             .filter_map(|day| day.get(index))
             .filter(|sums| sums.weight > 0.0);
-        let point = |sums: &Sums| {
+        let point = |sums: &DailySums| {
             (sums.time / sums.weight, sums.value / sums.weight, sums.weight.sqrt().recip())
         };
         trend(&sums.map(point).collect::<Vec<_>>())

@@ -2,7 +2,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::*;
-use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
+use crate::archive::store::{
+    HISTORY_SCHEMA, HistoryLine, ModelDifference, ParameterValue, Timestamp,
+};
 use crate::window::Note;
 
 mod days;
@@ -55,7 +57,7 @@ fn what_the_model_makes_of_a_difference_widens_the_band() {
     assert!(outside.band_share() > 1.0);
     let against = |earlier: &HistoryLine| {
         let HistoryLine { result, time, .. } = *earlier;
-        Some(Against { result, time, standard_deviations: vec![0.5, 0.0] })
+        Some(ModelDifference { result, time, standard_deviations: vec![0.5, 0.0] })
     };
     let inside = fc3(&HistoryLine { against: against(&then), ..now.clone() });
     close(inside.standard_deviation, (2e-4_f64 + 0.25).sqrt(), 1e-12);

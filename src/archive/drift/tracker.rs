@@ -2,7 +2,7 @@
 
 use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
-    ParameterDrift, Trend, change_sentence, check_comparable, days::Days,
+    ParameterDrift, Trend, change_sentence, check_comparable, days::DailyMeans,
 };
 use crate::archive::store::{HistoryLine, Timestamp};
 
@@ -14,7 +14,7 @@ pub struct Tracker {
     /// One per parameter of the baseline.
     alarms: Vec<Alarm>,
     /// The last `trend_results` days of the baseline and the compared results.
-    days: Days,
+    days: DailyMeans,
     /// Last compared result.
     last_compared: Option<Comparison>,
     last_comparison: Option<Result<Comparison, NotComparable>>,
@@ -36,7 +36,7 @@ impl Tracker {
     /// Creates a tracker that has not compared anything yet.
     pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
         let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
-        let days = Days::new(&baseline.result, options.trend_results);
+        let days = DailyMeans::new(&baseline.result, options.trend_results);
         Self { baseline, options, alarms, days, last_compared: None, last_comparison: None }
     }
 

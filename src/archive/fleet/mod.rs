@@ -6,4 +6,4 @@ mod member;
 mod population;
 
 pub use member::{FleetError, MIN_ARMS, Member, MemberParameter, read_members};
-pub use population::{Fleet, FleetParameter, Standing};
+pub use population::{ArmDeviation, Fleet, FleetParameter};

@@ -37,12 +37,12 @@ pub struct FleetParameter {
     /// Limit that one in a thousand comparisons exceeds if all arms are alike.
     pub limit: f64,
     /// Arms, in the order of the fleet.
-    pub arms: Vec<Standing>,
+    pub arms: Vec<ArmDeviation>,
 }
 
 /// Position of one arm relative to the others in one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Standing {
+pub struct ArmDeviation {
     /// The arm.
     pub arm: String,
     /// Its value.
@@ -58,13 +58,13 @@ pub struct Standing {
 
 impl FleetParameter {
     /// Returns true if an arm has left the population.
-    pub fn is_outside(&self, standing: &Standing) -> bool {
+    pub fn is_outside(&self, standing: &ArmDeviation) -> bool {
         standing.deviation.abs() > self.limit
     }
 
     /// Returns true if the arm is outside even when the complete model uncertainty is specific to
     /// this arm, and no part is common to arms of one type.
-    pub fn is_outside_for_certain(&self, standing: &Standing) -> bool {
+    pub fn is_outside_for_certain(&self, standing: &ArmDeviation) -> bool {
         standing.combined_deviation.abs() > self.limit
     }
 
@@ -89,7 +89,7 @@ impl FleetParameter {
                     let combined = of.combined_standard_deviation.unwrap_or(of.standard_deviation);
                     let deviation =
                         |uncertainty: f64| (of.value - median_value) / scatter.hypot(uncertainty);
-                    Standing {
+                    ArmDeviation {
                         arm: arm.name.clone(),
                         value: of.value,
                         combined_standard_deviation: combined,
@@ -126,7 +126,7 @@ impl Fleet {
 
     /// Returns each parameter of each arm. The one that uses the largest share of its limit comes
     /// first.
-    pub fn by_share_of_limit(&self) -> Vec<(&FleetParameter, &Standing)> {
+    pub fn by_share_of_limit(&self) -> Vec<(&FleetParameter, &ArmDeviation)> {
         let deviations =
             self.parameters.iter().flat_map(|of| of.arms.iter().map(move |arm| (of, arm)));
         let mut deviations: Vec<_> =

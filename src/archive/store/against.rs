@@ -6,7 +6,7 @@ use super::timestamp::Timestamp;
 
 /// Contribution of model errors to the differences from another result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Against {
+pub struct ModelDifference {
     /// Number of the other result.
     pub result: u64,
     /// Time at which the other result was stored.

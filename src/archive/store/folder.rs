@@ -251,7 +251,7 @@ impl Store {
             }
             let path = self.folder.join(name(index));
             let content = fs::read(&path).map_err(io_error("read", &path))?;
-            match serde_json::from_slice::<Referring>(&content) {
+            match serde_json::from_slice::<ConfigurationReference>(&content) {
                 Ok(result) => unused.retain(|sha256| *sha256 != result.configuration),
                 // This result may refer to any configuration.
                 Err(_) => return Ok(()),
@@ -289,7 +289,7 @@ pub struct Stored {
 
 /// The configuration hash in a result file.
 #[derive(serde::Deserialize)]
-struct Referring {
+struct ConfigurationReference {
     configuration: String,
 }
 

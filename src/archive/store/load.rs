@@ -1,6 +1,6 @@
 //! The load on the flange, as shown in status and history.
 
-use didim_identification::identification::{Comparison, Load, Presence, Uncertain};
+use didim_identification::identification::{Comparison, Load, Presence, UncertainValue};
 use serde::{Deserialize, Serialize};
 
 use crate::text::{significant_digits, to_uncertainty};
@@ -35,13 +35,13 @@ pub struct LoadChange {
     /// Time after the first counted sample \[s\]. The change had happened by then at the latest.
     pub after_s: f64,
     /// Before \[kg\].
-    pub from_kg: Option<Uncertain>,
+    pub from_kg: Option<UncertainValue>,
     /// After \[kg\].
-    pub to_kg: Option<Uncertain>,
+    pub to_kg: Option<UncertainValue>,
 }
 
 /// Formats a mass with its standard deviation.
-pub fn mass_text(mass: Option<Uncertain>) -> String {
+pub fn mass_text(mass: Option<UncertainValue>) -> String {
     mass.map_or("unknown mass".to_owned(), |mass| {
         let digits = to_uncertainty(mass.value, mass.standard_deviation, MAX_DIGITS);
         format!("{digits} ± {} kg", significant_digits(mass.standard_deviation, 2))

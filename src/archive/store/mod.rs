@@ -13,7 +13,7 @@ mod record;
 mod samples;
 mod timestamp;
 
-pub use against::Against;
+pub use against::ModelDifference;
 pub use configurations::ConfigurationTexts;
 pub use error::StoreError;
 pub(crate) use folder::RECENT_LINES;

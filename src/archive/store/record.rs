@@ -4,7 +4,7 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::Estimate;
 use serde::Serialize;
 
-use super::against::Against;
+use super::against::ModelDifference;
 use super::load::FoundLoad;
 use super::samples::input_sha256;
 use crate::window::{DriveReadings, Note, Window, WindowEnd};
@@ -113,7 +113,7 @@ pub struct Attachments {
     /// Hash of the composition of the base parameters.
     pub regrouping: String,
     /// Possible difference from the baseline due to model errors.
-    pub against: Option<Against>,
+    pub against: Option<ModelDifference>,
     /// Payload relative to the baseline.
     pub load: Option<FoundLoad>,
 }

@@ -14,6 +14,6 @@ mod state;
 pub use counters::{Counter, FaultCounters};
 pub use counts::{AcquisitionCounts, BusState, FrameTime};
 pub use real_time::{Grant, RealTimeGrants, RealTimeOptions};
-pub use recent::{Flow, RecentCounts, RecentWatch};
+pub use recent::{RecentCounts, RecentWatch, SampleFlow};
 pub use run::{AcquireEnd, AcquireError, AcquireOptions, Acquisition};
 pub use state::{AcquisitionStatus, FrameLatency, ReceiveBuffer, SharedAcquisition};

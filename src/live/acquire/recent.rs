@@ -41,7 +41,7 @@ pub struct RecentCounts {
 
 /// Conversion of frames into samples in the last seconds.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Flow {
+pub enum SampleFlow {
     /// Normal conversion, or no frames.
     Well,
     /// No drive is enabled.
@@ -64,25 +64,25 @@ pub enum Flow {
 
 impl RecentCounts {
     /// Returns the outcome of the frames.
-    pub fn flow(&self) -> Flow {
+    pub fn flow(&self) -> SampleFlow {
         if self.seconds < LiveLimits::DEFAULT.settled_s || self.frames == 0 {
-            return Flow::Well;
+            return SampleFlow::Well;
         }
         // A silence was reported while it lasted.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence]);
         if self.samples == 0 {
             if self.cycles_idle > losses / 2 {
-                return Flow::Idle;
+                return SampleFlow::Idle;
             }
-            return Flow::Stopped { causes: self.main_causes() };
+            return SampleFlow::Stopped { causes: self.main_causes() };
         }
         // Drives were enabled or disabled during the period.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
         let total = self.samples + losses;
         if losses as f64 > LiveLimits::DEFAULT.tolerated_loss_share * total as f64 {
-            return Flow::Lossy { lost: losses, of: total, causes: self.main_causes() };
+            return SampleFlow::Lossy { lost: losses, of: total, causes: self.main_causes() };
         }
-        Flow::Well
+        SampleFlow::Well
     }
 
     /// Returns the causes whose counts grew most, after the faults that explain them.
@@ -176,7 +176,7 @@ mod tests {
     }
 
     impl Bus {
-        fn run(&mut self, watch: &mut RecentWatch, start: Instant, fate: &str) -> Flow {
+        fn run(&mut self, watch: &mut RecentWatch, start: Instant, fate: &str) -> SampleFlow {
             self.seconds += 1;
             self.counts.source.frames += 6_500;
             let losses = &mut self.counts.losses;
@@ -221,25 +221,26 @@ mod tests {
         }
 
         /// Returns the flow after ten good seconds and eight seconds of that outcome.
-        fn after(fate: &str) -> Flow {
+        fn after(fate: &str) -> SampleFlow {
             let start = Instant::now();
             let (mut bus, mut watch) = (Self::default(), RecentWatch::new(start));
-            let mut last = Flow::Well;
+            let mut last = SampleFlow::Well;
             for second in 0..18 {
                 let fate = if second < 10 { "sample" } else { fate };
                 last = bus.run(&mut watch, start, fate);
-                assert!(second >= 10 || last == Flow::Well, "{last:?}");
+                assert!(second >= 10 || last == SampleFlow::Well, "{last:?}");
             }
             // The flow is good again five seconds after it is over.
-            let after: Vec<Flow> = (0..6).map(|_| bus.run(&mut watch, start, "sample")).collect();
-            assert_eq!(after.last(), Some(&Flow::Well), "{fate}: {after:?}");
+            let after: Vec<SampleFlow> =
+                (0..6).map(|_| bus.run(&mut watch, start, "sample")).collect();
+            assert_eq!(after.last(), Some(&SampleFlow::Well), "{fate}: {after:?}");
             last
         }
     }
 
     #[test]
     fn what_fails_later_shows_with_its_cause() {
-        let stopped = |causes: &str| Flow::Stopped { causes: causes.to_owned() };
+        let stopped = |causes: &str| SampleFlow::Stopped { causes: causes.to_owned() };
         let silent = Bus::after("silent drive");
         assert_eq!(silent, stopped("2500 cycles lost by missing axis"));
         let other = Bus::after("other identifier");
@@ -250,16 +251,19 @@ mod tests {
         let causes = "350 error frames, 5 source failures, 2500 cycles lost by missing axis";
         assert_eq!(Bus::after("disturbed"), stopped(causes));
         let causes = "5000 frames dropped unread, 500 cycles lost by missing axis".to_owned();
-        assert_eq!(Bus::after("dropped unread"), Flow::Lossy { lost: 500, of: 2_500, causes });
+        assert_eq!(
+            Bus::after("dropped unread"),
+            SampleFlow::Lossy { lost: 500, of: 2_500, causes }
+        );
         let causes = "50 cycles lost by missing sync".to_owned();
-        assert_eq!(Bus::after("2 % lost"), Flow::Lossy { lost: 50, of: 2_500, causes });
+        assert_eq!(Bus::after("2 % lost"), SampleFlow::Lossy { lost: 50, of: 2_500, causes });
     }
 
     #[test]
     fn what_is_no_fault_of_now_does_not() {
-        assert_eq!(Bus::after("idle"), Flow::Idle);
+        assert_eq!(Bus::after("idle"), SampleFlow::Idle);
         for fate in ["sample", "one lost", "a gap of 8,000 cycles"] {
-            assert_eq!(Bus::after(fate), Flow::Well, "{fate}");
+            assert_eq!(Bus::after(fate), SampleFlow::Well, "{fate}");
         }
     }
 
@@ -267,8 +271,8 @@ mod tests {
     fn a_start_is_not_judged_before_it_can_be() {
         let start = Instant::now();
         let (mut bus, mut watch) = (Bus::default(), RecentWatch::new(start));
-        assert_eq!(bus.run(&mut watch, start, "silent drive"), Flow::Well);
+        assert_eq!(bus.run(&mut watch, start, "silent drive"), SampleFlow::Well);
         let flow = bus.run(&mut watch, start, "silent drive");
-        assert!(matches!(flow, Flow::Stopped { .. }), "{flow:?}");
+        assert!(matches!(flow, SampleFlow::Stopped { .. }), "{flow:?}");
     }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::counters::FaultCounters;
 use super::counts::{AcquisitionCounts, BusState, FrameTime};
 use super::real_time::RealTimeGrants;
-use super::recent::{Flow, RecentCounts, by_cause};
+use super::recent::{RecentCounts, SampleFlow, by_cause};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
 use crate::window::DriveReadings;
@@ -141,8 +141,8 @@ pub struct ReceiveBuffer {
 
 impl AcquisitionStatus {
     /// Returns the outcome of the frames of the last seconds, as long as frames arrive.
-    pub fn flow(&self) -> Flow {
-        if self.bus == BusState::Ok { self.recent.flow() } else { Flow::Well }
+    pub fn flow(&self) -> SampleFlow {
+        if self.bus == BusState::Ok { self.recent.flow() } else { SampleFlow::Well }
     }
 
     /// Returns true if it assembles no samples without a fault: drives are disabled, or were until
@@ -150,7 +150,7 @@ impl AcquisitionStatus {
     pub fn is_at_rest(&self) -> bool {
         self.bus == BusState::Ok
             && self.samples_per_second <= 0.0
-            && !matches!(self.flow(), Flow::Stopped { .. })
+            && !matches!(self.flow(), SampleFlow::Stopped { .. })
     }
 
     /// Converts the counts to the form of the snapshot. The status adds rates and latencies.

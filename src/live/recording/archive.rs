@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::archive_folder::{ArchiveFolder, Kind};
 use super::curves::JointCurves;
-use super::extract::{ExtractError, Runs, TimeRange, extract, find, newest_stamp};
+use super::extract::{ExtractError, RunChoice, TimeRange, extract, find, newest_stamp};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE_CAPACITY, Request, SharedArchive, lock};
 use super::ring::{DiskSpace, RingError};
@@ -27,7 +27,7 @@ const LAST_DELAY: Duration = Duration::from_millis(300);
 const FINAL_PAUSE: Duration = Duration::from_millis(10);
 
 /// A request that waits for the ring.
-pub(super) struct Waiting {
+pub(super) struct WaitingRequest {
     kind: Kind,
     /// Number of the result, for a result's recording.
     number: Option<u64>,
@@ -38,7 +38,7 @@ pub(super) struct Waiting {
 }
 
 /// A running capture.
-pub(super) struct Capture {
+pub(super) struct RunningCapture {
     name: String,
     from_ns: u64,
     since: Instant,
@@ -53,8 +53,8 @@ pub(super) struct Archive {
     pub(super) options: RecordingOptions,
     pub(super) curves: JointCurves,
     pub(super) shared: SharedArchive,
-    pub(super) waiting_requests: Vec<Waiting>,
-    pub(super) capture: Option<Capture>,
+    pub(super) waiting_requests: Vec<WaitingRequest>,
+    pub(super) capture: Option<RunningCapture>,
     /// Start time of this step.
     pub(super) step_time: Instant,
     /// Time at which the end was first seen.
@@ -187,7 +187,7 @@ impl Archive {
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
         let deadline = self.step_time + after + RING_DELAY;
         let label = label.to_owned();
-        self.waiting_requests.push(Waiting {
+        self.waiting_requests.push(WaitingRequest {
             kind,
             number,
             label,
@@ -205,14 +205,18 @@ impl Archive {
         let from_ns = newest_stamp(&self.ring).map_err(|error| nothing(error.to_string()))?;
         let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
         lock(&self.shared.0).capture = Some(name.clone());
-        self.capture =
-            Some(Capture { name, from_ns, since: self.step_time, size_checked: self.step_time });
+        self.capture = Some(RunningCapture {
+            name,
+            from_ns,
+            since: self.step_time,
+            size_checked: self.step_time,
+        });
         Ok(())
     }
 
     /// Ends the capture with the frames that will be on disk next.
     fn stop_capture(&mut self) -> Option<()> {
-        let Capture { name, from_ns, since, size_checked: _ } = self.capture.take()?;
+        let RunningCapture { name, from_ns, since, size_checked: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
         let length = u64::try_from(self.time_since(since).as_nanos()).unwrap_or(u64::MAX);
         // Current bus frames may be on disk up to a second later. The capture began with the frames
@@ -241,7 +245,7 @@ impl Archive {
         let from_ns = capture.from_ns;
         let so_far = TimeRange { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
         let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
-        let too_large = match find(&self.ring, so_far, Runs::Latest) {
+        let too_large = match find(&self.ring, so_far, RunChoice::Latest) {
             Ok(Some(found)) => found.bytes(&self.curves) > most,
             _ => false,
         };
@@ -253,15 +257,18 @@ impl Archive {
     }
 
     /// Keeps the frames on disk, or gives up. Returns false if it still has to wait.
-    fn settle(&self, one: &Waiting, ended: bool) -> bool {
+    fn settle(&self, one: &WaitingRequest, ended: bool) -> bool {
         let over = ended || self.step_time >= one.deadline;
-        let run_found =
-            match find(&self.ring, one.time_range, if over { Runs::Any } else { Runs::Latest }) {
-                Ok(Some(found)) if over || found.newest_ns > one.time_range.to_ns => Ok(found),
-                Ok(None) if over => Err(ExtractError::NotThere.into()),
-                Err(error) if over => Err(error.into()),
-                _ => return false,
-            };
+        let run_found = match find(
+            &self.ring,
+            one.time_range,
+            if over { RunChoice::Any } else { RunChoice::Latest },
+        ) {
+            Ok(Some(found)) if over || found.newest_ns > one.time_range.to_ns => Ok(found),
+            Ok(None) if over => Err(ExtractError::NotThere.into()),
+            Err(error) if over => Err(error.into()),
+            _ => return false,
+        };
         let archived = run_found.and_then(|found| {
             let folder =
                 ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
@@ -303,7 +310,7 @@ fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), Ring
     ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.total_size()
 }
 
-fn request_text(one: &Waiting) -> String {
+fn request_text(one: &WaitingRequest) -> String {
     match (one.kind, one.number) {
         (Kind::Result, number) => format!("result {}", number.unwrap_or(0)),
         (Kind::Fault, _) => format!("the fault `{}`", one.label),

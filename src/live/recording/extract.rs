@@ -39,7 +39,7 @@ pub(super) enum ExtractError {
 
 /// The files that hold a stretch.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct FoundFiles {
     files: Vec<(PathBuf, McapScan)>,
     time_range: TimeRange,
     /// Latest stamp of this run on disk \[ns\].
@@ -48,7 +48,7 @@ pub(super) struct Found {
     pub(super) frame_bytes: u64,
 }
 
-impl Found {
+impl FoundFiles {
     /// Returns the maximum size of the recording \[bytes\].
     pub(super) fn bytes(&self, curves: &JointCurves) -> u64 {
         let TimeRange { from_ns, to_ns, .. } = self.time_range;
@@ -58,7 +58,7 @@ impl Found {
 
 /// Recorder runs that may contain a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Runs {
+pub(super) enum RunChoice {
     /// The latest run that had begun by then: its end may be on disk soon.
     Latest,
     /// Any run that contains it, the latest first: the acquisition may have been restarted since.
@@ -70,14 +70,14 @@ pub(super) enum Runs {
 pub(super) fn find(
     ring: &Path,
     stretch: TimeRange,
-    runs: Runs,
-) -> Result<Option<Found>, ExtractError> {
+    runs: RunChoice,
+) -> Result<Option<FoundFiles>, ExtractError> {
     let mut files: Vec<(PathBuf, McapScan)> = Vec::new();
     let (mut run, mut newest_ns, mut begun) = (None, 0, false);
     for (path, scan) in newest_first(ring)? {
         let (Some(info), Some((first, last))) = (&scan.info, scan.stamps_ns()) else { continue };
         if run.as_ref() != Some(&info.recorder_run) {
-            if begun && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
+            if begun && (newest_ns >= stretch.last_ns || runs == RunChoice::Latest) {
                 break;
             }
             begun = false;
@@ -90,7 +90,7 @@ pub(super) fn find(
         if last >= stretch.from_ns && first <= stretch.to_ns {
             files.push((path, scan));
         }
-        if first <= stretch.from_ns && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
+        if first <= stretch.from_ns && (newest_ns >= stretch.last_ns || runs == RunChoice::Latest) {
             break;
         }
     }
@@ -101,7 +101,7 @@ pub(super) fn find(
     let overhead = 16 * 1024;
     let frame_bytes =
         files.iter().map(|(_, scan)| overlapping_bytes(scan, stretch)).sum::<u64>() + overhead;
-    Ok(Some(Found { files, time_range: stretch, newest_ns, frame_bytes }))
+    Ok(Some(FoundFiles { files, time_range: stretch, newest_ns, frame_bytes }))
 }
 
 /// Returns the latest stamp on disk of the latest run \[ns\].
@@ -144,7 +144,7 @@ fn overlapping_bytes(scan: &McapScan, stretch: TimeRange) -> u64 {
 /// Writes a stretch into a file, with the joint curves, and returns the number of its frames.
 /// `more` goes into its metadata.
 pub(super) fn extract(
-    found: &Found,
+    found: &FoundFiles,
     path: &Path,
     more: &BTreeMap<String, String>,
     curves: &JointCurves,
@@ -162,7 +162,7 @@ pub(super) fn extract(
 }
 
 fn copy(
-    found: &Found,
+    found: &FoundFiles,
     out: &mut dyn io::Write,
     path: &Path,
     more: &BTreeMap<String, String>,

@@ -68,7 +68,7 @@ pub(super) struct RingWriter {
     shared: SharedRecording,
     /// `None` before it is opened, and after a failure.
     ring: Option<Ring>,
-    current_segment: Option<Current>,
+    current_segment: Option<CurrentSegment>,
     /// Time of the next attempt after a failure.
     retry: Option<Instant>,
     retry_pause: Duration,
@@ -83,7 +83,7 @@ pub(super) struct RingWriter {
 }
 
 /// The file being written.
-struct Current {
+struct CurrentSegment {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
     /// Size at which it is closed \[bytes\].
@@ -325,7 +325,7 @@ impl RingWriter {
         let ring = self.open_ring()?;
         let disk_space = ring.byte_limit().min(ring.bytes().saturating_add(spare));
         let largest = (disk_space / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
-        self.current_segment = Some(Current {
+        self.current_segment = Some(CurrentSegment {
             writer,
             max_bytes: largest,
             path,

@@ -23,9 +23,9 @@ pub enum Command {
 
 pub(super) type Answer = Result<(), CommandError>;
 /// A command, and the channel for the answer.
-pub(super) type Request = (Asked, SyncSender<Answer>);
+pub(super) type Request = (WorkerRequest, SyncSender<Answer>);
 
-pub(super) enum Asked {
+pub(super) enum WorkerRequest {
     Command(Command),
     Configure(Box<Configuration>),
 }
@@ -83,7 +83,7 @@ impl Commands {
     /// # Errors
     /// [`SubmitError`].
     pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
-        self.send_and_wait(Asked::Command(command), timeout)
+        self.send_and_wait(WorkerRequest::Command(command), timeout)
     }
 
     /// Submits another configuration and waits for the answer, at most `timeout`. It is valid from
@@ -96,10 +96,10 @@ impl Commands {
         configuration: Configuration,
         timeout: Duration,
     ) -> Result<(), SubmitError> {
-        self.send_and_wait(Asked::Configure(Box::new(configuration)), timeout)
+        self.send_and_wait(WorkerRequest::Configure(Box::new(configuration)), timeout)
     }
 
-    fn send_and_wait(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
+    fn send_and_wait(&self, asked: WorkerRequest, timeout: Duration) -> Result<(), SubmitError> {
         let (answer, answered) = sync_channel(1);
         self.requests.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
         Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)

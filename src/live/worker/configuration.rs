@@ -15,7 +15,7 @@ pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 
 /// Outcome of a window.
 #[derive(Clone, Debug)]
-pub struct Identified {
+pub struct IdentifiedWindow {
     /// The result.
     pub estimate: Estimate,
     /// Report to store with the result (HTML).
@@ -23,7 +23,7 @@ pub struct Identified {
 }
 
 /// Function that identifies from one window.
-pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, Refusal> + Send>;
+pub type Identify = Box<dyn FnMut(&Window) -> Result<IdentifiedWindow, Refusal> + Send>;
 
 /// Function that finds the payload during a window, relative to that of a baseline.
 pub type FindLoad = Arc<dyn Fn(&Baseline, &Window) -> Result<FoundLoad, Refusal> + Send + Sync>;
@@ -45,9 +45,9 @@ pub struct Configuration {
 /// The identification function of a window, with the hash of its configuration. A window keeps the
 /// one of its beginning, even if it waits during a reload.
 #[derive(Clone)]
-pub(super) struct Identifier(Arc<Inner>);
+pub(super) struct Identifier(Arc<IdentifierState>);
 
-struct Inner {
+struct IdentifierState {
     /// Only one thread identifies, so the lock is never contended.
     identify: Mutex<Identify>,
     find_load: Option<FindLoad>,
@@ -62,7 +62,12 @@ impl Identifier {
         sha256: String,
         results: ResultOptions,
     ) -> Self {
-        Self(Arc::new(Inner { identify: Mutex::new(identify), find_load, sha256, results }))
+        Self(Arc::new(IdentifierState {
+            identify: Mutex::new(identify),
+            find_load,
+            sha256,
+            results,
+        }))
     }
 
     /// Returns `None` if no load is searched for.
@@ -86,7 +91,7 @@ impl Identifier {
         &self.0.sha256
     }
 
-    pub(super) fn identify(&self, window: &Window) -> Result<Identified, Refusal> {
+    pub(super) fn identify(&self, window: &Window) -> Result<IdentifiedWindow, Refusal> {
         let mut identify = self.0.identify.lock().unwrap_or_else(PoisonError::into_inner);
         (*identify)(window)
     }

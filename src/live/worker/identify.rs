@@ -6,12 +6,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::configuration::{Identified, Identifier};
+use super::configuration::{IdentifiedWindow, Identifier};
 use super::load::load_of_window;
 use super::results::Results;
 use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
-use super::unstored::{Finished, Unstored};
+use super::unstored::{FinishedResult, UnstoredResults};
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::store::{Attachments, FoundLoad, ResultRecord};
 use crate::live::recording::{Archiver, RecordedWindow};
@@ -35,7 +35,7 @@ const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 const WELCOME_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A window and its identifier.
-struct Queued {
+struct QueuedWindow {
     window: Window,
     identifier: Identifier,
 }
@@ -43,7 +43,7 @@ struct Queued {
 /// The sending side of the queue.
 #[derive(Debug)]
 pub(super) struct Identification {
-    queue: SyncSender<Queued>,
+    queue: SyncSender<QueuedWindow>,
     /// Number of windows that the queue holds.
     queue_capacity: usize,
     shared: SharedEstimation,
@@ -68,9 +68,16 @@ impl Identification {
                 // Ports stay on the thread that creates them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let unstored = Unstored::default();
+                let unstored = UnstoredResults::default();
                 let shared = job_shared;
-                let mut job = Job { options, results, estimates, shared, archiver, unstored };
+                let mut job = IdentificationThread {
+                    options,
+                    results,
+                    estimates,
+                    shared,
+                    archiver,
+                    unstored,
+                };
                 job.run(&windows);
                 Ok(())
             })
@@ -88,7 +95,7 @@ impl Identification {
         stop: &AtomicBool,
     ) -> Result<bool, WorkerError> {
         self.shared.add_pending(&window);
-        let mut queued = Queued { window, identifier };
+        let mut queued = QueuedWindow { window, identifier };
         loop {
             queued = match self.queue.try_send(queued) {
                 Ok(()) => return Ok(true),
@@ -154,20 +161,20 @@ impl Identification {
     }
 }
 
-struct Job {
+struct IdentificationThread {
     options: WorkerOptions,
     results: Option<Results>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
     archiver: Option<Archiver>,
-    unstored: Unstored,
+    unstored: UnstoredResults,
 }
 
-impl Job {
-    fn run(&mut self, windows: &Receiver<Queued>) {
+impl IdentificationThread {
+    fn run(&mut self, windows: &Receiver<QueuedWindow>) {
         self.poll_baseline();
         loop {
-            let Queued { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
+            let QueuedWindow { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
                 Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return self.finish(),
                 Err(RecvTimeoutError::Timeout) => {
@@ -220,7 +227,7 @@ impl Job {
         &self,
         window: &Arc<Window>,
         identifier: &Identifier,
-    ) -> Result<Identified, Rejection> {
+    ) -> Result<IdentifiedWindow, Rejection> {
         let refused = |why: String| Rejection::Refused { why };
         let (done, outcome) = sync_channel(1);
         let (computed, computes) = (Arc::clone(window), identifier.clone());
@@ -251,7 +258,7 @@ impl Job {
         window: &Arc<Window>,
         identifier: &Identifier,
     ) -> Result<(), Rejection> {
-        let Identified { estimate, report } = self.identify(window, identifier)?;
+        let IdentifiedWindow { estimate, report } = self.identify(window, identifier)?;
         if !self.shared.claim_window(window.number) {
             return Err(Rejection::Stopped);
         }
@@ -266,7 +273,7 @@ impl Job {
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
         let load = self.payload(window, identifier);
         let cell = &self.options.stream.cell;
-        let dropped = self.unstored.add(Finished {
+        let dropped = self.unstored.add(FinishedResult {
             summary: EstimateSummary::new(window, &estimate, load.clone()),
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejection: RejectedWindow::new(window, Rejection::Stopped),

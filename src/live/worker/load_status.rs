@@ -1,6 +1,6 @@
 //! The load in the status.
 
-use didim_identification::identification::Uncertain;
+use didim_identification::identification::UncertainValue;
 use serde::{Deserialize, Serialize};
 
 use crate::archive::store::{FoundLoad, Timestamp, mass_text};
@@ -29,9 +29,9 @@ pub struct LoadStatus {
     /// Time at which this was found. `None` while it is unknown.
     pub since: Option<Timestamp>,
     /// Mass at that time, if it is identifiable \[kg\].
-    pub mass_kg: Option<Uncertain>,
+    pub mass_kg: Option<UncertainValue>,
     /// Previous mass, if the load has changed since the start \[kg\].
-    pub before_kg: Option<Uncertain>,
+    pub before_kg: Option<UncertainValue>,
     /// Number of load changes since the start.
     pub changes: u64,
     /// Result of the last survey alone.

@@ -9,10 +9,10 @@ const LOG_PERIOD: Duration = Duration::from_secs(60);
 /// Rate limiter. The first message of each cause is logged, then at most one a minute with the
 /// number of skipped ones.
 #[derive(Debug, Default)]
-pub(super) struct LogRate(BTreeMap<&'static str, Cause>);
+pub(super) struct LogRate(BTreeMap<&'static str, LoggedCause>);
 
 #[derive(Debug)]
-struct Cause {
+struct LoggedCause {
     last_logged: Instant,
     suppressed: u64,
 }
@@ -22,7 +22,7 @@ impl LogRate {
     /// one, or `None`.
     pub(super) fn should_log(&mut self, cause: &'static str, now: Instant) -> Option<u64> {
         let Some(entry) = self.0.get_mut(cause) else {
-            self.0.insert(cause, Cause { last_logged: now, suppressed: 0 });
+            self.0.insert(cause, LoggedCause { last_logged: now, suppressed: 0 });
             return Some(0);
         };
         if now.saturating_duration_since(entry.last_logged) < LOG_PERIOD {

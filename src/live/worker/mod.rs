@@ -24,7 +24,7 @@ mod window;
 mod windower;
 
 pub use command::{Command, Commands, SubmitError};
-pub use configuration::{Configuration, FindLoad, Identified, Identify, Refusal};
+pub use configuration::{Configuration, FindLoad, IdentifiedWindow, Identify, Refusal};
 pub use load_status::{LoadState, LoadStatus};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd};

@@ -9,8 +9,8 @@ use crate::archive::drift::{
     AlarmEvent, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
-    Against, Attachments, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
-    Timestamp,
+    Attachments, HistoryLine, ModelDifference, RECENT_LINES, ResultRecord, Store, StoreError,
+    Stored, Timestamp,
 };
 
 /// The results folder as seen by the identifying thread.
@@ -142,7 +142,7 @@ impl Results {
     }
 
     /// Returns the possible difference from the baseline due to model errors.
-    fn model_difference(&self, record: &ResultRecord) -> Option<Against> {
+    fn model_difference(&self, record: &ResultRecord) -> Option<ModelDifference> {
         let baseline = self.tracker.as_ref()?.baseline();
         baseline.compare_uncertainty(record.estimate.model_uncertainty.as_ref()?)
     }

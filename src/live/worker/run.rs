@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use didim_drivers::socket::monotonic_ns;
 
-use super::command::{Answer, Asked, Command, Commands, Request};
+use super::command::{Answer, Command, Commands, Request, WorkerRequest};
 use super::configuration::{Configuration, FindLoad, Identifier, Identify};
 use super::identify::Identification;
 use super::load::LoadWatch;
@@ -113,7 +113,7 @@ impl Worker {
             }
             self.shared.count_iteration();
             self.reader.wait_for_batch(LONGEST_SLEEP)?;
-            self.answer(stop)?;
+            self.answer_requests(stop)?;
             if self.silence.is_new(Instant::now()) {
                 self.keep_fault("silence");
             }
@@ -165,13 +165,13 @@ impl Worker {
         Ok(if is_finished { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
-    fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
+    fn answer_requests(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
         while let Ok((asked, answer)) = self.requests.try_recv() {
             let outcome = match asked {
-                Asked::Command(Command::Begin) => self.windower.handle_begin(),
-                Asked::Command(Command::End) => self.windower.handle_end(),
-                Asked::Command(Command::Identify) => self.identify_now(stop)?,
-                Asked::Configure(configuration) => {
+                WorkerRequest::Command(Command::Begin) => self.windower.handle_begin(),
+                WorkerRequest::Command(Command::End) => self.windower.handle_end(),
+                WorkerRequest::Command(Command::Identify) => self.identify_now(stop)?,
+                WorkerRequest::Configure(configuration) => {
                     self.shared.update().configuration_waits = true;
                     self.next_configuration = Some(configuration);
                     self.change_between_windows();

@@ -163,7 +163,7 @@ pub struct SharedEstimation(Arc<Shared>);
 struct Shared {
     status: Mutex<EstimationStatus>,
     /// Windows that are closed and not counted yet.
-    pending: Mutex<Vec<Pending>>,
+    pending: Mutex<Vec<PendingWindow>>,
     log_rate: Mutex<LogRate>,
     iterations: AtomicU64,
     buffer_to_worker: Latencies,
@@ -172,15 +172,15 @@ struct Shared {
 }
 
 #[derive(Debug)]
-struct Pending {
+struct PendingWindow {
     /// The rejection counted at a stop.
     given_up: RejectedWindow,
-    stage: Stage,
+    stage: WindowStage,
 }
 
 /// Progress of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
+enum WindowStage {
     /// It waits or is being identified, and can be abandoned.
     Wanted,
     /// Its result is being stored.
@@ -239,7 +239,7 @@ impl SharedEstimation {
     /// Adds a window to the pending ones.
     pub(super) fn add_pending(&self, window: &Window) {
         let given_up = RejectedWindow::new(window, Rejection::Stopped);
-        lock(&self.0.pending).push(Pending { given_up, stage: Stage::Wanted });
+        lock(&self.0.pending).push(PendingWindow { given_up, stage: WindowStage::Wanted });
     }
 
     /// Returns true if a window is not counted yet.
@@ -250,15 +250,15 @@ impl SharedEstimation {
     /// Claims a window before its result is stored. Returns false if the window was abandoned in
     /// the meantime.
     pub(super) fn claim_window(&self, number: u64) -> bool {
-        self.reach_stage(number, Stage::Claimed)
+        self.reach_stage(number, WindowStage::Claimed)
     }
 
     /// Marks that the result of a window waits for the disk, unless the window is already counted.
     pub(super) fn put_aside(&self, number: u64) {
-        self.reach_stage(number, Stage::Unstored);
+        self.reach_stage(number, WindowStage::Unstored);
     }
 
-    fn reach_stage(&self, number: u64, stage: Stage) -> bool {
+    fn reach_stage(&self, number: u64, stage: WindowStage) -> bool {
         let mut pending = lock(&self.0.pending);
         let entry = pending.iter_mut().find(|pending| pending.given_up.number == number);
         entry.map(|pending| pending.stage = stage).is_some()
@@ -280,10 +280,10 @@ impl SharedEstimation {
     pub(super) fn give_up(&self) {
         let mut given_up = Vec::new();
         lock(&self.0.pending).retain(|pending| {
-            if pending.stage == Stage::Wanted {
+            if pending.stage == WindowStage::Wanted {
                 given_up.push(pending.given_up.clone());
             }
-            pending.stage != Stage::Wanted
+            pending.stage != WindowStage::Wanted
         });
         given_up.into_iter().for_each(|window| self.reject(window));
     }
@@ -296,7 +296,7 @@ impl SharedEstimation {
         let why = status.results_wait_for.take();
         drop(status);
         let why = why.unwrap_or_else(|| "the service ended before".to_owned());
-        for Pending { given_up, .. } in &count {
+        for PendingWindow { given_up, .. } in &count {
             let rejection = Rejection::NotStored { why: why.clone() };
             self.reject(RejectedWindow { rejection, ..given_up.clone() });
         }
@@ -305,7 +305,10 @@ impl SharedEstimation {
 
     /// Returns the number of windows that wait or are being identified or stored.
     pub(super) fn pending_count(&self) -> usize {
-        lock(&self.0.pending).iter().filter(|pending| pending.stage != Stage::Unstored).count()
+        lock(&self.0.pending)
+            .iter()
+            .filter(|pending| pending.stage != WindowStage::Unstored)
+            .count()
     }
 
     /// Returns true if every window is counted, including those whose results wait for the disk.

@@ -17,7 +17,7 @@ const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 
 /// A result with all data to be stored and published.
 #[derive(Clone, Debug)]
-pub(super) struct Finished {
+pub(super) struct FinishedResult {
     pub(super) record: ResultRecord,
     pub(super) attachments: Attachments,
     pub(super) options: ResultOptions,
@@ -27,7 +27,7 @@ pub(super) struct Finished {
     pub(super) rejection: RejectedWindow,
 }
 
-impl Finished {
+impl FinishedResult {
     /// Counts the result as lost, and passes the note of its window to the next one.
     pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
         let number = self.rejection.number;
@@ -40,14 +40,14 @@ impl Finished {
 
 /// The waiting results, oldest first.
 #[derive(Debug, Default)]
-pub(super) struct Unstored {
-    waiting: VecDeque<Finished>,
+pub(super) struct UnstoredResults {
+    waiting: VecDeque<FinishedResult>,
     last_attempt: Option<Instant>,
 }
 
-impl Unstored {
+impl UnstoredResults {
     /// Adds a result. Returns the oldest if there are too many.
-    pub(super) fn add(&mut self, finished: Finished) -> Option<Finished> {
+    pub(super) fn add(&mut self, finished: FinishedResult) -> Option<FinishedResult> {
         self.waiting.push_back(finished);
         if self.waiting.len() > MAX_WAITING_RESULTS { self.waiting.pop_front() } else { None }
     }
@@ -59,13 +59,13 @@ impl Unstored {
     }
 
     /// Returns the oldest result for an attempt now.
-    pub(super) fn next_attempt(&mut self, now: Instant) -> Option<&Finished> {
+    pub(super) fn next_attempt(&mut self, now: Instant) -> Option<&FinishedResult> {
         self.last_attempt = Some(now);
         self.waiting.front()
     }
 
     /// Removes the oldest result, which is stored or abandoned.
-    pub(super) fn take_first(&mut self) -> Option<Finished> {
+    pub(super) fn take_first(&mut self) -> Option<FinishedResult> {
         self.waiting.pop_front()
     }
 
@@ -93,9 +93,9 @@ mod tests {
         }
     }
 
-    fn finished(window: &Window) -> Finished {
+    fn finished(window: &Window) -> FinishedResult {
         let estimate = Estimate::default();
-        Finished {
+        FinishedResult {
             summary: EstimateSummary::new(window, &estimate, None),
             record: ResultRecord::new("cell", "c0ffee", window, estimate),
             rejection: RejectedWindow::new(window, Rejection::Stopped),
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn a_disk_that_refuses_for_a_day_is_asked_every_two_seconds_and_the_oldest_go() {
-        let (mut unstored, start) = (Unstored::default(), Instant::now());
+        let (mut unstored, start) = (UnstoredResults::default(), Instant::now());
         let (mut attempts, mut lost) = (0, Vec::new());
         assert!(!unstored.is_due(start), "nothing waits");
         // Checked twice a second, with one result a minute.

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use didim_identification::identification::{Reached, Uses};
+use didim_identification::identification::{ReachedRange, Uses};
 
 use super::specimen::*;
 use super::*;
@@ -149,7 +149,7 @@ fn each_use_has_its_verdict() {
 #[test]
 fn what_noise_leaves_uncertain_is_said_where_a_use_is_refused() {
     let (cell, mut identification, origin) = (cell(), identification(), origin());
-    let reached = |speed: f64| Reached {
+    let reached = |speed: f64| ReachedRange {
         position: [0.0, 0.1],
         velocity: [-speed, 0.01],
         acceleration: [-1.0, 1.0],

@@ -1,11 +1,11 @@
 //! Differences between the last estimate and the baseline, as metric families.
 
-use super::exposition::{Kind, MAX_LABELS, Text, flag_value};
+use super::exposition::{FamilyKind, MAX_LABELS, MetricsText, flag_value};
 use crate::archive::drift::DriftStatus;
 
-use Kind::Gauge;
+use FamilyKind::Gauge;
 
-pub(super) fn add_drift(text: &mut Text, status: &DriftStatus) {
+pub(super) fn add_drift(text: &mut MetricsText, status: &DriftStatus) {
     let help =
         "Whether the last result was compared with the baseline; `didim status` says why not.";
     text.family("didim_drift_compared", Gauge, help).value(flag_value(status.compared));

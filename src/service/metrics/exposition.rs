@@ -7,7 +7,7 @@ pub const MAX_LABELS: usize = 128;
 
 /// Type of a metric family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum FamilyKind {
     /// Value that rises and falls.
     Gauge,
     /// Value that only grows until the service restarts.
@@ -18,20 +18,20 @@ pub(super) enum Kind {
 
 /// The text, family by family.
 #[derive(Debug, Default)]
-pub(super) struct Text(String);
+pub(super) struct MetricsText(String);
 
-impl Text {
+impl MetricsText {
     /// Begins a family. Its samples follow.
     pub(super) fn family<'t>(
         &'t mut self,
         name: &'static str,
-        kind: Kind,
+        kind: FamilyKind,
         help: &str,
     ) -> Family<'t> {
         let kind = match kind {
-            Kind::Gauge => "gauge",
-            Kind::Counter => "counter",
-            Kind::Summary => "summary",
+            FamilyKind::Gauge => "gauge",
+            FamilyKind::Counter => "counter",
+            FamilyKind::Summary => "summary",
         };
         let help = help.replace('\\', r"\\").replace('\n', r"\n");
         self.0 += &format!("# HELP {name} {help}\n# TYPE {name} {kind}\n");
@@ -84,7 +84,11 @@ impl Family<'_> {
     }
 }
 
-pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
+pub(super) fn write(
+    text: &mut MetricsText,
+    kind: FamilyKind,
+    values: &[(&'static str, &str, f64)],
+) {
     for (name, help, value) in values {
         text.family(name, kind, help).value(*value);
     }
@@ -95,7 +99,7 @@ pub(super) fn flag_value(is: bool) -> f64 {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]
-pub(super) fn count(value: u64) -> f64 {
+pub(super) fn count_value(value: u64) -> f64 {
     value as f64
 }
 
@@ -105,8 +109,8 @@ mod tests {
 
     #[test]
     fn samples_are_written_as_the_format_says() {
-        let mut text = Text::default();
-        let mut family = text.family("didim_x", Kind::Gauge, "One\nline, and a \\.");
+        let mut text = MetricsText::default();
+        let mut family = text.family("didim_x", FamilyKind::Gauge, "One\nline, and a \\.");
         family.add_labelled(&[("a", "q\"u\\o\nte"), ("b", "µ")], 1.5);
         family.value(f64::NAN);
         family.value(f64::NEG_INFINITY);

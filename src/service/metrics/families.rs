@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::exposition::{Kind, MAX_LABELS, Text, count, flag_value, write};
+use super::exposition::{FamilyKind, MAX_LABELS, MetricsText, count_value, flag_value, write};
 use super::{drift, load, recording};
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
@@ -10,11 +10,11 @@ use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
 use crate::service::status::Snapshot;
 use crate::window::JointReading;
 
-use Kind::{Counter, Gauge, Summary};
+use FamilyKind::{Counter, Gauge, Summary};
 
 /// Returns the metrics of a service, or of one that does not answer.
 pub fn metrics_text(snapshot: Option<&Snapshot>) -> String {
-    let mut text = Text::default();
+    let mut text = MetricsText::default();
     let up = flag_value(snapshot.is_some());
     text.family("didim_up", Gauge, "Whether the service answers at its status socket.").value(up);
     let version = env!("CARGO_PKG_VERSION");
@@ -28,7 +28,7 @@ pub fn metrics_text(snapshot: Option<&Snapshot>) -> String {
     text.finish()
 }
 
-fn add_service(text: &mut Text, snapshot: &Snapshot) {
+fn add_service(text: &mut MetricsText, snapshot: &Snapshot) {
     text.family("didim_service_info", Gauge, "The service and its cell; always 1.")
         .add_labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
     let gauges = [
@@ -38,7 +38,7 @@ fn add_service(text: &mut Text, snapshot: &Snapshot) {
         (
             "didim_health_reasons",
             "Number of reasons why the service is not healthy; `didim status` lists them.",
-            count(snapshot.health.reasons.len() as u64),
+            count_value(snapshot.health.reasons.len() as u64),
         ),
         (
             "didim_nominal_samples_per_second",
@@ -53,13 +53,13 @@ fn add_service(text: &mut Text, snapshot: &Snapshot) {
         (
             "didim_shared_memory_bytes",
             "Shared memory that the cell uses.",
-            count(snapshot.stream.shared_memory_bytes),
+            count_value(snapshot.stream.shared_memory_bytes),
         ),
     ];
     write(text, Gauge, &gauges);
 }
 
-fn add_acquisition(text: &mut Text, status: &AcquisitionStatus) {
+fn add_acquisition(text: &mut MetricsText, status: &AcquisitionStatus) {
     let mut state = text.family("didim_bus_state", Gauge, "State of the bus: 1 if current.");
     for is in BusState::ALL {
         state.add_labelled(&[("state", is.key())], flag_value(status.bus == is));
@@ -69,9 +69,9 @@ fn add_acquisition(text: &mut Text, status: &AcquisitionStatus) {
         ("didim_samples_total", "Samples assembled.", status.samples),
         ("didim_batches_total", "Batches of samples sent to the worker.", status.batches),
     ];
-    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count_value(value))));
     for counter in status.counters.each() {
-        text.family(counter.metric, Counter, counter.help).value(count(counter.count));
+        text.family(counter.metric, Counter, counter.help).value(count_value(counter.count));
     }
     let unused = "Frames not used, by cause.";
     add_by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
@@ -91,7 +91,7 @@ fn add_acquisition(text: &mut Text, status: &AcquisitionStatus) {
     ];
     for (name, help, bytes) in buffers {
         if let Some(bytes) = bytes {
-            text.family(name, Gauge, help).value(count(bytes));
+            text.family(name, Gauge, help).value(count_value(bytes));
         }
     }
     let readings = [
@@ -134,7 +134,7 @@ fn add_acquisition(text: &mut Text, status: &AcquisitionStatus) {
     status.recording.iter().for_each(|status| recording::add_recording(text, status));
 }
 
-fn add_estimation(text: &mut Text, status: &EstimationStatus) {
+fn add_estimation(text: &mut MetricsText, status: &EstimationStatus) {
     let counters = [
         ("didim_worker_samples_total", "Samples that the worker received.", status.samples),
         (
@@ -159,7 +159,7 @@ fn add_estimation(text: &mut Text, status: &EstimationStatus) {
             status.windows_identified,
         ),
     ];
-    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count_value(value))));
     let rejected = "Windows rejected, by cause.";
     add_by_label(
         text,
@@ -173,21 +173,21 @@ fn add_estimation(text: &mut Text, status: &EstimationStatus) {
     };
     let gauges = [
         ("didim_window_open", "Whether a window is open.", flag_value(samples.is_some())),
-        ("didim_window_samples", "Samples in the open window.", count(samples.unwrap_or(0))),
+        ("didim_window_samples", "Samples in the open window.", count_value(samples.unwrap_or(0))),
         (
             "didim_windows_pending",
             "Windows waiting for the identification or in it.",
-            count(status.windows_pending),
+            count_value(status.windows_pending),
         ),
         (
             "didim_results_waiting",
             "Results that are not on disk yet, and are tried again.",
-            count(status.results_waiting),
+            count_value(status.results_waiting),
         ),
         (
             "didim_history_lines_waiting",
             "Lines of stored results that the history lacks, and that are tried again.",
-            count(status.history_lines_waiting),
+            count_value(status.history_lines_waiting),
         ),
     ];
     write(text, Gauge, &gauges);
@@ -207,12 +207,12 @@ fn add_estimation(text: &mut Text, status: &EstimationStatus) {
     status.load.iter().for_each(|status| load::add_load(text, status));
 }
 
-fn add_estimate(text: &mut Text, last: &EstimateSummary) {
+fn add_estimate(text: &mut MetricsText, last: &EstimateSummary) {
     let gauges = [
         (
             "didim_estimate_window",
             "Number of the window of the last estimate.",
-            Some(count(last.window)),
+            Some(count_value(last.window)),
         ),
         (
             "didim_estimate_applicable",
@@ -258,24 +258,24 @@ fn add_estimate(text: &mut Text, last: &EstimateSummary) {
 }
 
 fn add_latency(
-    text: &mut Text,
+    text: &mut MetricsText,
     (name, max_name): (&'static str, &'static str),
     help: &str,
     times: Option<LatencySummary>,
 ) {
     let Some(times) = times else { return };
-    let seconds = |ns: u64| count(ns) * 1e-9;
+    let seconds = |ns: u64| count_value(ns) * 1e-9;
     let mut family = text.family(name, Summary, help);
     for (quantile, ns) in [("0.5", times.p50_ns), ("0.99", times.p99_ns), ("0.999", times.p999_ns)]
     {
         family.add_labelled(&[("quantile", quantile)], seconds(ns));
     }
-    family.add_sample("_count", &[], count(times.count));
+    family.add_sample("_count", &[], count_value(times.count));
     text.family(max_name, Gauge, &format!("The longest: {help}")).value(seconds(times.max_ns));
 }
 
 fn add_by_label(
-    text: &mut Text,
+    text: &mut MetricsText,
     (name, label): (&'static str, &str),
     help: &str,
     counts: &BTreeMap<String, u64>,
@@ -283,6 +283,6 @@ fn add_by_label(
     // A family without samples shows that the cause has not occurred.
     let mut family = text.family(name, Counter, help);
     for (cause, value) in counts.iter().take(MAX_LABELS) {
-        family.add_labelled(&[(label, cause)], count(*value));
+        family.add_labelled(&[(label, cause)], count_value(*value));
     }
 }

@@ -1,11 +1,11 @@
 //! The load on the flange, as metric families.
 
-use super::exposition::{Kind, Text, count, flag_value, write};
+use super::exposition::{FamilyKind, MetricsText, count_value, flag_value, write};
 use crate::live::worker::{LoadState, LoadStatus};
 
-use Kind::{Counter, Gauge};
+use FamilyKind::{Counter, Gauge};
 
-pub(super) fn add_load(text: &mut Text, status: &LoadStatus) {
+pub(super) fn add_load(text: &mut MetricsText, status: &LoadStatus) {
     let gauges = [
         ("didim_load_known", "Whether it is known what the arm carries.", {
             flag_value(status.state != LoadState::Unknown)
@@ -31,11 +31,15 @@ pub(super) fn add_load(text: &mut Text, status: &LoadStatus) {
         write(text, Gauge, &gauges);
     }
     let counters = [
-        ("didim_load_changes_total", "Changes of the load on the flange.", count(status.changes)),
+        (
+            "didim_load_changes_total",
+            "Changes of the load on the flange.",
+            count_value(status.changes),
+        ),
         (
             "didim_load_looks_left_out_total",
             "Looks for a load that were left out, because the one before took too long.",
-            count(status.looks_left_out),
+            count_value(status.looks_left_out),
         ),
     ];
     write(text, Counter, &counters);

@@ -1,11 +1,11 @@
 //! Recording and kept recordings, as metric families.
 
-use super::exposition::{Kind, Text, count, flag_value, write};
+use super::exposition::{FamilyKind, MetricsText, count_value, flag_value, write};
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 
-use Kind::{Counter, Gauge};
+use FamilyKind::{Counter, Gauge};
 
-pub(super) fn add_recording(text: &mut Text, status: &RecordingStatus) {
+pub(super) fn add_recording(text: &mut MetricsText, status: &RecordingStatus) {
     let gauges = [
         (
             "didim_recording",
@@ -13,11 +13,11 @@ pub(super) fn add_recording(text: &mut Text, status: &RecordingStatus) {
             end.",
             flag_value(status.state == RecordingState::Recording),
         ),
-        ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
+        ("didim_recording_ring_bytes", "Size of the ring on disk.", count_value(status.ring_bytes)),
         (
             "didim_recording_ring_limit_bytes",
             "The largest size of the ring.",
-            count(status.ring_limit_bytes),
+            count_value(status.ring_limit_bytes),
         ),
         (
             "didim_recording_gives_way",
@@ -44,16 +44,16 @@ pub(super) fn add_recording(text: &mut Text, status: &RecordingStatus) {
             status.segments_given_way,
         ),
     ];
-    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count_value(value))));
 }
 
-pub(super) fn add_archive(text: &mut Text, status: &ArchiveStatus) {
+pub(super) fn add_archive(text: &mut MetricsText, status: &ArchiveStatus) {
     let gauges = [
-        ("didim_kept_recordings", "Recordings that are kept.", count(status.files as u64)),
+        ("didim_kept_recordings", "Recordings that are kept.", count_value(status.files as u64)),
         (
             "didim_kept_recordings_bytes",
             "Size of the recordings that are kept.",
-            count(status.bytes),
+            count_value(status.bytes),
         ),
         (
             "didim_capture_running",
@@ -63,7 +63,8 @@ pub(super) fn add_archive(text: &mut Text, status: &ArchiveStatus) {
     ];
     write(text, Gauge, &gauges);
     let help = "Recordings that could not be kept.";
-    text.family("didim_kept_recordings_failures_total", Counter, help).value(count(status.failed));
+    text.family("didim_kept_recordings_failures_total", Counter, help)
+        .value(count_value(status.failed));
 }
 
 #[cfg(test)]
@@ -72,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_ring_that_gives_way_is_reported() {
-        let mut text = Text::default();
+        let mut text = MetricsText::default();
         let status =
             RecordingStatus { gives_way: true, segments_given_way: 3, ..Default::default() };
         add_recording(&mut text, &status);

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
 use crate::live::acquire::{
-    AcquisitionStatus, Flow, ReceiveBuffer, RecentWatch, SharedAcquisition,
+    AcquisitionStatus, ReceiveBuffer, RecentWatch, SampleFlow, SharedAcquisition,
 };
 use crate::live::stream::StreamOptions;
 use crate::live::worker::SharedEstimation;
@@ -95,7 +95,7 @@ impl Collector {
             let heard =
                 other.filter(|(_, then)| now.saturating_duration_since(*then) < MAX_STATUS_AGE);
             let resting = heard.filter(|(other, _)| other.is_at_rest());
-            idle = resting.is_some_and(|(other, _)| other.flow() == Flow::Idle);
+            idle = resting.is_some_and(|(other, _)| other.flow() == SampleFlow::Idle);
             estimation.without_samples_s = resting.is_none().then_some(silent.as_secs());
         }
         let mut health = Health::new(acquisition.as_ref(), estimation.as_ref());
@@ -121,14 +121,14 @@ impl Collector {
 
 /// The part of another process's status that is used.
 #[derive(Deserialize)]
-struct Other {
+struct OtherProcess {
     acquisition: Option<AcquisitionStatus>,
 }
 
 impl Collector {
     /// Processes the status of an acquisition in another process.
     pub fn handle_document(&mut self, document: &[u8], now: Instant) {
-        if let Ok(Other { acquisition: Some(status) }) = serde_json::from_slice(document) {
+        if let Ok(OtherProcess { acquisition: Some(status) }) = serde_json::from_slice(document) {
             self.other_process = Some((status, now));
         }
     }

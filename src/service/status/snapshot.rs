@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::live::acquire::{AcquisitionStatus, Flow, Grant};
+use crate::live::acquire::{AcquisitionStatus, Grant, SampleFlow};
 use crate::live::recording::RecordingState;
 use crate::live::worker::{EstimationStatus, Rejection};
 
@@ -179,12 +179,12 @@ fn acquisition_reasons(
             reasons.push(acquisition.bus.sentence().to_owned());
         }
         match acquisition.flow() {
-            Flow::Well => {}
-            Flow::Idle => *idle = true,
-            Flow::Stopped { causes } => {
+            SampleFlow::Well => {}
+            SampleFlow::Idle => *idle = true,
+            SampleFlow::Stopped { causes } => {
                 reasons.push(format!("frames come, but no sample is complete: {causes}"));
             }
-            Flow::Lossy { lost, of, causes } => {
+            SampleFlow::Lossy { lost, of, causes } => {
                 reasons.push(format!("bus cycles are lost, {lost} of the last {of}: {causes}"));
             }
         }

@@ -17,9 +17,9 @@ const CHECK_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Sockets that are gone and cannot be recreated, with the reasons.
 #[derive(Debug, Default)]
-pub(super) struct Missing(RefCell<BTreeMap<PathBuf, String>>);
+pub(super) struct MissingSockets(RefCell<BTreeMap<PathBuf, String>>);
 
-impl Missing {
+impl MissingSockets {
     /// In words.
     pub(super) fn reasons(&self) -> Vec<String> {
         let missing = self.0.borrow();
@@ -52,7 +52,7 @@ impl Missing {
 pub(super) async fn keep_serving(
     at: &SocketOptions,
     mut socket: Socket,
-    missing: &Missing,
+    missing: &MissingSockets,
     serve: impl AsyncFn(&Socket) -> io::Result<Infallible>,
 ) -> io::Result<Infallible> {
     loop {
@@ -103,7 +103,7 @@ mod tests {
         assert!(!first.has_its_name());
         // A file has taken the place of the folder.
         fs::write(&folder, "notes").unwrap();
-        let missing = Missing::default();
+        let missing = MissingSockets::default();
         missing.notify(&options, recreate(&options).err());
         missing.notify(&options, recreate(&options).err());
         let [reason] = missing.reasons().try_into().unwrap();

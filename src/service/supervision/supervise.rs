@@ -12,11 +12,11 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
 use super::running::Running;
-use super::sockets::{Missing, keep_serving};
+use super::sockets::{MissingSockets, keep_serving};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
-use crate::signals::{Received, Signals};
+use crate::signals::{SignalAction, Signals};
 
 /// Interval at which the status is collected.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
@@ -88,7 +88,7 @@ async fn supervise(
             let reloader = Reloader::new(reload, windows.clone(), asked);
             let dispatcher = Dispatcher { windows, reload: sender };
             let (latest, documents) = watch::channel(running.publish_snapshot().1);
-            let missing = Missing::default();
+            let missing = MissingSockets::default();
             let status = async {
                 let serve = async |socket: &Socket| serve_status(socket, documents.clone()).await;
                 match options.status.as_ref().zip(status_socket) {
@@ -126,7 +126,7 @@ async fn supervise(
 /// Handles events while the parts run. Returns how they ended.
 async fn handle_events(
     (running, manager, mut reloader, mut signals): (&mut Running, &mut Manager, Reloader, Signals),
-    missing: &Missing,
+    missing: &MissingSockets,
     latest: watch::Sender<std::sync::Arc<[u8]>>,
 ) -> Result<ServiceEnd, ServiceError> {
     let mut period = interval_of(STATUS_PERIOD);
@@ -135,8 +135,8 @@ async fn handle_events(
     loop {
         tokio::select! {
             reported = signals.next() => match reported {
-                Received::End => return Ok(ServiceEnd::Signal),
-                Received::Reload => {
+                SignalAction::End => return Ok(ServiceEnd::Signal),
+                SignalAction::Reload => {
                     if reloader.begin(None) {
                         manager.notify_reloading();
                     }

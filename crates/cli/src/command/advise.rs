@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::design::{Subject, Within, format_of, motion_text, requested_motion};
+use super::design::{DesignSubject, LimitShares, format_of, motion_text, requested_motion};
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
-use didim::analysis::{Advised, OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{AdviceForResult, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::{advice_text, missing_text, prediction_lines};
 use didim_identification::identification::Estimate;
@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     #[command(flatten)]
-    within: Within,
+    within: LimitShares,
     /// Also write the motions: next.csv becomes next-1.csv, next-2.csv …; the extensions are those
     /// of `didim design`
     #[arg(long, value_name = "FILE")]
@@ -73,20 +73,21 @@ pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, Cli
     let json = serde_json::to_vec(estimate).map_err(CliError::from_failure)?;
     let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());
     let (model, cell) = read.map_err(CliError::from_failure)?;
-    let (subject, advised) = compute_advice(&cell, &model, &Within::default())?;
+    let (subject, advised) = compute_advice(&cell, &model, &LimitShares::default())?;
     Ok(missing_text(&cell.robot, &subject.assignment, &advised))
 }
 
 fn compute_advice(
     cell: &Cell,
     model: &StoredModel,
-    within: &Within,
-) -> Result<(Subject, Advised), CliError> {
+    within: &LimitShares,
+) -> Result<(DesignSubject, AdviceForResult), CliError> {
     let accelerations = within.accelerations(cell.robot.joints());
     // The length and the requirements of a designed motion have no effect here.
     let wanted = requested_motion(within, accelerations.as_deref(), 1.0);
-    let subject = Subject::of_cell(cell, Some(model), &wanted)?;
-    let advised = Advised::new(cell, model, &subject.assignment).map_err(CliError::from_failure)?;
+    let subject = DesignSubject::of_cell(cell, Some(model), &wanted)?;
+    let advised =
+        AdviceForResult::new(cell, model, &subject.assignment).map_err(CliError::from_failure)?;
     Ok((subject, advised))
 }
 

@@ -27,12 +27,12 @@ enum Action {
         /// Number of the result [default: the last applicable one]
         result: Option<u64>,
         #[command(flatten)]
-        target: Target,
+        target: BaselineTarget,
     },
     /// Remove the baseline
     Clear {
         #[command(flatten)]
-        target: Target,
+        target: BaselineTarget,
     },
     /// Show the baseline
     Show {
@@ -43,7 +43,7 @@ enum Action {
 
 /// A running service, or the folder of a stopped one.
 #[derive(Debug, Args)]
-struct Target {
+struct BaselineTarget {
     #[command(flatten)]
     service: WhichService,
     /// Write to this folder of results, instead of asking a running service
@@ -53,10 +53,10 @@ struct Target {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
-        Action::Set { result, target: Target { service, state: None } } => {
+        Action::Set { result, target: BaselineTarget { service, state: None } } => {
             service.send_and_print(&Request::Baseline(BaselineRequest::Set(*result)))
         }
-        Action::Set { result, target: Target { state: Some(folder), .. } } => {
+        Action::Set { result, target: BaselineTarget { state: Some(folder), .. } } => {
             let baseline = set_baseline(folder, *result).map_err(|why| match why {
                 // These errors name the folder themselves.
                 ChooseError::History(_) | ChooseError::Baseline(_) => CliError::from_failure(why),
@@ -65,10 +65,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }
-        Action::Clear { target: Target { service, state: None } } => {
+        Action::Clear { target: BaselineTarget { service, state: None } } => {
             service.send_and_print(&Request::Baseline(BaselineRequest::Clear))
         }
-        Action::Clear { target: Target { state: Some(folder), .. } } => {
+        Action::Clear { target: BaselineTarget { state: Some(folder), .. } } => {
             let removed = Baseline::remove(folder).map_err(CliError::from_failure)?;
             print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
         }

@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
 
 /// Output of `--json`.
 #[derive(Debug, Serialize)]
-struct Answer<'a> {
+struct JsonOutput<'a> {
     schema: u32,
     /// Null if the file could not be read up to the name.
     cell: Option<&'a str>,
@@ -108,7 +108,7 @@ fn from_faults(file: &Path, faults: Faults) -> CliError {
 
 fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> {
     let sound = count(findings, Severity::Error) == 0;
-    let answer = Answer { schema: SCHEMA, cell, sound, findings };
+    let answer = JsonOutput { schema: SCHEMA, cell, sound, findings };
     let json = serde_json::to_string(&answer).map_err(CliError::from_failure)?;
     print(&format!("{json}\n"))
 }

@@ -9,12 +9,12 @@ use indicatif::{MultiProgress, ProgressBar};
 
 use super::sim::read_scenario;
 use crate::CliError;
-use crate::choices::Choices;
-use crate::input::{Counted, Samples};
+use crate::choices::DataChoices;
+use crate::input::{CountedPiece, Samples};
 use crate::names::{DEFAULT_CELL, method_parser};
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::{print_for_terminal, width};
 use didim::analysis::identify::law_of_commands;
 use didim::cell::Cell;
@@ -22,8 +22,8 @@ use didim::files::read_text;
 use didim::report::html::{InputFile, Origin, SampleRange};
 use didim_formats::Piece;
 use didim_lab::comparison::{
-    Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, list_tasks,
-    trials,
+    Comparison, ComparisonInput, LimitOutcome, Limits, Progress, Published, Task, compare,
+    list_tasks, trials,
 };
 use didim_lab::report::html::{ComparisonReport, SimulatedInput};
 use didim_lab::report::{View, autocorrelation_figure, markdown, terminal};
@@ -96,19 +96,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = others.chain([&arguments.cell, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
-    let source = arguments.input.as_deref().map(Input::open).transpose()?;
+    let source = arguments.input.as_deref().map(InputFileOrStream::open).transpose()?;
     let (experiment, scenario) = experiment(arguments, source.as_ref(), &cell)?;
-    let Counted { piece, counted_range: counted, .. } = &experiment;
+    let CountedPiece { piece, counted_range: counted, .. } = &experiment;
     let measurement = &piece.measurement;
 
     let label = arguments.input.as_deref().unwrap_or(&arguments.cell);
-    let choices = Choices::make_choices(&mut cell, &[(measurement, counted.clone())], label)?;
+    let choices = DataChoices::make_choices(&mut cell, &[(measurement, counted.clone())], label)?;
 
     if source.is_some() {
         use_law_of_commands(&mut cell, &experiment, label);
     }
 
-    let bars = Bars::new(&list_tasks(&trials, arguments.folds));
+    let bars = TaskProgress::new(&list_tasks(&trials, arguments.folds));
     let input = ComparisonInput {
         cell: &cell,
         measurement,
@@ -159,7 +159,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// Takes the controller from the commands of a recording, where they hold its law.
-fn use_law_of_commands(cell: &mut Cell, experiment: &Counted, label: &Path) {
+fn use_law_of_commands(cell: &mut Cell, experiment: &CountedPiece, label: &Path) {
     let range = experiment.sample_range();
     let record = (&experiment.piece.measurement, &experiment.counted_range, range.readings());
     match law_of_commands(cell, Method::Didim, [record]) {
@@ -202,9 +202,9 @@ fn read_toml<T>(
 /// was simulated.
 fn experiment(
     arguments: &Arguments,
-    input: Option<&Input>,
+    input: Option<&InputFileOrStream>,
     cell: &Cell,
-) -> Result<(Counted, Option<Scenario>), CliError> {
+) -> Result<(CountedPiece, Option<Scenario>), CliError> {
     if let Some(name) = &arguments.scenario {
         let mut scenario = read_scenario(name, cell)?;
         if let Some(seed) = arguments.seed {
@@ -214,7 +214,7 @@ fn experiment(
             .map_err(|error| CliError::from_failure(format!("{name}: {error}")))?;
         let piece = Piece::new(0.0, measurement);
         return Ok((
-            Counted { piece, counted_range: counted, recording_start: None },
+            CountedPiece { piece, counted_range: counted, recording_start: None },
             Some(scenario),
         ));
     }
@@ -226,7 +226,7 @@ fn experiment(
 
 fn origin(
     arguments: &Arguments,
-    input: Option<&Input>,
+    input: Option<&InputFileOrStream>,
     samples: SampleRange,
 ) -> Result<Origin, CliError> {
     let read =
@@ -241,7 +241,7 @@ fn origin(
 }
 
 /// Returns an error that names every violated limit.
-fn check_limits(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
+fn check_limits(outcomes: &[LimitOutcome<'_>]) -> Result<(), CliError> {
     let bound = |name: &str, value: Option<f64>| {
         value.map(|value| format!(", has to be {name} {value}")).unwrap_or_default()
     };
@@ -264,12 +264,12 @@ fn check_limits(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
 }
 
 /// Progress bars of the running tasks, on stderr if it is a terminal.
-struct Bars {
+struct TaskProgress {
     overall: ProgressBar,
     running: Vec<(Task, ProgressBar)>,
 }
 
-impl Bars {
+impl TaskProgress {
     fn new(tasks: &[Task]) -> Self {
         let together = MultiProgress::new();
         let count = u64::try_from(tasks.len()).unwrap_or(u64::MAX);

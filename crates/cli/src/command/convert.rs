@@ -16,7 +16,7 @@ use crate::CliError;
 use crate::input::{check_rate, parse_positive, read_input};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_whole};
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use didim::cell::Cell;
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, is_parquet, write_csv};
@@ -40,7 +40,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let output = &arguments.output;
     check_outputs([output], &[&arguments.input, &arguments.cell, &cell.robot_file])?;
-    let opened = Input::open(&arguments.input)?;
+    let opened = InputFileOrStream::open(&arguments.input)?;
     let (input, shown) = (opened.path(), opened.displayed_path());
     let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
     let (from_table, to_csv) = (ends(shown, "csv") || is_parquet(input), ends(output, "csv"));

@@ -11,8 +11,8 @@ use didim_drivers::source::{InProcessSender, InterfaceName, WhenFull, in_process
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{Identification, Method};
 use didim_sim::{
-    InProcessSink, Pace as PlayPace, PlayError, Played, Scenario, Sink, SinkError, VirtualDevice,
-    play,
+    InProcessSink, Pace as PlayPace, PlayError, PlaybackResult, Scenario, Sink, SinkError,
+    VirtualDevice, play,
 };
 use indicatif::ProgressBar;
 
@@ -155,7 +155,7 @@ fn start_arm(
     cycles: u64,
     fast: bool,
     stop: &Arc<AtomicBool>,
-) -> std::io::Result<JoinHandle<Result<Played, PlayError>>> {
+) -> std::io::Result<JoinHandle<Result<PlaybackResult, PlayError>>> {
     let stop = Arc::clone(stop);
     std::thread::Builder::new().name("simulated arm".into()).spawn(move || {
         let mut sink = ProgressSink {

@@ -17,10 +17,10 @@ use crate::input::{parse_numbers, parse_point, parse_positive};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
-use didim::analysis::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
+use didim::analysis::{Assignment, OTHER_CONFIGURATION, RequestedDesign, StoredModel};
 use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
 use didim::report::{
-    Checked, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
+    CheckedMotion, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
     sweep_lines, sweep_text,
 };
 use didim_formats::{MotionFile, MotionFormat};
@@ -91,7 +91,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "declared_mass_kg")]
     parameters: Option<Vec<String>>,
     #[command(flatten)]
-    within: Within,
+    within: LimitShares,
     /// Steps of the search; the same number gives the same motion
     #[arg(
         long,
@@ -104,7 +104,7 @@ pub(crate) struct Arguments {
 
 /// Usable share of the limits.
 #[derive(Debug, Args)]
-pub(super) struct Within {
+pub(super) struct LimitShares {
     /// Usable share of the limits of speed, acceleration and jerk [%]
     #[arg(
         long,
@@ -138,13 +138,13 @@ fn parse_corners(text: &str) -> Result<Corners, String> {
     }
 }
 
-impl Default for Within {
+impl Default for LimitShares {
     fn default() -> Self {
         Self { speed: 50.0, acceleration: None, inside: None }
     }
 }
 
-impl Within {
+impl LimitShares {
     /// Returns one acceleration for each joint; a single value applies to all.
     pub(super) fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
         self.acceleration.as_ref().map(|accelerations| match accelerations[..] {
@@ -156,11 +156,11 @@ impl Within {
 
 /// Requests a motion of this duration that identifies all parameters.
 pub(super) fn requested_motion<'a>(
-    within: &Within,
+    within: &LimitShares,
     accelerations: Option<&'a [f64]>,
     duration_s: f64,
-) -> Wanted<'a> {
-    Wanted {
+) -> RequestedDesign<'a> {
+    RequestedDesign {
         duration_s,
         margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
         accelerations,
@@ -184,7 +184,7 @@ enum Objective {
 }
 
 /// The arm of the command line.
-pub(super) struct Subject {
+pub(super) struct DesignSubject {
     pub(super) robot: Robot,
     pub(super) joints: Vec<String>,
     pub(super) assignment: Assignment,
@@ -192,12 +192,12 @@ pub(super) struct Subject {
     identified: Option<(Cell, StoredModel)>,
 }
 
-impl Subject {
+impl DesignSubject {
     /// Creates the arm of a cell, with the data of one of its results.
     pub(super) fn of_cell(
         cell: &Cell,
         stored: Option<&StoredModel>,
-        wanted: &Wanted<'_>,
+        wanted: &RequestedDesign<'_>,
     ) -> Result<Self, CliError> {
         let assignment = Assignment::of_cell(cell, stored, wanted);
         let joints = joint_names(cell.urdf.as_ref(), cell.robot.joints());
@@ -211,7 +211,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
     check_outputs(out.iter().chain(preview), &read.collect::<Vec<&Path>>())?;
     let subject = arguments.subject()?;
-    let Subject { joints, assignment, .. } = &subject;
+    let DesignSubject { joints, assignment, .. } = &subject;
     let formats = out.iter().map(|path| format_of(path, joints.len()));
     let formats = formats.collect::<Result<Vec<_>, _>>()?;
     if let Some(joints) = &arguments.friction_sweep {
@@ -250,9 +250,9 @@ fn design_sweep(
     arguments: &Arguments,
     joints: &[usize],
     formats: &[MotionFormat],
-    subject: &Subject,
+    subject: &DesignSubject,
 ) -> Result<(), CliError> {
-    let Subject { robot, assignment, .. } = subject;
+    let DesignSubject { robot, assignment, .. } = subject;
     for (path, format) in arguments.out.iter().zip(formats) {
         format.takes_sweeps().map_err(|error| CliError::in_file(path, error))?;
     }
@@ -279,12 +279,12 @@ fn design_sweep(
 pub(super) fn motion_text(
     path: &Path,
     format: MotionFormat,
-    subject: &Subject,
+    subject: &DesignSubject,
     motion: &dyn Course,
-    checked: Checked<'_>,
+    checked: CheckedMotion<'_>,
     predicted: &[String],
 ) -> Result<String, CliError> {
-    let Subject { robot, joints, assignment, .. } = subject;
+    let DesignSubject { robot, joints, assignment, .. } = subject;
     let header = design_header(robot.name(), assignment, checked, predicted, format.keeps_time());
     let file = MotionFile { motion, joints, header: &header };
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
@@ -303,9 +303,9 @@ impl Arguments {
     /// Writes the files once nothing else can fail.
     fn write(
         &self,
-        subject: &Subject,
+        subject: &DesignSubject,
         motion: &dyn Course,
-        checked: Checked<'_>,
+        checked: CheckedMotion<'_>,
         predicted: &[String],
         texts: &[String],
     ) -> Result<(), CliError> {
@@ -318,7 +318,7 @@ impl Arguments {
         write_text(path, &html::preview_page(&subject.robot, motion, &header))
     }
 
-    fn subject(&self) -> Result<Subject, CliError> {
+    fn subject(&self) -> Result<DesignSubject, CliError> {
         if self.objective != Objective::Payload && self.declared_mass_kg.is_some() {
             let explanation =
                 "--declared-mass-kg and --declared-centre-m go with --objective payload";
@@ -331,7 +331,7 @@ impl Arguments {
         }
     }
 
-    fn of_cell(&self, file: &Path) -> Result<Subject, CliError> {
+    fn of_cell(&self, file: &Path) -> Result<DesignSubject, CliError> {
         let mut cell = Cell::read(file).map_err(CliError::from_configuration)?;
         let mut stored = None;
         if let Some(result) = &self.result {
@@ -345,11 +345,11 @@ impl Arguments {
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
-        let subject = Subject::of_cell(&cell, stored.as_ref(), &wanted)?;
-        Ok(Subject { identified: stored.map(|stored| (cell, stored)), ..subject })
+        let subject = DesignSubject::of_cell(&cell, stored.as_ref(), &wanted)?;
+        Ok(DesignSubject { identified: stored.map(|stored| (cell, stored)), ..subject })
     }
 
-    fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
+    fn of_robot(&self, file: &Path) -> Result<DesignSubject, CliError> {
         if self.result.is_some() {
             let explanation =
                 "--result goes with the --cell that it was identified with, not with --robot";
@@ -367,11 +367,11 @@ impl Arguments {
         let assignment = Assignment::of_robot(&source, &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::from_configuration)?;
-        Ok(Subject { robot: source.robot, joints, assignment, identified: None })
+        Ok(DesignSubject { robot: source.robot, joints, assignment, identified: None })
     }
 
-    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
-        Wanted {
+    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> RequestedDesign<'a> {
+        RequestedDesign {
             moving_joints: self.joints.as_deref().or(self.friction_sweep.as_deref()),
             load: self.load(),
             parameters: self.parameters.as_deref(),

@@ -9,8 +9,8 @@ use crate::input::{Samples, measurement_pairs, parse_positive};
 use crate::names::{DEFAULT_CELL, format_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
-use crate::stream::Input;
-use didim::analysis::{Consistent, Format, OTHER_CONFIGURATION, StoredModel};
+use crate::stream::InputFileOrStream;
+use didim::analysis::{ConsistentModel, Format, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::consistent_summary;
 
@@ -46,12 +46,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(out, &read)?;
     let (model, cell) =
         StoredModel::read_stored_model(result, cell).map_err(CliError::from_failure)?;
-    let consistent = Consistent::from_result(&cell, &model, *total_mass_kg)
+    let consistent = ConsistentModel::from_result(&cell, &model, *total_mass_kg)
         .map_err(|error| CliError::in_file(result, error))?;
     let name = out.as_deref().and_then(|path| path.file_stem()?.to_str()).unwrap_or("arm");
     let exported = consistent.write(*to, name).map_err(|error| CliError::in_file(result, error))?;
     let costs = input.as_deref().map(|input| {
-        let input = Input::open(input)?;
+        let input = InputFileOrStream::open(input)?;
         let parts = Samples::default().read(&input, &cell)?;
         let predictions = consistent.predict_both(&measurement_pairs(&parts));
         let predictions =

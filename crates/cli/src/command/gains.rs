@@ -11,7 +11,7 @@ use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
 use crate::progress::WorkIndicator;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::{FoundGains, find_drive_gains};
 use didim::cell::Cell;
@@ -69,7 +69,7 @@ struct Output<'a> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let read = |file| -> Result<_, CliError> {
-        let input = Input::open(file)?;
+        let input = InputFileOrStream::open(file)?;
         arguments.samples.read(&input, &cell)
     };
     let empty = read(&arguments.input)?;

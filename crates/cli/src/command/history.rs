@@ -9,7 +9,7 @@ use crate::CliError;
 use crate::input::{Samples, measurement_pairs};
 use crate::output::{check_outputs, print, write_text, write_whole};
 use crate::state::WhichState;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::{line, print_for_terminal, width};
 use didim::analysis::{JointDifference, StoredModel, torque_difference};
 use didim::archive::drift::{Baseline, JudgedHistory};
@@ -126,7 +126,7 @@ fn torques(
     let (Some(input), Some(cell)) = (&arguments.along, arguments.state.read_cell()?) else {
         return Ok(Vec::new());
     };
-    let input = Input::open(input)?;
+    let input = InputFileOrStream::open(input)?;
     let parts = Samples::default().read(&input, &cell)?;
     let read = |number| {
         StoredModel::read_stored_model(&result_file(folder, number), cell.clone())

@@ -13,13 +13,13 @@ use serde::Serialize;
 
 use super::advise::advice_for;
 use crate::CliError;
-use crate::choices::Choices;
-use crate::input::{Counted, Samples, measurement_pairs};
+use crate::choices::DataChoices;
+use crate::input::{CountedPiece, Samples, measurement_pairs};
 use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report};
 use crate::progress::WorkIndicator;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{
     IdentifyError, identify_measurement, identify_measurements, law_of_commands,
@@ -179,7 +179,7 @@ struct RecordingEntry {
 }
 
 impl RecordingEntry {
-    fn new(input: usize, path: &Path, piece: &Counted) -> Self {
+    fn new(input: usize, path: &Path, piece: &CountedPiece) -> Self {
         let name = path.display().to_string() + &piece.recording_begin();
         let (what_counted, range) = (piece.counted_text(), piece.sample_range());
         Self { input, name, what_counted, recording_start: piece.recording_start, range }
@@ -188,7 +188,7 @@ impl RecordingEntry {
 
 /// Returns the measurements. If none is identified alone, they are given away, because they are not
 /// needed again.
-fn take_measurements(parts: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
+fn take_measurements(parts: &mut Vec<CountedPiece>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
     if !MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len()) {
         let pieces_taken = parts.drain(..);
         return pieces_taken
@@ -210,13 +210,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(figure.iter().chain(report), &read)?;
     let designed = arguments.designed.as_deref().map(DesignedMotion::read);
     let designed = designed.transpose().map_err(CliError::from_failure)?;
-    let inputs =
-        arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let inputs = input.iter().map(|path| InputFileOrStream::open(path));
+    let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
     let (mut parts, reported) = read_recordings(arguments, &cell, &inputs)?;
     let measurements = measurement_pairs(&parts);
     let first = inputs[0].displayed_path();
     let start = Instant::now();
-    let choices = Choices::make_choices(&mut cell, &measurements, first)?;
+    let choices = DataChoices::make_choices(&mut cell, &measurements, first)?;
     // Printed before the method runs, because it may fail with these choices.
     if !arguments.json {
         print(&choices.text(&cell))?;
@@ -253,14 +253,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let recordings = WorkIndicator::start("identifying from each recording alone")
         .show_during(|| identify_recordings(&cell, method, &reported, &measurements, together));
     if arguments.json {
-        print_json(
-            &reported,
-            reduction.as_ref(),
-            &identification,
-            elapsed,
-            &predicted,
-            &recordings,
-        )?;
+        let reduction = reduction.as_ref();
+        print_json(&reported, reduction, &identification, elapsed, &predicted, &recordings)?;
     } else {
         if let Some(reduction) = &reduction {
             print_for_terminal(&format!("{}\n", report::reduction::reduction_text(reduction)))?;
@@ -297,8 +291,8 @@ fn not_identified(error: IdentifyError, cell_file: &Path, recording: &Path) -> C
 fn read_recordings(
     arguments: &Arguments,
     cell: &Cell,
-    inputs: &[Input],
-) -> Result<(Vec<Counted>, Vec<RecordingEntry>), CliError> {
+    inputs: &[InputFileOrStream],
+) -> Result<(Vec<CountedPiece>, Vec<RecordingEntry>), CliError> {
     let (mut parts, mut reported) = (Vec::new(), Vec::new());
     for (index, input) in inputs.iter().enumerate() {
         let of_file = arguments.samples.read(input, cell)?;
@@ -351,7 +345,7 @@ fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
 fn store_report(
     path: &Path,
     cell: &Cell,
-    inputs: &[Input],
+    inputs: &[InputFileOrStream],
     reported: &[RecordingEntry],
     identification: &Identification,
     predicted: &[ExpectedParameter],

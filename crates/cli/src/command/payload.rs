@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use didim_identification::identification::{Declared, Payload, PayloadError};
+use didim_identification::identification::{DeclaredLoad, Payload, PayloadError};
 use serde::Serialize;
 
 use crate::CliError;
@@ -12,7 +12,7 @@ use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
 use crate::progress::WorkIndicator;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
@@ -67,10 +67,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let (model, cell) =
         StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
-    let input = Input::open(&arguments.input)?;
+    let input = InputFileOrStream::open(&arguments.input)?;
     let parts = arguments.samples.read(&input, &cell)?;
     let declared =
-        Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
+        DeclaredLoad { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
     let working = WorkIndicator::start("finding the load");
     let outcome =
         working.show_during(|| model.payload(&cell, &measurement_pairs(&parts), declared));

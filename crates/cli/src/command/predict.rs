@@ -12,7 +12,7 @@ use crate::input::{Samples, measurement_pairs};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::{OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
@@ -64,7 +64,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(&arguments.report, &read)?;
     let (model, cell) =
         StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
-    let input = Input::open(&arguments.input)?;
+    let input = InputFileOrStream::open(&arguments.input)?;
     let parts = arguments.samples.read(&input, &cell)?;
     let recorded = parts.first().and_then(|first| first.recording_start);
     let prediction = WorkIndicator::start("predicting")

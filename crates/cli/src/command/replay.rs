@@ -11,7 +11,7 @@ use crate::names::DEFAULT_CELL;
 use crate::outcome::last_identification;
 use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
 use crate::progress::WorkIndicator;
-use crate::stream::Input;
+use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{LastIdentification, LastWindow};
 use didim::cell::Cell;
@@ -49,7 +49,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
-    let input = Input::open(log)?;
+    let input = InputFileOrStream::open(log)?;
     let layout = &cell.bus().map_err(CliError::from_configuration)?.layout;
     let source = input.with_displayed_path(
         open_log(input.path(), Some(layout)).map_err(CliError::from_failure),

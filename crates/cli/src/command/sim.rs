@@ -7,7 +7,7 @@ use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_dynamics::trajectory::SampledReference;
 use didim_formats::read_motion;
-use didim_sim::{CandumpSink, Pace, Played, Scenario, SocketCanSink, VirtualDevice, play};
+use didim_sim::{CandumpSink, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play};
 
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
@@ -100,7 +100,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             played.unwrap_or_default()
         }
         // Refused above.
-        BusAddress::InProcess | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => Played::default(),
+        BusAddress::InProcess | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+            PlaybackResult::default()
+        }
     };
     let lateness = match (pace, &arguments.bus) {
         (Pace::RealTime, BusAddress::Can(_)) => {

@@ -67,7 +67,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         None => std::thread::available_parallelism().map_err(CliError::from_failure)?.get(),
     };
     let begin = Instant::now();
-    let mut watcher = Watcher::new(grid.plan.run_count());
+    let mut watcher = StudyProgress::new(grid.plan.run_count());
     let ended = run_study(&grid, shard, &done, &mut store, threads, &stop, &mut |progress| {
         watcher.show_progress(progress);
     });
@@ -143,13 +143,13 @@ fn run_times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration
 }
 
 /// Progress bar on a terminal, otherwise one line per minute; both on stderr.
-struct Watcher {
+struct StudyProgress {
     bar: ProgressBar,
     started: Instant,
     last_line: Instant,
 }
 
-impl Watcher {
+impl StudyProgress {
     fn new(runs: u64) -> Self {
         let template = "{bar:40} {percent:>3} %  {pos}/{len} runs  {msg}";
         let bar = style_bar(ProgressBar::new(runs), template);

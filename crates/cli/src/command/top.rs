@@ -40,16 +40,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag().map_err(CliError::from_failure)?;
     let answers = start_requests(paths).map_err(CliError::from_failure)?;
     // From here on, every exit goes through the guard: an error, a signal or a panic.
-    let restored = Restored;
+    let restored = TerminalGuard;
     let watched = try_init().and_then(|mut terminal| watch(&mut terminal, &answers, &stop));
     drop(restored);
     watched.map_err(CliError::from_failure)
 }
 
 /// Guard that restores the terminal.
-struct Restored;
+struct TerminalGuard;
 
-impl Drop for Restored {
+impl Drop for TerminalGuard {
     fn drop(&mut self) {
         if let Err(error) = try_restore() {
             tracing::debug!("cannot restore the terminal: {error}");

@@ -20,12 +20,12 @@ use super::{ControlError, ControlTiming, ControllerConfig, JointController, Setp
 pub struct SampledController {
     period_s: f64,
     delay_s: f64,
-    joints: Vec<Channel>,
+    joints: Vec<JointChannel>,
     is_started: bool,
 }
 
 #[derive(Clone, Debug)]
-struct Channel {
+struct JointChannel {
     controller: JointController,
     integral: f64,
     last_error: f64,
@@ -42,7 +42,7 @@ impl SampledController {
         let ControlTiming::Sampled { sample_period_s, computation_delay_s } = config.timing else {
             return Err(ControlError::WrongTiming { expected: "sampled" });
         };
-        let channel = |controller: &JointController| Channel {
+        let channel = |controller: &JointController| JointChannel {
             controller: controller.clone(),
             integral: 0.0,
             last_error: 0.0,
@@ -110,7 +110,7 @@ impl SampledController {
     }
 }
 
-impl Channel {
+impl JointChannel {
     fn compute_command(&mut self, signals: &Signals, period_s: f64) -> f64 {
         let integrand = self.controller.integrand(signals);
         let integral = self.integral + period_s * integrand;

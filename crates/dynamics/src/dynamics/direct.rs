@@ -3,7 +3,7 @@
 //! (Golub & Van Loan, *Matrix Computations*, section 4.1).
 
 use super::composite::OuterLinks;
-use super::factor::{Factor, NotPositiveDefinite};
+use super::factor::{MassMatrixFactor, NotPositiveDefinite};
 use super::inertia::Wrench;
 use super::model::Model;
 use super::workspace::Workspace;
@@ -121,7 +121,7 @@ impl Model {
     /// matrix that [`direct_dynamics`](Self::direct_dynamics) has factorised in the workspace.
     #[inline(always)]
     pub(super) fn solve_mass(&self, ws: &Workspace<f64>, width: usize, b: &mut [f64]) {
-        let Factor { unit, inverse, .. } = &ws.factor;
+        let MassMatrixFactor { unit, inverse, .. } = &ws.factor;
         let n = self.joints();
         for i in (0..n).rev() {
             let (rest, done) = b.split_at_mut((i + 1) * width);

@@ -13,7 +13,7 @@ use crate::robot::{FrictionLaw, JointIndex, Robot, SignModel};
 
 /// τ\[row\] += factor · φ\[column\] · x\[input\].
 #[derive(Clone, Copy, Debug)]
-struct Term {
+struct LinearTerm {
     column: usize,
     row: usize,
     input: usize,
@@ -29,12 +29,12 @@ struct CoulombTerm {
 
 /// Terms with the same law for the sign. Their signs are computed together.
 #[derive(Clone, Debug)]
-struct Alike {
+struct SharedSignTerms {
     sign: SignModel,
     coulomb_terms: Vec<CoulombTerm>,
 }
 
-impl Alike {
+impl SharedSignTerms {
     fn sign_chunks(&self) -> impl Iterator<Item = (SignModel, &[CoulombTerm])> {
         self.coulomb_terms.chunks(MAX_SIGNS).map(|terms| (self.sign, terms))
     }
@@ -54,11 +54,11 @@ const MAX_SIGNS: usize = MAX_JOINTS;
 
 /// Terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]
-pub(super) struct Drives {
+pub(super) struct DriveTerms {
     /// By row.
-    inertia: Vec<Vec<Term>>,
-    viscous: Vec<Term>,
-    coulomb: Vec<Alike>,
+    inertia: Vec<Vec<LinearTerm>>,
+    viscous: Vec<LinearTerm>,
+    coulomb: Vec<SharedSignTerms>,
     laws: Vec<LawTerm>,
     /// Terms that grow with the load.
     loads: Vec<LawTerm>,
@@ -68,7 +68,7 @@ pub(super) struct Drives {
     offset: Vec<(usize, usize)>,
 }
 
-impl Drives {
+impl DriveTerms {
     pub(super) fn new(robot: &Robot) -> Self {
         let (n, table) = (robot.joints(), robot.parameters());
         let transmission = robot.transmission();
@@ -96,7 +96,7 @@ impl Drives {
                 }
             }
             if let Some(column) = table.column(Fv, joint) {
-                drives.viscous.push(Term { column, row: j, input: j, factor: 1.0 });
+                drives.viscous.push(LinearTerm { column, row: j, input: j, factor: 1.0 });
             }
             if let Some(column) = table.column(FvMotor, joint) {
                 drives.viscous.extend(outer_product(n, &direction, column, |_| false));
@@ -129,7 +129,7 @@ impl Drives {
     fn add_coulomb(&mut self, sign: SignModel, term: CoulombTerm) {
         match self.coulomb.iter_mut().find(|alike| alike.sign == sign) {
             Some(alike) => alike.coulomb_terms.push(term),
-            None => self.coulomb.push(Alike { sign, coulomb_terms: vec![term] }),
+            None => self.coulomb.push(SharedSignTerms { sign, coulomb_terms: vec![term] }),
         }
     }
 
@@ -160,7 +160,7 @@ impl Drives {
         ddq: &[T],
         mut add: impl FnMut(usize, usize, T),
     ) {
-        for &Term { column, row, input, factor } in self.inertia.iter().flatten() {
+        for &LinearTerm { column, row, input, factor } in self.inertia.iter().flatten() {
             add(row, column, T::constant(factor) * ddq[input]);
         }
     }
@@ -174,10 +174,10 @@ impl Drives {
         hysteresis: Option<&[T; MAX_JOINTS]>,
         mut add: impl FnMut(usize, usize, T),
     ) {
-        for &Term { column, row, input, factor } in &self.viscous {
+        for &LinearTerm { column, row, input, factor } in &self.viscous {
             add(row, column, T::constant(factor) * dq[input]);
         }
-        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::sign_chunks) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(SharedSignTerms::sign_chunks) {
             let mut signs = [T::zero(); MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
@@ -271,10 +271,10 @@ impl Drives {
         dq: &[f64],
         mut add: impl FnMut(usize, usize, f64),
     ) {
-        for &Term { column, row, input, factor } in &self.viscous {
+        for &LinearTerm { column, row, input, factor } in &self.viscous {
             add(row, input, factor * parameters[column]);
         }
-        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::sign_chunks) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(SharedSignTerms::sign_chunks) {
             let mut signs = [0.0; MAX_SIGNS];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
@@ -316,10 +316,10 @@ impl Drives {
 
     /// Returns the drives of the parameters that have a place, with places instead of columns.
     pub(super) fn with_columns(&self, places: &[Option<usize>]) -> Self {
-        let terms = |terms: &[Term]| {
+        let terms = |terms: &[LinearTerm]| {
             let selected = terms
                 .iter()
-                .filter_map(|term| Some(Term { column: places[term.column]?, ..*term }));
+                .filter_map(|term| Some(LinearTerm { column: places[term.column]?, ..*term }));
             selected.collect()
         };
         let laws = |terms: &[LawTerm]| {
@@ -335,12 +335,12 @@ impl Drives {
             coulomb: self
                 .coulomb
                 .iter()
-                .map(|alike: &Alike| {
+                .map(|alike: &SharedSignTerms| {
                     let selected = alike.coulomb_terms.iter().filter_map(|term| {
                         let direction = term.direction.clone();
                         Some(CoulombTerm { column: places[term.column]?, direction })
                     });
-                    Alike { sign: alike.sign, coulomb_terms: selected.collect() }
+                    SharedSignTerms { sign: alike.sign, coulomb_terms: selected.collect() }
                 })
                 .collect(),
             laws: laws(&self.laws),
@@ -357,7 +357,7 @@ impl Drives {
         parameters: &[T],
         mut add: impl FnMut(usize, usize, T),
     ) {
-        for &Term { column, row, input, factor } in self.inertia.iter().flatten() {
+        for &LinearTerm { column, row, input, factor } in self.inertia.iter().flatten() {
             add(row, input, T::constant(factor) * parameters[column]);
         }
     }
@@ -370,7 +370,7 @@ impl Drives {
         parameters: &[T],
         mut add: impl FnMut(usize, T),
     ) {
-        for &Term { column, input, factor, .. } in &self.inertia[row] {
+        for &LinearTerm { column, input, factor, .. } in &self.inertia[row] {
             add(input, T::constant(factor) * parameters[column]);
         }
     }
@@ -382,11 +382,11 @@ fn outer_product(
     s: &[f64; MAX_JOINTS],
     column: usize,
     fixed: impl Fn(usize) -> bool,
-) -> Vec<Term> {
+) -> Vec<LinearTerm> {
     let pairs = (0..joints).flat_map(|row| (0..joints).map(move |input| (row, input)));
     pairs
         .filter(|&(row, input)| row != input || fixed(row))
-        .map(|(row, input)| Term { column, row, input, factor: s[row] * s[input] })
+        .map(|(row, input)| LinearTerm { column, row, input, factor: s[row] * s[input] })
         .filter(|term| term.factor != 0.0)
         .collect()
 }

@@ -23,14 +23,14 @@ const SMALLEST_PIVOT: f64 = 1e-13;
 /// Mass matrix as U D Uᵀ, with ones on the diagonal of the upper triangle U. The order is from the
 /// tip to the base, so that each row can be factorised as soon as it is known.
 #[derive(Clone, Debug)]
-pub(super) struct Factor<T> {
+pub(super) struct MassMatrixFactor<T> {
     /// U to the right of the diagonal.
     pub(super) unit: [[T; MAX_JOINTS]; MAX_JOINTS],
     /// D⁻¹: the reciprocal of each joint's inertia while all joints after it are free.
     pub(super) inverse: [T; MAX_JOINTS],
 }
 
-impl<T: Scalar> Factor<T> {
+impl<T: Scalar> MassMatrixFactor<T> {
     pub(super) fn zero() -> Self {
         let zero = [T::zero(); MAX_JOINTS];
         Self { unit: [zero; MAX_JOINTS], inverse: zero }

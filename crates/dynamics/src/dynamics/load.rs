@@ -7,7 +7,7 @@
 //! acceleration in it, direct dynamics would have an algebraic loop.
 
 use super::inertia::Wrench;
-use super::model::{Load, Model};
+use super::model::{FrictionLoad, Model};
 use super::pose::Pose;
 use super::regressor_columns::RegressorColumns;
 use super::vector::Vector3;
@@ -28,7 +28,7 @@ impl Model {
     #[must_use]
     pub fn with_load(mut self, parameters: Vec<f64>) -> Self {
         self.assert_parameter_count(&parameters);
-        self.load = self.load.map(|_| Load::Of(parameters));
+        self.load = self.load.map(|_| FrictionLoad::Of(parameters));
         self
     }
 
@@ -42,9 +42,9 @@ impl Model {
         q: &[T],
     ) -> Option<[T; MAX_JOINTS]> {
         match (self.load.as_ref()?, parameters) {
-            (Load::Of(own), _) => Some(self.loads_of(poses, |k| T::constant(own[k]), q)),
-            (Load::OfParameters, Some(own)) => Some(self.loads_of(poses, |k| own[k], q)),
-            (Load::OfParameters, None) => None,
+            (FrictionLoad::Of(own), _) => Some(self.loads_of(poses, |k| T::constant(own[k]), q)),
+            (FrictionLoad::OfParameters, Some(own)) => Some(self.loads_of(poses, |k| own[k], q)),
+            (FrictionLoad::OfParameters, None) => None,
         }
     }
 
@@ -106,7 +106,7 @@ impl Model {
         let (still, mut unused) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS * MAX_JOINTS]);
         let (mut slopes, unused) = ([0.0; MAX_JOINTS * MAX_JOINTS], &mut unused[..n * n]);
         let load_parameters = match &self.load {
-            Some(Load::Of(own)) => own,
+            Some(FrictionLoad::Of(own)) => own,
             _ => parameters,
         };
         let at_rest = [q, &still[..n], &still[..n]];
@@ -130,7 +130,7 @@ impl Model {
         [q, dq]: [&[f64]; 2],
         regressor: &mut [f64],
     ) {
-        let Some(Load::OfParameters) = self.load else { return };
+        let Some(FrictionLoad::OfParameters) = self.load else { return };
         let Some(loads) = self.loads(&ws.poses, Some(parameters), q) else { return };
         let (n, width, still) = (self.joints(), columns.width(), [0.0; MAX_JOINTS]);
         let mut at_rest = vec![0.0; n * width];

@@ -1,6 +1,6 @@
 //! Dynamics of one robot, prepared for evaluation.
 
-use super::drives::Drives;
+use super::drives::DriveTerms;
 use super::inertia::Inertia;
 use super::regressor_columns::RegressorColumns;
 use crate::MAX_JOINTS;
@@ -11,7 +11,7 @@ use crate::robot::{
 
 /// Source of the load that friction grows with.
 #[derive(Clone, Debug)]
-pub(super) enum Load {
+pub(super) enum FrictionLoad {
     /// Parameters that torques are computed with: the arm's own load.
     OfParameters,
     /// Arm with these standard parameters. Torques are then linear in the parameters.
@@ -26,9 +26,9 @@ pub struct Model {
     parameter_table: ParameterTable,
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
-    pub(super) drives: Drives,
+    pub(super) drives: DriveTerms,
     /// Load, if friction grows with one.
-    pub(super) load: Option<Load>,
+    pub(super) load: Option<FrictionLoad>,
     /// Known torque of each joint; empty if no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
@@ -45,7 +45,7 @@ impl Model {
         };
         let first_columns: Vec<usize> =
             table.parameters().iter().enumerate().filter_map(is_first).collect();
-        let drives = Drives::new(robot);
+        let drives = DriveTerms::new(robot);
         let known_torques = match robot.known_torques() {
             tables if tables.iter().any(Option::is_some) => tables.to_vec(),
             _ => Vec::new(),
@@ -58,7 +58,7 @@ impl Model {
             gravity_m_s2: robot.gravity_m_s2(),
             first_columns,
             parameter_table: table,
-            load: drives.feel_loads().then_some(Load::OfParameters),
+            load: drives.feel_loads().then_some(FrictionLoad::OfParameters),
             drives,
             known_torques,
             all_columns,

@@ -57,7 +57,7 @@ impl Twist {
 /// A joint's axis S_j and how it moves, with v and a of the link before:
 /// Ψ̇_j = v × S_j and Ψ̈_j = a × S_j + v × Ψ̇_j.
 #[derive(Clone, Copy, Debug)]
-struct Axis {
+struct MovingAxis {
     axis: Twist,
     rate: Twist,
     acceleration: Twist,
@@ -74,7 +74,7 @@ struct Axis {
 ///
 /// with v = (ω, u), first moments h and momentum p. Like inertia, D and p of several links add up.
 #[derive(Clone, Copy, Debug)]
-struct Moving {
+struct MovingBody {
     inertia: Inertia<f64>,
     wrench: Wrench<f64>,
     /// The columns of D.
@@ -82,7 +82,7 @@ struct Moving {
     momentum: Vector3<f64>,
 }
 
-impl Moving {
+impl MovingBody {
     fn new(inertia: Inertia<f64>, velocity: Twist, acceleration: Twist) -> Self {
         let momentum = inertia_times_twist(&inertia, velocity);
         // f = I a + v ×* I v
@@ -208,14 +208,14 @@ impl Model {
         let n = self.joints();
         assert!(by_position.len() == n * n && by_velocity.len() == n * n, "n × n each");
         let mut axes =
-            [Axis { axis: Twist::zero(), rate: Twist::zero(), acceleration: Twist::zero() };
+            [MovingAxis { axis: Twist::zero(), rate: Twist::zero(), acceleration: Twist::zero() };
                 MAX_JOINTS];
-        let mut links: [Option<Moving>; MAX_JOINTS] = [None; MAX_JOINTS];
+        let mut links: [Option<MovingBody>; MAX_JOINTS] = [None; MAX_JOINTS];
         self.move_in_base(ws, parameters, [dq, ddq], &mut axes, &mut links);
 
         by_position.fill(0.0);
         by_velocity.fill(0.0);
-        let mut outer: Option<Moving> = None;
+        let mut outer: Option<MovingBody> = None;
         for m in (0..n).rev() {
             outer = match (links[m], outer) {
                 (Some(own), Some(outer)) => Some(own.combined(outer)),
@@ -223,7 +223,7 @@ impl Model {
             };
             // Links without inertia have no effect.
             let Some(body) = &outer else { continue };
-            let Axis { axis, rate, acceleration } = axes[m];
+            let MovingAxis { axis, rate, acceleration } = axes[m];
             let transferred = axis.cross_wrench(body.wrench);
             let position = inertia_times_twist(&body.inertia, acceleration)
                 .combined(body.double_coriolis(rate))
@@ -258,8 +258,8 @@ impl Model {
         ws: &Workspace<f64>,
         parameters: &[f64],
         [dq, ddq]: [&[f64]; 2],
-        axes: &mut [Axis; MAX_JOINTS],
-        links: &mut [Option<Moving>; MAX_JOINTS],
+        axes: &mut [MovingAxis; MAX_JOINTS],
+        links: &mut [Option<MovingBody>; MAX_JOINTS],
     ) {
         let [x, y, z] = UNIT_VECTORS;
         let (mut frame, mut origin) = ([x, y, z], Vector3::zero());
@@ -279,7 +279,7 @@ impl Model {
                 JointKind::Prismatic => Twist { angular: Vector3::zero(), linear: z },
             };
             let rate = velocity.cross(axis);
-            axes[j] = Axis {
+            axes[j] = MovingAxis {
                 axis,
                 rate,
                 acceleration: acceleration.cross(axis).plus(velocity.cross(rate)),
@@ -292,7 +292,7 @@ impl Model {
                 let in_base = |v: Vector3<f64>| {
                     frame[0].scale(v.x) + frame[1].scale(v.y) + frame[2].scale(v.z)
                 };
-                Moving::new(
+                MovingBody::new(
                     self.link(parameters, j).rotated(in_base).translated(origin),
                     velocity,
                     acceleration,

@@ -1,6 +1,6 @@
 //! Columns of the regressor to compute, and the places of their entries.
 
-use super::drives::Drives;
+use super::drives::DriveTerms;
 use crate::robot::SignModel;
 
 /// Wanted columns of the regressor, prepared for evaluation: as a matrix, or only the entries that
@@ -17,7 +17,7 @@ pub struct RegressorColumns {
     /// Distance from there to the entry of the next joint.
     pub(super) joint_stride: usize,
     /// The drives' parameters by their columns among the wanted.
-    pub(super) drives: Drives,
+    pub(super) drives: DriveTerms,
     /// Place of the entry of joint and column, row by row.
     pub(super) entry_positions: Vec<usize>,
 }
@@ -25,7 +25,7 @@ pub struct RegressorColumns {
 impl RegressorColumns {
     pub(super) fn new(
         first_columns: &[usize],
-        drives: &Drives,
+        drives: &DriveTerms,
         parameters: usize,
         wanted: &[usize],
         is_matrix: bool,

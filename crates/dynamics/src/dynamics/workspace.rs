@@ -1,6 +1,6 @@
 //! Scratch memory.
 
-use super::factor::Factor;
+use super::factor::MassMatrixFactor;
 use super::motion::Motion;
 use super::pose::Pose;
 use crate::MAX_JOINTS;
@@ -15,7 +15,7 @@ pub struct Workspace<T> {
     /// joint has slid for long.
     pub(super) hysteresis: Option<[T; MAX_JOINTS]>,
     /// Factor of the mass matrix of the last direct dynamics without an error.
-    pub(super) factor: Factor<T>,
+    pub(super) factor: MassMatrixFactor<T>,
 }
 
 impl<T: Scalar> Workspace<T> {
@@ -25,7 +25,7 @@ impl<T: Scalar> Workspace<T> {
             poses: [Pose::identity(); MAX_JOINTS],
             motions: [Motion::zero(); MAX_JOINTS],
             hysteresis: None,
-            factor: Factor::zero(),
+            factor: MassMatrixFactor::zero(),
         }
     }
 

@@ -222,9 +222,9 @@ struct RawFriction {
 
 /// The text, to turn the reader's byte offsets into lines.
 #[derive(Clone, Copy)]
-struct Text<'a>(&'a str);
+struct FileText<'a>(&'a str);
 
-impl Text<'_> {
+impl FileText<'_> {
     fn line(self, offset: usize) -> usize {
         1 + self.0.bytes().take(offset).filter(|byte| *byte == b'\n').count()
     }
@@ -256,10 +256,10 @@ impl Robot {
     pub fn from_toml(text: &str) -> Result<Self, RobotError> {
         let raw: RawRobot = toml::from_str(text).map_err(|error| RobotError::Format {
             // An error without a place concerns the file as a whole.
-            line: error.span().map_or(1, |span| Text(text).line(span.start)),
+            line: error.span().map_or(1, |span| FileText(text).line(span.start)),
             message: error.message().to_owned(),
         })?;
-        let text = Text(text);
+        let text = FileText(text);
 
         let names = raw.joint.iter().filter_map(|joint| joint.get_ref().name.as_ref());
         for name in core::iter::once(&raw.name).chain(names) {
@@ -328,7 +328,7 @@ impl Robot {
 
 /// The key of a limit that fits the kind of joint, and what it holds.
 fn limit_for_kind<'a, V>(
-    text: Text<'_>,
+    text: FileText<'_>,
     joint: JointIndex,
     kind: JointKind,
     revolute: (&'static str, &'a Option<Spanned<V>>),
@@ -348,7 +348,7 @@ fn limit_for_kind<'a, V>(
 }
 
 fn read_joint(
-    text: Text<'_>,
+    text: FileText<'_>,
     joint: JointIndex,
     raw: &Spanned<RawJoint>,
 ) -> Result<Joint, RobotError> {
@@ -428,7 +428,7 @@ fn read_joint(
 }
 
 fn read_friction(
-    text: Text<'_>,
+    text: FileText<'_>,
     raw: &Spanned<RawFriction>,
     joints: &[Spanned<RawJoint>],
     chain: &[Joint],
@@ -482,7 +482,7 @@ fn read_friction(
 /// Reads the capsules of the base, link 0, or of the link of a joint. `next` is the joint on that
 /// link.
 fn read_capsules(
-    text: Text<'_>,
+    text: FileText<'_>,
     link: usize,
     capsules: &[Spanned<RawCapsule>],
     next: Option<&Joint>,
@@ -505,7 +505,7 @@ fn read_capsules(
 }
 
 fn read_nominal(
-    text: Text<'_>,
+    text: FileText<'_>,
     table: &ParameterTable,
     values: &BTreeMap<Spanned<String>, Spanned<f64>>,
 ) -> Result<NominalParameters, RobotError> {

@@ -55,13 +55,13 @@ pub enum TransmissionError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transmission {
     joints: usize,
-    ratio: Pair,
-    inverse: Pair,
+    ratio: MatrixPair,
+    inverse: MatrixPair,
 }
 
 /// A matrix and its transpose.
 #[derive(Clone, Debug, PartialEq)]
-struct Pair {
+struct MatrixPair {
     matrix: Matrix,
     transposed: Matrix,
 }
@@ -92,7 +92,11 @@ impl Transmission {
             ratio[i][..joints].copy_from_slice(row);
         }
         let inverse = invert(joints, &ratio).ok_or(TransmissionError::Singular)?;
-        Ok(Self { joints, ratio: Pair::from_matrix(ratio), inverse: Pair::from_matrix(inverse) })
+        Ok(Self {
+            joints,
+            ratio: MatrixPair::from_matrix(ratio),
+            inverse: MatrixPair::from_matrix(inverse),
+        })
     }
 
     /// Joint positions, velocities or accelerations from those of the motors: R⁻¹ q_motor.
@@ -154,7 +158,7 @@ impl Transmission {
     }
 }
 
-impl Pair {
+impl MatrixPair {
     fn from_matrix(matrix: Matrix) -> Self {
         let transposed = core::array::from_fn(|i| core::array::from_fn(|j| matrix[j][i]));
         Self { matrix, transposed }

@@ -12,8 +12,8 @@ use super::checked::check_length;
 use super::disturbance::DisturbanceTorque;
 use super::error::{SetupError, SimulationError};
 use super::hold::CommandHold;
-use super::hysteresis::Slipping;
-use super::integrator::Stages;
+use super::hysteresis::SlipElements;
+use super::integrator::RungeKuttaStages;
 use super::measurement::Encoders;
 use super::noise::Noises;
 use super::plant::Plant;
@@ -37,7 +37,7 @@ pub struct ClosedLoop<R> {
     pub(super) config: SimulationConfig,
     initial_state: InitialState,
     /// With the rate of the state just after the sample of `output`.
-    pub(super) stages: Stages,
+    pub(super) stages: RungeKuttaStages,
     /// The state at the sample of `output`.
     pub(super) state: Vec<f64>,
     pub(super) output: StepOutput,
@@ -95,7 +95,7 @@ impl<R: Reference> ClosedLoop<R> {
             disturbance: [0.0; MAX_JOINTS],
             unmodelled_stribeck: stribeck.unwrap_or_default(),
             load_friction,
-            unmodelled_hysteresis: Slipping::new(&hysteresis.unwrap_or_default()),
+            unmodelled_hysteresis: SlipElements::new(&hysteresis.unwrap_or_default()),
             hysteresis: Hysteresis::from_robot(robot),
             cogging: cogging.unwrap_or_default(),
             transmission: robot.transmission().clone(),
@@ -123,7 +123,7 @@ impl<R: Reference> ClosedLoop<R> {
             controller: controller.clone(),
             config: config.clone(),
             initial_state: initial,
-            stages: Stages::new(states),
+            stages: RungeKuttaStages::new(states),
             state: vec![0.0; states],
             output: StepOutput::default(),
             is_started: false,

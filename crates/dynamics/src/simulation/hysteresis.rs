@@ -25,12 +25,12 @@ pub struct MaxwellSlip {
 
 /// Elements of all joints and their states. Empty if there are none.
 #[derive(Clone, Debug)]
-pub(super) struct Slipping {
+pub(super) struct SlipElements {
     torques_nm: Vec<f64>,
     pub(super) state: Hysteresis,
 }
 
-impl Slipping {
+impl SlipElements {
     pub(super) fn new(elements: &[MaxwellSlip]) -> Self {
         let presliding = |of: &MaxwellSlip| 2.0 * of.torque_nm / of.stiffness_nm_rad;
         let torques_nm = elements.iter().map(|of| of.torque_nm).collect();

@@ -17,12 +17,12 @@ pub enum Integrator {
 
 /// The stages of one step: all the memory that an integration needs.
 #[derive(Clone, Debug)]
-pub(super) struct Stages {
+pub(super) struct RungeKuttaStages {
     rates: [Vec<f64>; 4],
     stage: Vec<f64>,
 }
 
-impl Stages {
+impl RungeKuttaStages {
     pub(super) fn new(states: usize) -> Self {
         Self { rates: core::array::from_fn(|_| vec![0.0; states]), stage: vec![0.0; states] }
     }
@@ -125,7 +125,7 @@ mod tests {
             rate[1] = -y[0] + (2.0 * t).cos();
             Ok(())
         };
-        let mut stages = Stages::new(2);
+        let mut stages = RungeKuttaStages::new(2);
         let mut y = [1.0, 1.0];
         for k in 0..steps {
             let t = f64::from(k) * h;
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_failed_stage_leaves_the_state_alone() {
-        let mut stages = Stages::new(1);
+        let mut stages = RungeKuttaStages::new(1);
         let mut y = [3.0];
         let mut calls = 0;
         let failed = stages.advance(Integrator::Rk4, 0.0, 0.1, &mut y, |_, _, _| {

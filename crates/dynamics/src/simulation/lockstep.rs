@@ -8,7 +8,7 @@ use crate::trajectory::Reference;
 
 use super::error::SimulationError;
 use super::hold::CommandHold;
-use super::integrator::Stages;
+use super::integrator::RungeKuttaStages;
 use super::plant::Plant;
 use super::reference_point::ReferencePoint;
 use super::{ClosedLoop, StepOutput};
@@ -18,15 +18,15 @@ use super::{ClosedLoop, StepOutput};
 /// Each does bit by bit what it does alone; together they take a fraction of the time.
 pub struct Lockstep<R> {
     loops: Vec<ClosedLoop<R>>,
-    dynamics: Dynamics,
+    dynamics: ParallelDynamics,
     /// The states of all loops, one after the other.
     state: Vec<f64>,
-    stages: Stages,
+    stages: RungeKuttaStages,
     is_started: bool,
 }
 
 /// The direct dynamics of all loops at once; lanes without a loop do what the last one does.
-struct Dynamics {
+struct ParallelDynamics {
     workspace: Workspace<Lanes<WIDTH>>,
     parameters: Vec<Lanes<WIDTH>>,
     known_torque: Vec<Lanes<WIDTH>>,
@@ -53,7 +53,7 @@ impl<R: Reference> Lockstep<R> {
             let of_lane = |l: usize| of(&loops[l.min(loops.len() - 1)].plant);
             (0..of_lane(0).len()).map(|k| Lanes::from_fn(|l| of_lane(l)[k])).collect()
         };
-        let dynamics = Dynamics {
+        let dynamics = ParallelDynamics {
             workspace: Workspace::new(),
             parameters: lanes(|plant| &plant.parameters),
             known_torque: lanes(|plant| &plant.flexible_inertia),
@@ -61,7 +61,13 @@ impl<R: Reference> Lockstep<R> {
         };
         let state = loops.iter().flat_map(|closed_loop| &closed_loop.state).copied();
         let state: Vec<f64> = state.collect();
-        Self { dynamics, stages: Stages::new(state.len()), state, loops, is_started: false }
+        Self {
+            dynamics,
+            stages: RungeKuttaStages::new(state.len()),
+            state,
+            loops,
+            is_started: false,
+        }
     }
 
     /// The next sample of every loop, as [`ClosedLoop::step`].
@@ -153,7 +159,7 @@ fn reference_points<R>(
     references
 }
 
-impl Dynamics {
+impl ParallelDynamics {
     /// ẏ = f(t, y) of every loop along its reference.
     fn compute_rates<R: Reference>(
         &mut self,

@@ -7,7 +7,7 @@ use crate::robot::{Hysteresis, JointIndex, SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
-use super::hysteresis::Slipping;
+use super::hysteresis::SlipElements;
 use super::reference_point::ReferencePoint;
 use super::variation::PlantVariation;
 use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
@@ -32,7 +32,7 @@ pub(super) struct Plant<R> {
     /// Growth of Coulomb friction with a joint's load, and its sign; empty without any.
     pub(super) load_friction: Vec<(f64, SignModel)>,
     /// Friction that lags at reversals and the model does not know.
-    pub(super) unmodelled_hysteresis: Slipping,
+    pub(super) unmodelled_hysteresis: SlipElements,
     /// Hysteresis that the model knows; `None` without any.
     pub(super) hysteresis: Option<Hysteresis>,
     /// Ripple, one per motor; empty without any.

@@ -3,7 +3,7 @@
 use super::closed_loop::ClosedLoop;
 use super::error::SetupError;
 use super::hold::CommandHold;
-use super::integrator::Stages;
+use super::integrator::RungeKuttaStages;
 use super::variation::{PlantVariation, Sensitivities};
 use crate::control::CommandVariation;
 use crate::trajectory::Reference;
@@ -46,7 +46,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.plant.variation = Some(variation);
         self.command_derivatives = vec![0.0; joints * width];
         let size = states * (1 + width);
-        self.stages = Stages::new(size);
+        self.stages = RungeKuttaStages::new(size);
         self.state.resize(size, 0.0);
         self.restart(&parameters)?;
         Ok(self)

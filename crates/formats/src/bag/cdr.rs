@@ -3,7 +3,7 @@
 
 /// A message that ends too early, or has lengths that it has no bytes for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Malformed;
+pub(super) struct MalformedMessage;
 
 /// `sensor_msgs/msg/JointState`, but for its velocities.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,26 +14,26 @@ pub(super) struct JointState {
     pub(super) effort: Vec<f64>,
 }
 
-struct Reader<'a> {
+struct CdrReader<'a> {
     bytes: &'a [u8],
     offset: usize,
     is_little_endian: bool,
 }
 
-impl<'a> Reader<'a> {
-    fn new(message: &'a [u8]) -> Result<Self, Malformed> {
-        let (header, bytes) = message.split_at_checked(4).ok_or(Malformed)?;
+impl<'a> CdrReader<'a> {
+    fn new(message: &'a [u8]) -> Result<Self, MalformedMessage> {
+        let (header, bytes) = message.split_at_checked(4).ok_or(MalformedMessage)?;
         match header[..2] {
             [0, 0] => Ok(Self { bytes, offset: 0, is_little_endian: false }),
             [0, 1] => Ok(Self { bytes, offset: 0, is_little_endian: true }),
-            _ => Err(Malformed),
+            _ => Err(MalformedMessage),
         }
     }
 
-    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], MalformedMessage> {
         let begin = self.offset.next_multiple_of(N);
         let taken = self.bytes.get(begin..).and_then(|rest| rest.first_chunk::<N>()).copied();
-        let mut taken = taken.ok_or(Malformed)?;
+        let mut taken = taken.ok_or(MalformedMessage)?;
         self.offset = begin + N;
         if !self.is_little_endian {
             taken.reverse();
@@ -41,19 +41,19 @@ impl<'a> Reader<'a> {
         Ok(taken)
     }
 
-    fn take_u32(&mut self) -> Result<u32, Malformed> {
+    fn take_u32(&mut self) -> Result<u32, MalformedMessage> {
         Ok(u32::from_le_bytes(self.take_bytes()?))
     }
 
     /// Reads a count of entries, each of which takes at least this number of bytes.
-    fn take_count(&mut self, least: usize) -> Result<usize, Malformed> {
+    fn take_count(&mut self, least: usize) -> Result<usize, MalformedMessage> {
         let count = self.take_u32()? as usize;
         let fits =
             count.checked_mul(least).is_some_and(|bytes| bytes <= self.bytes.len() - self.offset);
-        if fits { Ok(count) } else { Err(Malformed) }
+        if fits { Ok(count) } else { Err(MalformedMessage) }
     }
 
-    fn take_text(&mut self) -> Result<String, Malformed> {
+    fn take_text(&mut self) -> Result<String, MalformedMessage> {
         let length = self.take_count(1)?;
         let text = &self.bytes[self.offset..self.offset + length];
         self.offset += length;
@@ -62,20 +62,20 @@ impl<'a> Reader<'a> {
         Ok(String::from_utf8_lossy(text).into_owned())
     }
 
-    fn take_numbers(&mut self) -> Result<Vec<f64>, Malformed> {
+    fn take_numbers(&mut self) -> Result<Vec<f64>, MalformedMessage> {
         let count = self.take_count(8)?;
         (0..count).map(|_| Ok(f64::from_le_bytes(self.take_bytes()?))).collect()
     }
 }
 
 /// `std_msgs/msg/String`.
-pub(super) fn text(message: &[u8]) -> Result<String, Malformed> {
-    Reader::new(message)?.take_text()
+pub(super) fn text(message: &[u8]) -> Result<String, MalformedMessage> {
+    CdrReader::new(message)?.take_text()
 }
 
 impl JointState {
-    pub(super) fn read(message: &[u8]) -> Result<Self, Malformed> {
-        let mut reader = Reader::new(message)?;
+    pub(super) fn read(message: &[u8]) -> Result<Self, MalformedMessage> {
+        let mut reader = CdrReader::new(message)?;
         let (seconds, nanoseconds) = (reader.take_u32()?, reader.take_u32()?);
         reader.take_text()?;
         let names = reader.take_count(4)?;
@@ -140,7 +140,7 @@ mod tests {
                 Ok(expected.clone())
             );
             for length in 0..message.len() {
-                assert_eq!(JointState::read(&message[..length]), Err(Malformed), "{length}");
+                assert_eq!(JointState::read(&message[..length]), Err(MalformedMessage), "{length}");
             }
             // Any byte is read or refused.
             for at in 0..message.len() {
@@ -149,6 +149,6 @@ mod tests {
                 let _ = JointState::read(&other);
             }
         }
-        assert_eq!(JointState::read(&[0, 6, 0, 0, 1, 2, 3, 4]), Err(Malformed));
+        assert_eq!(JointState::read(&[0, 6, 0, 0, 1, 2, 3, 4]), Err(MalformedMessage));
     }
 }

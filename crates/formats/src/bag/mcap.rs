@@ -9,7 +9,7 @@ const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 const MAX_RECORD: u64 = 64 << 20;
 
 /// Parts of a file that are used.
-pub(super) enum Part<'a> {
+pub(super) enum McapRecord<'a> {
     /// A type of messages.
     Schema { id: u16, name: &'a str },
     /// A topic.
@@ -20,7 +20,7 @@ pub(super) enum Part<'a> {
 
 /// Why a file cannot be read to its end.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Fault {
+pub(super) enum McapFault {
     #[error(transparent)]
     Io(#[from] io::Error),
     #[error("it does not begin as one")]
@@ -40,13 +40,13 @@ pub(super) enum Fault {
 }
 
 /// Hands every part to `take`, in the order of the file.
-pub(super) fn read<E: From<Fault>>(
+pub(super) fn read<E: From<McapFault>>(
     mut file: impl Read,
-    take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
+    take: &mut impl FnMut(McapRecord<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut magic = [0; 8];
     if read_available(&mut file, &mut magic)? < magic.len() || magic != MAGIC {
-        return Err(Fault::Magic.into());
+        return Err(McapFault::Magic.into());
     }
     let mut record = Vec::new();
     loop {
@@ -55,22 +55,22 @@ pub(super) fn read<E: From<Fault>>(
             9 => head,
             // A recorder that was killed writes no footer.
             0 => return Ok(()),
-            _ => return Err(Fault::Short.into()),
+            _ => return Err(McapFault::Short.into()),
         };
         let length = u64::from_le_bytes(length);
         if length > MAX_RECORD {
-            return Err(Fault::TooLong(length).into());
+            return Err(McapFault::TooLong(length).into());
         }
         record.clear();
-        (&mut file).take(length).read_to_end(&mut record).map_err(Fault::Io)?;
+        (&mut file).take(length).read_to_end(&mut record).map_err(McapFault::Io)?;
         if (record.len() as u64) < length {
-            return Err(Fault::Short.into());
+            return Err(McapFault::Short.into());
         }
         match opcode {
             op::FOOTER => return Ok(()),
             op::CHUNK => {
                 let records = decompress_chunk(&record)?;
-                let mut rest = Fields(&records);
+                let mut rest = RecordFields(&records);
                 while !rest.0.is_empty() {
                     let [opcode] = rest.take_bytes()?;
                     let length = u64::from_le_bytes(rest.take_bytes()?);
@@ -92,7 +92,7 @@ mod op {
 }
 
 /// Reads as many bytes as there are, up to the length of the buffer.
-fn read_available(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Fault> {
+fn read_available(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, McapFault> {
     let mut filled = 0;
     while filled < buffer.len() {
         match file.read(&mut buffer[filled..]) {
@@ -105,35 +105,35 @@ fn read_available(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, Faul
     Ok(filled)
 }
 
-fn handle_record<E: From<Fault>>(
+fn handle_record<E: From<McapFault>>(
     opcode: u8,
     record: &[u8],
-    take: &mut impl FnMut(Part<'_>) -> Result<(), E>,
+    take: &mut impl FnMut(McapRecord<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let mut fields = Fields(record);
+    let mut fields = RecordFields(record);
     match opcode {
         op::SCHEMA => {
             let (id, name) = (fields.take_u16()?, fields.take_text()?);
-            take(Part::Schema { id, name })
+            take(McapRecord::Schema { id, name })
         }
         op::CHANNEL => {
             let (id, schema, topic) = (fields.take_u16()?, fields.take_u16()?, fields.take_text()?);
-            take(Part::Channel { id, schema, topic })
+            take(McapRecord::Channel { id, schema, topic })
         }
         op::MESSAGE => {
             let channel = fields.take_u16()?;
             fields.take_bytes::<4>()?;
             let log_ns = u64::from_le_bytes(fields.take_bytes()?);
             fields.take_bytes::<8>()?;
-            take(Part::Message { channel, log_ns, data: fields.0 })
+            take(McapRecord::Message { channel, log_ns, data: fields.0 })
         }
         _ => Ok(()),
     }
 }
 
 /// Returns the records of a chunk, decompressed.
-fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
-    let mut fields = Fields(record);
+fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, McapFault> {
+    let mut fields = RecordFields(record);
     fields.take_bytes::<16>()?;
     let size = u64::from_le_bytes(fields.take_bytes()?);
     let crc = u32::from_le_bytes(fields.take_bytes()?);
@@ -141,10 +141,10 @@ fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
     let length = u64::from_le_bytes(fields.take_bytes()?);
     let stored = fields.take_block(length)?;
     if size > MAX_RECORD {
-        return Err(Fault::TooLong(size));
+        return Err(McapFault::TooLong(size));
     }
     let mut records = Vec::new();
-    let wrong = |error: &dyn core::fmt::Display| Fault::Decompress(error.to_string());
+    let wrong = |error: &dyn core::fmt::Display| McapFault::Decompress(error.to_string());
     match compression {
         "" => records.extend_from_slice(stored),
         "lz4" => {
@@ -156,41 +156,41 @@ fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, Fault> {
             let reader = reader.map_err(|error| wrong(&error))?;
             reader.take(size + 1).read_to_end(&mut records).map_err(|error| wrong(&error))?;
         }
-        other => return Err(Fault::Compression(other.to_owned())),
+        other => return Err(McapFault::Compression(other.to_owned())),
     }
     if records.len() as u64 != size {
-        return Err(Fault::Malformed);
+        return Err(McapFault::Malformed);
     }
     // 0 is for none.
     if crc != 0 && crc32fast::hash(&records) != crc {
-        return Err(Fault::Crc);
+        return Err(McapFault::Crc);
     }
     Ok(records)
 }
 
 /// Remaining fields of a record.
-struct Fields<'a>(&'a [u8]);
+struct RecordFields<'a>(&'a [u8]);
 
-impl<'a> Fields<'a> {
-    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(Fault::Malformed)?;
+impl<'a> RecordFields<'a> {
+    fn take_bytes<const N: usize>(&mut self) -> Result<[u8; N], McapFault> {
+        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(McapFault::Malformed)?;
         self.0 = rest;
         Ok(*taken)
     }
 
-    fn take_u16(&mut self) -> Result<u16, Fault> {
+    fn take_u16(&mut self) -> Result<u16, McapFault> {
         self.take_bytes().map(u16::from_le_bytes)
     }
 
-    fn take_block(&mut self, length: u64) -> Result<&'a [u8], Fault> {
-        let length = usize::try_from(length).map_err(|_| Fault::Malformed)?;
-        let (taken, rest) = self.0.split_at_checked(length).ok_or(Fault::Malformed)?;
+    fn take_block(&mut self, length: u64) -> Result<&'a [u8], McapFault> {
+        let length = usize::try_from(length).map_err(|_| McapFault::Malformed)?;
+        let (taken, rest) = self.0.split_at_checked(length).ok_or(McapFault::Malformed)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    fn take_text(&mut self) -> Result<&'a str, Fault> {
+    fn take_text(&mut self) -> Result<&'a str, McapFault> {
         let length = u32::from_le_bytes(self.take_bytes()?);
-        core::str::from_utf8(self.take_block(length.into())?).map_err(|_| Fault::Malformed)
+        core::str::from_utf8(self.take_block(length.into())?).map_err(|_| McapFault::Malformed)
     }
 }

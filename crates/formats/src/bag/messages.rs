@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use super::error::BagError;
-use super::mcap::{self, Fault, Part};
+use super::mcap::{self, McapFault, McapRecord};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
@@ -63,22 +63,22 @@ pub(super) struct Message<'a> {
 /// Hands every message of a file to `take`.
 pub(super) fn for_each_message(
     path: &Path,
-    take: &mut impl FnMut(Message<'_>) -> Result<(), Stop>,
+    take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
 ) -> Result<(), BagError> {
     let file = File::open(path);
     let file = file.map_err(|source| BagError::Io { file: path.to_path_buf(), source })?;
     // Schemas by their number; types and topics by that of their channel.
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
-    let mut part = |part: Part<'_>| -> Result<(), Stop> {
+    let mut part = |part: McapRecord<'_>| -> Result<(), ReadingEnd> {
         match part {
-            Part::Schema { id, name } => {
+            McapRecord::Schema { id, name } => {
                 schemas.insert(id, name.to_owned());
             }
-            Part::Channel { id, schema, topic } => {
+            McapRecord::Channel { id, schema, topic } => {
                 let kind = schemas.get(&schema).cloned().unwrap_or_default();
                 channels.insert(id, (kind, topic.to_owned()));
             }
-            Part::Message { channel, log_ns, data } => {
+            McapRecord::Message { channel, log_ns, data } => {
                 let Some((kind, topic)) = channels.get(&channel) else { return Ok(()) };
                 take(Message { kind, topic, log_ns, data })?;
             }
@@ -86,27 +86,29 @@ pub(super) fn for_each_message(
         Ok(())
     };
     mcap::read(BufReader::new(file), &mut part).map_err(|stop| match stop {
-        Stop::Bag(error) => *error,
-        Stop::File(Fault::Io(source)) => BagError::Io { file: path.to_path_buf(), source },
-        Stop::File(fault) => {
+        ReadingEnd::Bag(error) => *error,
+        ReadingEnd::File(McapFault::Io(source)) => {
+            BagError::Io { file: path.to_path_buf(), source }
+        }
+        ReadingEnd::File(fault) => {
             BagError::Format { file: path.to_path_buf(), problem: fault.to_string() }
         }
     })
 }
 
 /// Why reading of a file stops.
-pub(super) enum Stop {
+pub(super) enum ReadingEnd {
     Bag(Box<BagError>),
-    File(Fault),
+    File(McapFault),
 }
 
-impl From<Fault> for Stop {
-    fn from(fault: Fault) -> Self {
+impl From<McapFault> for ReadingEnd {
+    fn from(fault: McapFault) -> Self {
         Self::File(fault)
     }
 }
 
-impl From<BagError> for Stop {
+impl From<BagError> for ReadingEnd {
     fn from(error: BagError) -> Self {
         Self::Bag(Box::new(error))
     }

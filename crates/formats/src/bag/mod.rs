@@ -21,7 +21,7 @@ use crate::measurement::Measurement;
 use crate::missing_values::MissingValues;
 use crate::record::Record;
 use crate::start::RecordingStart;
-use crate::uniform::{Rows, TimesError, resample};
+use crate::uniform::{TimedRows, TimesError, resample};
 use cdr::JointState;
 use messages::{JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message};
 
@@ -30,7 +30,7 @@ const MAX_LISTED_NAMES: usize = 12;
 
 /// Findings on a topic.
 #[derive(Default)]
-struct Topic {
+struct TopicContent {
     joints: Vec<String>,
     messages: usize,
     /// Messages with all of the joints that are asked for.
@@ -63,7 +63,7 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         read_file(&file, spec, capacity, &mut topics)?;
     }
     let (name, topic) = choose_topic(path, topics, spec)?;
-    let Topic {
+    let TopicContent {
         times_ns,
         columns,
         complete_messages: complete,
@@ -104,7 +104,7 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         // They count messages.
         times_s.iter_mut().for_each(|time| *time *= 1e9 / spec.rate_hz);
     }
-    let rows = Rows { times_s, columns };
+    let rows = TimedRows { times_s, columns };
     let record = Record::from_uniform(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
     // Rows in order of arrival carry no time.
     let first_ns = times_ns.first().filter(|_| spec.time != BagTime::Rows);
@@ -117,7 +117,7 @@ fn read_file(
     path: &Path,
     spec: &BagSpec,
     capacity: Capacity,
-    topics: &mut BTreeMap<String, Topic>,
+    topics: &mut BTreeMap<String, TopicContent>,
 ) -> Result<(), BagError> {
     for_each_message(path, &mut |Message { kind, topic: name, log_ns, data }| {
         if kind != JOINT_STATE {
@@ -132,7 +132,7 @@ fn read_file(
     })
 }
 
-impl Topic {
+impl TopicContent {
     /// Takes a state of all joints; states of other joints are skipped.
     fn add_state(
         &mut self,
@@ -187,19 +187,19 @@ impl Topic {
 /// The topic that has the joints.
 fn choose_topic(
     path: &Path,
-    topics: BTreeMap<String, Topic>,
+    topics: BTreeMap<String, TopicContent>,
     spec: &BagSpec,
-) -> Result<(String, Topic), BagError> {
+) -> Result<(String, TopicContent), BagError> {
     let topics_found: Vec<String> = (topics.iter())
         .map(|(name, topic)| format!("{name} ({})", topic.joints.join(" ")))
         .collect();
     let wanted = |name: &String| spec.topic.as_ref().is_none_or(|wanted| wanted == name);
-    let (mut fitting, others): (Vec<(String, Topic)>, Vec<_>) = (topics.into_iter())
+    let (mut fitting, others): (Vec<(String, TopicContent)>, Vec<_>) = (topics.into_iter())
         .filter(|(name, _)| wanted(name))
         .partition(|(_, topic)| !topic.times_ns.is_empty());
     let file = path.to_path_buf();
     let missing = others.into_iter().find_map(
-        |(name, Topic { complete_messages: complete, first_incomplete: first, .. })| {
+        |(name, TopicContent { complete_messages: complete, first_incomplete: first, .. })| {
             first.map(|first| (name, complete, first))
         },
     );
@@ -237,7 +237,7 @@ mod tests {
             torque_scales: vec![1.0],
             time: BagTime::Log,
         };
-        let mut topic = Topic::default();
+        let mut topic = TopicContent::default();
         let mut take = |log_ns| {
             let (name, one) = (vec!["a".to_owned()], vec![1.0]);
             let state = JointState { stamp_ns: 0, name, position: one.clone(), effort: one };

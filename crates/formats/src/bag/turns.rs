@@ -13,7 +13,8 @@ pub(super) fn has_two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize
         let jumps = position.windows(3).filter(|three| {
             let forward = (three[1] - three[0]).abs().min((three[2] - three[1]).abs());
             forward > jump
-                && (three[2] - three[0]).abs() < TimeLimits::DEFAULT.return_share * forward
+                && (three[2] - three[0]).abs()
+                    < TimeLimits::DEFAULT.alternating_return_share * forward
         });
         let count = jumps.count();
         #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::elementary::called_by;
 use super::error::CodeError;
-use super::program::{Check, CodeModel, Part, Program};
+use super::program::{CodeModel, Program, SelfTestPoint, TorquePart};
 use super::statements::Language;
 
 /// The model as one C99 file that includes `stdint.h` and `string.h`, allocates nothing and calls
@@ -25,7 +25,7 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
         format!("int {name}_self_test(void)"),
     ];
     let mut body = String::new();
-    for ((part, says), head) in Part::TORQUE_PARTS.into_iter().zip(&heads) {
+    for ((part, says), head) in TorquePart::TORQUE_PARTS.into_iter().zip(&heads) {
         let (lines, results) = program.statements(part, Language::C)?;
         let results = results.iter().enumerate();
         let results = results.map(|(joint, result)| format!("tau[{joint}] = {result};"));
@@ -84,7 +84,7 @@ fn covariance(program: &Program<'_>, head: &str) -> Result<String, CodeError> {
         numbers.len(),
         numbers.chunks(6).map(|row| row.join(", ")).collect::<Vec<_>>().join(",\n    ")
     );
-    let (lines, results) = program.statements(Part::Regressor, Language::C)?;
+    let (lines, results) = program.statements(TorquePart::Regressor, Language::C)?;
     let _ = writeln!(
         text,
         "/* Covariance of the torques by that of the parameters, row by row [(N m)^2]. It holds \
@@ -122,7 +122,7 @@ fn self_test(program: &Program<'_>, head: &str) -> String {
     let rows: Vec<String> = program
         .checks
         .iter()
-        .map(|check: &Check| {
+        .map(|check: &SelfTestPoint| {
             let [q, dq, ddq] = &check.state;
             let rows = [q, dq, ddq, &check.torque, &check.variance].map(|row| numbers(row));
             format!("        {{{}}}", rows.join(",\n         "))

@@ -44,11 +44,11 @@ pub(super) struct Program<'a> {
     pub(super) entries: Vec<(usize, usize)>,
     /// Lower triangle L of the covariance LLᵀ, row by row.
     pub(super) factor: Vec<f64>,
-    pub(super) checks: Vec<Check>,
+    pub(super) checks: Vec<SelfTestPoint>,
 }
 
 /// A state, and the library's results at it.
-pub(super) struct Check {
+pub(super) struct SelfTestPoint {
     /// q, q̇ and q̈, joint by joint.
     pub(super) state: [Vec<f64>; 3],
     pub(super) torque: Vec<f64>,
@@ -58,14 +58,14 @@ pub(super) struct Check {
 
 /// Term of the joint torque.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum TorquePart {
     RigidBody,
     Gravity,
     Friction,
     Regressor,
 }
 
-impl Part {
+impl TorquePart {
     /// Parts that are torques, with their descriptions.
     pub(super) const TORQUE_PARTS: [(Self, &str); 3] = [
         (Self::RigidBody, "Torques of a motion, without friction and offsets."),
@@ -147,15 +147,15 @@ impl<'a> Program<'a> {
     /// Returns the statements of a part, and its results.
     pub(super) fn statements(
         &self,
-        part: Part,
+        part: TorquePart,
         language: Language,
     ) -> Result<(Vec<String>, Vec<String>), CodeError> {
         let n = self.joints();
         let Function { tape, results } = match part {
-            Part::RigidBody => &self.rigid_body,
-            Part::Gravity => &self.gravity,
-            Part::Friction => &self.friction,
-            Part::Regressor => &self.regressor,
+            TorquePart::RigidBody => &self.rigid_body,
+            TorquePart::Gravity => &self.gravity,
+            TorquePart::Friction => &self.friction,
+            TorquePart::Regressor => &self.regressor,
         };
         let input = |number: usize| format!("{}[{}]", ["q", "dq", "ddq"][number / n], number % n);
         let prefix = format!("{}_", self.prefix);
@@ -195,7 +195,7 @@ fn compute_check(
     columns: &[usize],
     covariance: &DMatrix<f64>,
     number: usize,
-) -> Check {
+) -> SelfTestPoint {
     let n = dynamics.joints();
     // Spread evenly by the golden ratio.
     let state = [3.0, 2.0, 10.0].map(|size| {
@@ -210,7 +210,7 @@ fn compute_check(
     dynamics.selected_regressor(&mut ws, &wanted, q, dq, ddq, &mut regressor);
     let y = DMatrix::from_row_slice(n, columns.len(), &regressor);
     let variance = (&y * covariance * y.transpose()).diagonal().as_slice().to_vec();
-    Check { state, torque, variance }
+    SelfTestPoint { state, torque, variance }
 }
 
 /// A name as the languages allow it.

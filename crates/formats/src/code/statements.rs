@@ -42,7 +42,7 @@ impl Language {
 
 /// Precedence of the outermost operation of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Binding {
+enum Precedence {
     Sum,
     Product,
     Sign,
@@ -52,16 +52,16 @@ enum Binding {
 #[derive(Clone, Debug)]
 struct Expression {
     text: String,
-    binding: Binding,
+    binding: Precedence,
 }
 
 impl Expression {
     fn new(text: String) -> Self {
-        Self { text, binding: Binding::Complete }
+        Self { text, binding: Precedence::Complete }
     }
 
     /// Adds brackets if the precedence is lower.
-    fn bracketed(&self, least: Binding) -> String {
+    fn bracketed(&self, least: Precedence) -> String {
         if self.binding < least { format!("({})", self.text) } else { self.text.clone() }
     }
 }
@@ -80,40 +80,40 @@ pub(super) fn statements(
     let mut written: BTreeMap<usize, Expression> = BTreeMap::new();
     let (mut lines, mut names) = (Vec::new(), 0);
     for (node, operation) in tape.nodes.iter().enumerate().filter(|(node, _)| uses[*node] > 0) {
-        let text = |of: usize, least: Binding| written[&of].bracketed(least);
+        let text = |of: usize, least: Precedence| written[&of].bracketed(least);
         let function = |name: &str, of: usize| {
-            Expression::new(language.library_call(prefix, name, &text(of, Binding::Sum)))
+            Expression::new(language.library_call(prefix, name, &text(of, Precedence::Sum)))
         };
         let expression = match *operation {
             Operation::Constant(value) => {
-                let binding = if value < 0.0 { Binding::Sign } else { Binding::Complete };
+                let binding = if value < 0.0 { Precedence::Sign } else { Precedence::Complete };
                 Expression { text: format!("{value:?}"), binding }
             }
             Operation::Input(number) => Expression::new(input(number)),
             Operation::Add(a, b) => Expression {
-                text: format!("{} + {}", text(a, Binding::Sum), text(b, Binding::Product)),
-                binding: Binding::Sum,
+                text: format!("{} + {}", text(a, Precedence::Sum), text(b, Precedence::Product)),
+                binding: Precedence::Sum,
             },
             Operation::Subtract(a, b) => Expression {
-                text: format!("{} - {}", text(a, Binding::Sum), text(b, Binding::Product)),
-                binding: Binding::Sum,
+                text: format!("{} - {}", text(a, Precedence::Sum), text(b, Precedence::Product)),
+                binding: Precedence::Sum,
             },
             Operation::Multiply(a, b) => Expression {
-                text: format!("{} * {}", text(a, Binding::Product), text(b, Binding::Sign)),
-                binding: Binding::Product,
+                text: format!("{} * {}", text(a, Precedence::Product), text(b, Precedence::Sign)),
+                binding: Precedence::Product,
             },
             Operation::Divide(a, b) => Expression {
-                text: format!("{} / {}", text(a, Binding::Product), text(b, Binding::Sign)),
-                binding: Binding::Product,
+                text: format!("{} / {}", text(a, Precedence::Product), text(b, Precedence::Sign)),
+                binding: Precedence::Product,
             },
             Operation::Negate(a) => Expression {
-                text: format!("-{}", text(a, Binding::Complete)),
-                binding: Binding::Sign,
+                text: format!("-{}", text(a, Precedence::Complete)),
+                binding: Precedence::Sign,
             },
             Operation::Sine(a) | Operation::Cosine(a) => {
                 let [sine, cosine] = ["s", "c"].map(|name| format!("{name}{a}"));
                 let statement =
-                    language.sine_and_cosine(prefix, [&sine, &cosine], &text(a, Binding::Sum));
+                    language.sine_and_cosine(prefix, [&sine, &cosine], &text(a, Precedence::Sum));
                 if !lines.contains(&statement) {
                     lines.push(statement);
                 }
@@ -123,12 +123,12 @@ pub(super) fn statements(
             Operation::Tanh(a) => function("tanh", a),
             Operation::Sign(a) => function("sign", a),
             Operation::DeadBandSign(a, threshold) => {
-                let arguments = format!("{}, {threshold:?}", text(a, Binding::Sum));
+                let arguments = format!("{}, {threshold:?}", text(a, Precedence::Sum));
                 Expression::new(language.library_call(prefix, "dead_band_sign", &arguments))
             }
             Operation::Opaque(_) => return None,
         };
-        let is_shared = uses[node] > 1 && expression.binding < Binding::Complete;
+        let is_shared = uses[node] > 1 && expression.binding < Precedence::Complete;
         let is_call = matches!(
             operation,
             Operation::Tanh(_) | Operation::Sign(_) | Operation::DeadBandSign(..)

@@ -8,7 +8,7 @@ use super::model::ExportModel;
 
 /// Format of an exported arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Holder {
+pub enum ExportKind {
     /// URDF: bodies, viscous and Coulomb friction.
     Urdf,
     /// MJCF: drive inertias and coupled motors too.
@@ -34,7 +34,7 @@ pub struct LeftOut {
 
 impl LeftOut {
     /// Lists everything that a format omits of an arm, in the order of its parameters.
-    pub fn list(model: &ExportModel<'_>, holder: Holder) -> Vec<Self> {
+    pub fn list(model: &ExportModel<'_>, holder: ExportKind) -> Vec<Self> {
         let ExportModel { robot, standard_parameters: standard, .. } = model;
         let table = robot.parameters();
         let parameters = table.parameters().iter().zip(table.names()).zip(*standard);
@@ -63,7 +63,7 @@ impl LeftOut {
 fn unsupported_quantity(
     robot: &Robot,
     kind: ParameterKind,
-    holder: Holder,
+    holder: ExportKind,
 ) -> Option<&'static str> {
     use ParameterKind::{
         FcLoad, FcMotor, Fh, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
@@ -71,10 +71,10 @@ fn unsupported_quantity(
 
     let coupled = (0..robot.joints()).any(|motor| robot.transmission().is_coupled(motor));
     match (kind, holder) {
-        (_, Holder::Parameters) => None,
-        (Ia, Holder::Urdf) => Some("drive inertia"),
-        (FvMotor, Holder::Urdf) if coupled => Some("viscous friction of a coupled motor"),
-        (FcMotor, Holder::Urdf) if coupled => Some("Coulomb friction of a coupled motor"),
+        (_, ExportKind::Parameters) => None,
+        (Ia, ExportKind::Urdf) => Some("drive inertia"),
+        (FvMotor, ExportKind::Urdf) if coupled => Some("viscous friction of a coupled motor"),
+        (FcMotor, ExportKind::Urdf) if coupled => Some("Coulomb friction of a coupled motor"),
         (Off, _) => Some("offset of the torque"),
         (FvQuadratic, _) => Some("viscous friction with the square of the speed"),
         (FvCubic, _) => Some("viscous friction with the cube of the speed"),

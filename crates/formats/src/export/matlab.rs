@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use didim_dynamics::robot::ParameterKind;
 
-use super::left_out::{Holder, LeftOut};
+use super::left_out::{ExportKind, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic};
 
 /// Letters of a name that count.
@@ -62,7 +62,7 @@ pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, Expo
     }
     let robot = model.robot;
     let mut text = format!("function arm = {function}()\n");
-    let left_out = LeftOut::list(model, Holder::Parameters).into_iter();
+    let left_out = LeftOut::list(model, ExportKind::Parameters).into_iter();
     // Writing to a String cannot fail.
     for line in
         model.origin.iter().cloned().chain(left_out.map(|omitted| format!("left out: {omitted}")))

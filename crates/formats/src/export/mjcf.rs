@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use didim_dynamics::robot::{JointIndex, MotorIndex, ParameterKind};
 use nalgebra::UnitQuaternion;
 
-use super::left_out::{Holder, LeftOut};
+use super::left_out::{ExportKind, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::urdf::Body;
 use crate::xml::{escape_attribute, within_comment};
@@ -18,7 +18,7 @@ use crate::xml::{escape_attribute, within_comment};
 pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let robot = model.robot;
     let mut text = String::from("<!--\n");
-    let left_out = LeftOut::list(model, Holder::Mjcf);
+    let left_out = LeftOut::list(model, ExportKind::Mjcf);
     let left_out = left_out.iter().map(|omitted| format!("left out: {omitted}"));
     for line in model.origin.iter().cloned().chain(left_out) {
         // Writing to a String cannot fail.

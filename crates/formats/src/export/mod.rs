@@ -7,7 +7,7 @@ mod model;
 mod robot_file;
 mod urdf;
 
-pub use left_out::{Holder, LeftOut};
+pub use left_out::{ExportKind, LeftOut};
 pub use matlab::to_matlab;
 pub use mjcf::to_mjcf;
 pub use model::{ExportError, ExportModel};

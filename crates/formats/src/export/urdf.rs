@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use didim_dynamics::robot::ParameterKind;
 use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 
-use super::left_out::{Holder, LeftOut};
+use super::left_out::{ExportKind, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::xml::{escape_attribute, within_comment};
 
@@ -20,7 +20,7 @@ const UNKNOWN_LIMIT: f64 = 0.0;
 pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let robot = model.robot;
     let mut text = String::from("<?xml version=\"1.0\"?>\n<!--\n");
-    let left_out = LeftOut::list(model, Holder::Urdf);
+    let left_out = LeftOut::list(model, ExportKind::Urdf);
     let left_out = left_out.iter().map(|omitted| format!("left out: {omitted}"));
     let has_open_limits =
         robot.limits().any(|of| of.velocity_max.is_none() || of.torque_max.is_none());

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::column::LongColumn;
 use super::error::LongTableError;
 use super::text;
-use super::wanted::Wanted;
+use super::wanted::RequestedColumns;
 
 /// Format of a long table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ pub fn read_long_table<const N: usize>(
     path: &Path,
     names: [&str; N],
 ) -> Result<Vec<[String; N]>, LongTableError> {
-    let mut wanted = Wanted::new(names);
+    let mut wanted = RequestedColumns::new(names);
     match LongFormat::from_path(path)? {
         LongFormat::Csv => text::read(path, &mut wanted)?,
         #[cfg(feature = "parquet")]

@@ -18,7 +18,7 @@ use parquet::schema::types::Type;
 use super::column::{LongColumn, LongValues};
 use super::error::LongTableError;
 use super::text::instant_text;
-use super::wanted::Wanted;
+use super::wanted::RequestedColumns;
 use crate::guarded::catch_panic;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
@@ -93,7 +93,7 @@ fn write_values<T: DataType, V: Copy>(
 /// Reads row by row.
 pub(super) fn read<const N: usize>(
     path: &Path,
-    wanted: &mut Wanted<'_, N>,
+    wanted: &mut RequestedColumns<'_, N>,
 ) -> Result<(), LongTableError> {
     catch_panic(
         || {

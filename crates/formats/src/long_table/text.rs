@@ -7,7 +7,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use super::column::{LongColumn, LongValues};
 use super::error::LongTableError;
-use super::wanted::Wanted;
+use super::wanted::RequestedColumns;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(output);
@@ -49,7 +49,7 @@ pub(super) fn instant_text(since: Duration) -> String {
 
 pub(super) fn read<const N: usize>(
     path: &Path,
-    wanted: &mut Wanted<'_, N>,
+    wanted: &mut RequestedColumns<'_, N>,
 ) -> Result<(), LongTableError> {
     let damaged = |error: csv::Error| match error.into_kind() {
         csv::ErrorKind::Io(source) => LongTableError::Io(source),

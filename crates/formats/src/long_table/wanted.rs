@@ -6,14 +6,14 @@ use super::error::LongTableError;
 const MOST_ROWS: usize = 1_000_000;
 
 /// Wanted columns of a table, and their places.
-pub(super) struct Wanted<'a, const N: usize> {
+pub(super) struct RequestedColumns<'a, const N: usize> {
     names: [&'a str; N],
     /// Index of each requested column in the table.
     column_indices: [usize; N],
     pub(super) rows: Vec<[String; N]>,
 }
 
-impl<'a, const N: usize> Wanted<'a, N> {
+impl<'a, const N: usize> RequestedColumns<'a, N> {
     pub(super) fn new(names: [&'a str; N]) -> Self {
         Self { names, column_indices: [0; N], rows: Vec::new() }
     }

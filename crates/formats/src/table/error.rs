@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::place::Place;
+use super::place::RowPlace;
 use crate::missing_values::{DisjointColumns, MissingValues};
 use crate::uniform::TimesError;
 
@@ -187,7 +187,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
         /// Where it stands.
-        place: Place,
+        place: RowPlace,
         /// The column's header name.
         column: String,
         /// Text found there.
@@ -201,7 +201,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
         /// Where it stands.
-        place: Place,
+        place: RowPlace,
         /// The column's header name.
         column: String,
         /// Text found there.
@@ -214,7 +214,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
         /// Where it stands.
-        place: Place,
+        place: RowPlace,
         /// The column's header name.
         column: String,
         /// Text found there.
@@ -227,7 +227,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
         /// Where it stands.
-        place: Place,
+        place: RowPlace,
         /// The column's header name.
         column: String,
         /// Value found there.
@@ -261,7 +261,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
         /// Where it stands.
-        place: Place,
+        place: RowPlace,
         /// The time that stands there, after the first \[s\].
         time_s: f64,
         /// The time that the grid has there, after the first \[s\].

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::TableError;
-use super::place::Place;
+use super::place::RowPlace;
 use crate::time_limits::TimeLimits;
 
 /// A uniform grid of times.
@@ -16,7 +16,7 @@ pub(super) struct Grid {
 /// The grid of a table whose times, if any, are on a uniform one.
 pub(super) fn find_grid(
     time_s: Option<&[f64]>,
-    first_row: Place,
+    first_row: RowPlace,
     declared: Option<f64>,
     path: &Path,
 ) -> Result<Grid, TableError> {
@@ -41,7 +41,7 @@ pub(super) fn find_grid(
 /// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
 /// not move, then tells where.
 #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-fn uniform(time_s: &[f64], first_row: Place, path: &Path) -> Result<Grid, TableError> {
+fn uniform(time_s: &[f64], first_row: RowPlace, path: &Path) -> Result<Grid, TableError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Err(TableError::TooShort { file: path.to_path_buf() });
     };

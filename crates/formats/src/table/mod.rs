@@ -30,14 +30,14 @@ use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
 use crate::start::RecordingStart;
 use crate::time_limits::TimeLimits;
-use crate::uniform::{Rows, TimesError, resample};
+use crate::uniform::{TimedRows, TimesError, resample};
 use grid::{Grid, find_grid};
 use header::{Column, Header};
-use source::{Source, Values};
-use text::Text;
+use source::{Source, TableValues};
+use text::TextTable;
 
 pub use error::TableError;
-pub use place::Place;
+pub use place::RowPlace;
 pub use write::write_csv;
 
 /// Reads a whole experiment with didim's own columns, its times on a uniform grid.
@@ -123,7 +123,7 @@ fn to_record(
             let times_s = table.time.take().unwrap_or_default();
             let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
             let rate = sample_rate_hz.unwrap_or(nominal_hz);
-            let uniform = resample(Rows { times_s, columns }, rate)
+            let uniform = resample(TimedRows { times_s, columns }, rate)
                 .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
             Ok(Record::from_uniform(uniform, |columns| {
                 let mut columns = columns.into_iter();
@@ -165,7 +165,7 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
     let begin = file.fill_buf().map_err(wrong)?;
     if begin.starts_with(&PARQUET_MAGIC) {
         #[cfg(feature = "parquet")]
-        return Ok(Box::new(parquet::Parquet::open(file.into_inner(), path)?));
+        return Ok(Box::new(parquet::ParquetTable::open(file.into_inner(), path)?));
         #[cfg(not(feature = "parquet"))]
         return Err(TableError::NoParquet { file: path.to_path_buf() });
     }
@@ -175,7 +175,7 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
         Box::new(file)
     };
     let wanted = columns.map(Columns::all_names).unwrap_or_default();
-    Ok(Box::new(Text::open(input, path, &wanted)?))
+    Ok(Box::new(TextTable::open(input, path, &wanted)?))
 }
 
 /// The header of a table.
@@ -215,7 +215,7 @@ pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, TableE
 pub struct Table {
     side: Side,
     axes: usize,
-    first_row: Place,
+    first_row: RowPlace,
     /// The time of each row after the first, where there is one \[s\].
     pub time: Option<Vec<f64>>,
     /// Value of the last digit of the finest time \[s\].
@@ -281,7 +281,7 @@ fn read(
     let (first_row, names) = (source.first_row(), source.names().to_vec());
     let is_read = |column: &&Column| !matches!(column, Column::Other);
     let capacity = Capacity::of_values(header.columns.iter().filter(is_read).count());
-    let Values { columns: mut numbers, mut resolution, first_time: mut first } =
+    let TableValues { columns: mut numbers, mut resolution, first_time: mut first } =
         source.read(&header.columns, capacity)?;
     let incomplete_rows = leave_out(&mut numbers, &names, first_row, path)?;
     let (mut time, mut rows) = (None, 0);
@@ -364,7 +364,7 @@ fn check_time_unit(
 fn leave_out(
     columns: &mut [Vec<f64>],
     names: &[String],
-    first_row: Place,
+    first_row: RowPlace,
     path: &Path,
 ) -> Result<Option<IncompleteRows>, TableError> {
     let file = path.to_path_buf();
@@ -425,7 +425,7 @@ mod tests {
         let path = Path::new("x.csv");
         let input = Box::new(std::io::Cursor::new(text.to_vec()));
         let wanted = columns.map(Columns::all_names).unwrap_or_default();
-        let source = Box::new(Text::open(input, path, &wanted)?);
+        let source = Box::new(TextTable::open(input, path, &wanted)?);
         let table = read(source, path, declared.is_none(), columns)?;
         let rate_hz = table.grid(declared, path)?.rate_hz;
         Ok(table.into_measurement(rate_hz))
@@ -464,7 +464,7 @@ mod tests {
         let text = HEADER.to_owned() + "0,1,2\n0.1,2,3\n0.2,3,4\n";
         let read = |samples| {
             let input = Box::new(std::io::Cursor::new(text.clone().into_bytes()));
-            let source = Box::new(Text::open(input, Path::new("x.csv"), &[]).unwrap());
+            let source = Box::new(TextTable::open(input, Path::new("x.csv"), &[]).unwrap());
             source.read(&[Column::Time; 3], Capacity { samples })
         };
         assert_eq!(read(3).unwrap().columns[0].len(), 3);

@@ -13,9 +13,9 @@ use parquet::schema::types::ColumnDescriptor;
 
 use super::error::TableError;
 use super::header::Column;
-use super::place::Place;
-use super::source::{Source, Values};
-use super::time::{Exact, First, digit_resolution};
+use super::place::RowPlace;
+use super::source::{Source, TableValues};
+use super::time::{ExactTime, FirstTime, digit_resolution};
 use crate::capacity::Capacity;
 use crate::guarded::catch_panic as guard;
 
@@ -23,7 +23,7 @@ use crate::guarded::catch_panic as guard;
 const BATCH_VALUES: usize = 1 << 13;
 
 /// Content of a column, by its type.
-enum Holds {
+enum ColumnType {
     /// Numbers, of which this is the leaf, and whether they are unsigned.
     Numbers { leaf: usize, unsigned: bool },
     /// Times, with the seconds to their 1, and whether they are of UTC.
@@ -33,14 +33,14 @@ enum Holds {
 }
 
 /// A file behind its footer.
-pub(super) struct Parquet {
+pub(super) struct ParquetTable {
     path: PathBuf,
     reader: SerializedFileReader<File>,
     names: Vec<String>,
-    column_types: Vec<Holds>,
+    column_types: Vec<ColumnType>,
 }
 
-impl Parquet {
+impl ParquetTable {
     /// Reads the footer.
     pub(super) fn open(file: File, path: &Path) -> Result<Self, TableError> {
         call_parquet(path, || {
@@ -48,8 +48,8 @@ impl Parquet {
             let reader = SerializedFileReader::new(file).map_err(damaged)?;
             let schema = reader.metadata().file_metadata().schema_descr_ptr();
             let fields = schema.root_schema().get_fields();
-            let mut holds: Vec<Holds> =
-                fields.iter().map(|_| Holds::Other("nested values")).collect();
+            let mut holds: Vec<ColumnType> =
+                fields.iter().map(|_| ColumnType::Other("nested values")).collect();
             for leaf in 0..schema.num_columns() {
                 let (field, column) = (schema.get_column_root_idx(leaf), schema.column(leaf));
                 if fields.get(field).is_some_and(|field| field.is_primitive()) {
@@ -62,20 +62,25 @@ impl Parquet {
     }
 
     /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
-    fn column(&self, index: usize, is_time: bool, most: usize) -> Result<Numbers, TableError> {
+    fn column(
+        &self,
+        index: usize,
+        is_time: bool,
+        most: usize,
+    ) -> Result<ColumnNumbers, TableError> {
         let (leaf, unsigned) = match self.column_types[index] {
-            Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
-            Holds::Times { leaf, .. } => (leaf, false),
-            Holds::Other(what) => {
+            ColumnType::Numbers { leaf, unsigned } => (leaf, unsigned),
+            ColumnType::Times { leaf, .. } => (leaf, false),
+            ColumnType::Other(what) => {
                 let (file, column) = (self.path.clone(), self.names[index].clone());
                 return Err(TableError::NoNumbers { file, column, what });
             }
         };
         let damaged = |error: ParquetError| error_of(&self.path, &error);
-        let mut numbers = Numbers {
+        let mut numbers = ColumnNumbers {
             values: Vec::new(),
             expected_count: most,
-            first_time: is_time.then(First::default),
+            first_time: is_time.then(FirstTime::default),
             finest_resolution: f64::INFINITY,
         };
         let mut rows = 0;
@@ -108,16 +113,18 @@ impl Parquet {
                 ColumnReader::Int64ColumnReader(from) => {
                     numbers.read(from, |value| (value as f64, Some(value)))
                 }
-                _ => Err(Stop::Damaged("a column has another type than the header says".into())),
+                _ => Err(ReadingEnd::Damaged(
+                    "a column has another type than the header says".into(),
+                )),
             };
             read.map_err(|stop| match stop {
-                Stop::NotANumber(text) => TableError::NotANumber {
+                ReadingEnd::NotANumber(text) => TableError::NotANumber {
                     file: self.path.clone(),
                     place: self.first_row().rows_later(numbers.values.len()),
                     column: self.names[index].clone(),
                     text,
                 },
-                Stop::Damaged(what) => TableError::Parquet { file: self.path.clone(), what },
+                ReadingEnd::Damaged(what) => TableError::Parquet { file: self.path.clone(), what },
             })?;
             if numbers.values.len() != rows {
                 let problem = format!("{} of {rows} rows are there", numbers.values.len());
@@ -128,31 +135,38 @@ impl Parquet {
     }
 }
 
-impl Source for Parquet {
+impl Source for ParquetTable {
     fn names(&self) -> &[String] {
         &self.names
     }
 
     fn seconds_per_unit(&self, column: usize) -> Option<f64> {
         match self.column_types.get(column) {
-            Some(Holds::Times { second, .. }) => Some(*second),
+            Some(ColumnType::Times { second, .. }) => Some(*second),
             _ => None,
         }
     }
 
-    fn first_row(&self) -> Place {
-        Place::Row(1)
+    fn first_row(&self) -> RowPlace {
+        RowPlace::Row(1)
     }
 
-    fn read(self: Box<Self>, columns: &[Column], capacity: Capacity) -> Result<Values, TableError> {
+    fn read(
+        self: Box<Self>,
+        columns: &[Column],
+        capacity: Capacity,
+    ) -> Result<TableValues, TableError> {
         let groups = self.reader.metadata().row_groups().iter();
         let rows = groups.map(|group| usize::try_from(group.num_rows()).unwrap_or(usize::MAX));
         let rows = rows.fold(0, usize::saturating_add);
         if rows > capacity.samples {
             return Err(TableError::TooLong { file: self.path.clone(), samples: capacity.samples });
         }
-        let mut values =
-            Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0, first_time: None };
+        let mut values = TableValues {
+            columns: vec![Vec::new(); columns.len()],
+            resolution: 0.0,
+            first_time: None,
+        };
         for (index, column) in columns.iter().enumerate() {
             if *column == Column::Other {
                 continue;
@@ -162,7 +176,8 @@ impl Source for Parquet {
             values.columns[index] = numbers.values;
             if is_time {
                 values.resolution = numbers.finest_resolution;
-                let is_local = matches!(self.column_types[index], Holds::Times { utc: false, .. });
+                let is_local =
+                    matches!(self.column_types[index], ColumnType::Times { utc: false, .. });
                 values.first_time =
                     numbers.first_time.and_then(|first| first.0).filter(|_| !is_local);
             }
@@ -171,10 +186,10 @@ impl Source for Parquet {
     }
 }
 
-fn of_type(leaf: usize, column: &ColumnDescriptor) -> Holds {
+fn of_type(leaf: usize, column: &ColumnDescriptor) -> ColumnType {
     use parquet::basic::Type;
     if column.max_rep_level() > 0 {
-        return Holds::Other("lists");
+        return ColumnType::Other("lists");
     }
     let second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e-3,
@@ -183,65 +198,65 @@ fn of_type(leaf: usize, column: &ColumnDescriptor) -> Holds {
     };
     match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
         (Type::INT64, Some(LogicalType::Timestamp(of)), _) => {
-            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
+            ColumnType::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
         }
         (Type::INT32 | Type::INT64, Some(LogicalType::Time(of)), _) => {
-            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
+            ColumnType::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
         }
         // As files of before format 2.4 say it.
         (_, None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => {
-            Holds::Times { leaf, second: 1e-3, utc: true }
+            ColumnType::Times { leaf, second: 1e-3, utc: true }
         }
         (_, None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => {
-            Holds::Times { leaf, second: 1e-6, utc: true }
+            ColumnType::Times { leaf, second: 1e-6, utc: true }
         }
-        (_, Some(LogicalType::Date), _) | (_, _, ConvertedType::DATE) => Holds::Other("dates"),
+        (_, Some(LogicalType::Date), _) | (_, _, ConvertedType::DATE) => ColumnType::Other("dates"),
         (_, Some(LogicalType::Decimal(_)), _) | (_, _, ConvertedType::DECIMAL) => {
-            Holds::Other("decimals of a fixed scale")
+            ColumnType::Other("decimals of a fixed scale")
         }
-        (Type::DOUBLE | Type::FLOAT, ..) => Holds::Numbers { leaf, unsigned: false },
+        (Type::DOUBLE | Type::FLOAT, ..) => ColumnType::Numbers { leaf, unsigned: false },
         (Type::INT32 | Type::INT64, _, converted) => {
             use ConvertedType::{UINT_8, UINT_16, UINT_32, UINT_64};
             let unsigned = matches!(converted, UINT_8 | UINT_16 | UINT_32 | UINT_64);
-            Holds::Numbers { leaf, unsigned }
+            ColumnType::Numbers { leaf, unsigned }
         }
-        (Type::BOOLEAN, ..) => Holds::Other("what is true or false"),
-        (Type::INT96, ..) => Holds::Other("times of the outdated type INT96"),
-        (_, Some(LogicalType::Float16), _) => Holds::Other("numbers of half precision"),
-        (Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY, ..) => Holds::Other("text or bytes"),
+        (Type::BOOLEAN, ..) => ColumnType::Other("what is true or false"),
+        (Type::INT96, ..) => ColumnType::Other("times of the outdated type INT96"),
+        (_, Some(LogicalType::Float16), _) => ColumnType::Other("numbers of half precision"),
+        (Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY, ..) => ColumnType::Other("text or bytes"),
     }
 }
 
 /// Why the numbers of a column end.
-enum Stop {
+enum ReadingEnd {
     /// At what stands there.
     NotANumber(String),
     Damaged(String),
 }
 
-impl From<ParquetError> for Stop {
+impl From<ParquetError> for ReadingEnd {
     fn from(error: ParquetError) -> Self {
         Self::Damaged(error.to_string())
     }
 }
 
 /// The numbers of a column so far.
-struct Numbers {
+struct ColumnNumbers {
     values: Vec<f64>,
     /// As many as the footer says.
     expected_count: usize,
     /// First time, from which times are counted.
-    first_time: Option<First>,
+    first_time: Option<FirstTime>,
     finest_resolution: f64,
 }
 
-impl Numbers {
+impl ColumnNumbers {
     /// Reads a column. `number` gives the value, and the exact integer if a double may not hold it.
     fn read<T: DataType>(
         &mut self,
         mut from: ColumnReaderImpl<T>,
         number: impl Fn(T::T) -> (f64, Option<i64>),
-    ) -> Result<(), Stop> {
+    ) -> Result<(), ReadingEnd> {
         let (mut read, mut levels): (Vec<T::T>, Vec<i16>) = (Vec::new(), Vec::new());
         loop {
             read.clear();
@@ -259,7 +274,7 @@ impl Numbers {
                     continue;
                 }
                 let Some(value) = values.next() else {
-                    return Err(Stop::Damaged("fewer values than rows".to_owned()));
+                    return Err(ReadingEnd::Damaged("fewer values than rows".to_owned()));
                 };
                 let text = self.first_time.is_some().then(|| value.to_string());
                 let (mut value, complete) = number(value);
@@ -268,18 +283,20 @@ impl Numbers {
                     continue;
                 }
                 if value.is_infinite() {
-                    return Err(Stop::NotANumber(value.to_string()));
+                    return Err(ReadingEnd::NotANumber(value.to_string()));
                 }
                 if let (Some(first), Some(text)) = (&mut self.first_time, text) {
                     self.finest_resolution = self.finest_resolution.min(digit_resolution(&text));
-                    let integer = complete
-                        .map(|complete_rows| Exact { whole_part: complete_rows, fraction: 0.0 });
+                    let integer = complete.map(|complete_rows| ExactTime {
+                        whole_part: complete_rows,
+                        fraction: 0.0,
+                    });
                     value = first.seconds_after(integer.unwrap_or(value.into()));
                 }
                 self.values.push(value);
             }
             if self.values.len() > self.expected_count {
-                return Err(Stop::Damaged("more rows than the footer says".to_owned()));
+                return Err(ReadingEnd::Damaged("more rows than the footer says".to_owned()));
             }
         }
     }

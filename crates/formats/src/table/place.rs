@@ -4,14 +4,14 @@ use core::fmt;
 
 /// Place of a row in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum RowPlace {
     /// A line of text, the header being line 1.
     Line(u64),
     /// A row of a file without lines, from 1.
     Row(u64),
 }
 
-impl Place {
+impl RowPlace {
     /// Returns the place this number of rows later, if each has its own line.
     pub(super) fn rows_later(self, rows: usize) -> Self {
         match self {
@@ -21,7 +21,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for RowPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line) => write!(f, "line {line}"),

@@ -2,8 +2,8 @@
 
 use super::error::TableError;
 use super::header::Column;
-use super::place::Place;
-use super::time::Exact;
+use super::place::RowPlace;
+use super::time::ExactTime;
 use crate::capacity::Capacity;
 
 /// A table that is open behind its header.
@@ -15,22 +15,26 @@ pub(super) trait Source {
     fn seconds_per_unit(&self, column: usize) -> Option<f64>;
 
     /// Returns the place of its first row.
-    fn first_row(&self) -> Place;
+    fn first_row(&self) -> RowPlace;
 
     /// Reads the numbers of the wanted columns.
     ///
     /// # Errors
     /// See [`TableError`]; [`TableError::NotANumber`] at the first field that is none.
-    fn read(self: Box<Self>, columns: &[Column], capacity: Capacity) -> Result<Values, TableError>;
+    fn read(
+        self: Box<Self>,
+        columns: &[Column],
+        capacity: Capacity,
+    ) -> Result<TableValues, TableError>;
 }
 
 /// Numbers of a table, unscaled.
-pub(super) struct Values {
+pub(super) struct TableValues {
     /// One entry per column of the file, empty if it is not wanted. Times count from the first, and
     /// empty fields and nulls are NaN.
     pub(super) columns: Vec<Vec<f64>>,
     /// Value of the last digit of the finest time.
     pub(super) resolution: f64,
     /// The first time, after which they are; nothing where its clock is not named.
-    pub(super) first_time: Option<Exact>,
+    pub(super) first_time: Option<ExactTime>,
 }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::TableError;
 use super::header::Column;
-use super::place::Place;
-use super::source::{Source, Values};
-use super::time::{Exact, First, digit_resolution, names_its_clock};
+use super::place::RowPlace;
+use super::source::{Source, TableValues};
+use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock};
 use crate::capacity::Capacity;
 
 /// Largest length of a header line \[bytes\].
@@ -18,14 +18,14 @@ const LONGEST_HEADER: u64 = 1 << 20;
 type Input = Chain<Cursor<Vec<u8>>, Box<dyn BufRead>>;
 
 /// A table behind its header.
-pub(super) struct Text {
+pub(super) struct TextTable {
     path: PathBuf,
     reader: csv::Reader<Input>,
     names: Vec<String>,
     delimiter: u8,
 }
 
-impl Text {
+impl TextTable {
     /// Reads the header. `wanted` are the columns looked for; they identify the separator.
     pub(super) fn open(
         mut input: Box<dyn BufRead>,
@@ -47,7 +47,7 @@ impl Text {
     }
 }
 
-impl Source for Text {
+impl Source for TextTable {
     fn names(&self) -> &[String] {
         &self.names
     }
@@ -56,18 +56,18 @@ impl Source for Text {
         None
     }
 
-    fn first_row(&self) -> Place {
-        Place::Line(2)
+    fn first_row(&self) -> RowPlace {
+        RowPlace::Line(2)
     }
 
     fn read(
         mut self: Box<Self>,
         columns: &[Column],
         capacity: Capacity,
-    ) -> Result<Values, TableError> {
+    ) -> Result<TableValues, TableError> {
         let file = || self.path.clone();
         let mut values = vec![Vec::new(); columns.len()];
-        let (mut first, mut finest) = (First::default(), f64::INFINITY);
+        let (mut first, mut finest) = (FirstTime::default(), f64::INFINITY);
         let mut of_no_clock = false;
         let mut record = csv::StringRecord::new();
         let mut rows = 0;
@@ -92,13 +92,17 @@ impl Source for Text {
                     continue;
                 }
                 let value = match column {
-                    Column::Time => Exact::of_number(number).map(|time| first.seconds_after(time)),
-                    Column::Date => Exact::of_date(number).map(|time| first.seconds_after(time)),
+                    Column::Time => {
+                        ExactTime::of_number(number).map(|time| first.seconds_after(time))
+                    }
+                    Column::Date => {
+                        ExactTime::of_date(number).map(|time| first.seconds_after(time))
+                    }
                     _ => number.parse().ok(),
                 };
                 let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
                     let line = record.position().map_or(0, csv::Position::line);
-                    let (file, place) = (file(), Place::Line(line));
+                    let (file, place) = (file(), RowPlace::Line(line));
                     let (column_name, text) = (self.names[index].clone(), text.to_owned());
                     field_error(*column, file, place, column_name, text)
                 })?;
@@ -110,7 +114,7 @@ impl Source for Text {
             }
         }
         let first = first.0.filter(|_| !of_no_clock);
-        Ok(Values { columns: values, resolution: finest, first_time: first })
+        Ok(TableValues { columns: values, resolution: finest, first_time: first })
     }
 }
 
@@ -118,13 +122,13 @@ impl Source for Text {
 fn field_error(
     of: Column,
     file: PathBuf,
-    place: Place,
+    place: RowPlace,
     column: String,
     text: String,
 ) -> TableError {
     match of {
         Column::Date => TableError::NotADate { file, place, column, text },
-        Column::Time if Exact::of_date(&text).is_some() => {
+        Column::Time if ExactTime::of_date(&text).is_some() => {
             TableError::Date { file, place, column, text }
         }
         _ => TableError::NotANumber { file, place, column, text },

@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 /// A number in two, of which the sum is meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Exact {
+pub(super) struct ExactTime {
     pub(super) whole_part: i64,
     pub(super) fraction: f64,
 }
@@ -14,7 +14,7 @@ pub(super) struct Exact {
 /// Beyond that a double has no part \[2⁵³\].
 const NO_PART: f64 = 9_007_199_254_740_992.0;
 
-impl From<f64> for Exact {
+impl From<f64> for ExactTime {
     fn from(value: f64) -> Self {
         if value.abs() < NO_PART {
             #[expect(clippy::cast_possible_truncation, reason = "below 2^53")]
@@ -25,7 +25,7 @@ impl From<f64> for Exact {
     }
 }
 
-impl Exact {
+impl ExactTime {
     /// A number in text with a decimal point.
     pub(super) fn of_number(text: &str) -> Option<Self> {
         let value: f64 = text.parse().ok()?;
@@ -86,10 +86,10 @@ fn without_offset(text: &str) -> Option<(&str, i64)> {
 
 /// The first time, after which all are counted.
 #[derive(Default)]
-pub(super) struct First(pub(super) Option<Exact>);
+pub(super) struct FirstTime(pub(super) Option<ExactTime>);
 
-impl First {
-    pub(super) fn seconds_after(&mut self, time: Exact) -> f64 {
+impl FirstTime {
+    pub(super) fn seconds_after(&mut self, time: ExactTime) -> f64 {
         let first = *self.0.get_or_insert(time);
         #[expect(clippy::cast_precision_loss, reason = "differences")]
         let seconds = time.whole_part.saturating_sub(first.whole_part) as f64;
@@ -114,8 +114,8 @@ pub(super) type NotFractional = (usize, f64, &'static str);
 pub(super) fn of_parts(
     sec: &[f64],
     nanosec: &[f64],
-) -> Result<(Vec<f64>, Option<Exact>), (bool, NotFractional)> {
-    let mut first = First::default();
+) -> Result<(Vec<f64>, Option<ExactTime>), (bool, NotFractional)> {
+    let mut first = FirstTime::default();
     let stamps = sec.iter().zip(nanosec).enumerate().map(|(row, (sec, nanosec))| {
         if sec.fract() != 0.0 || sec.abs() >= NO_PART {
             return Err((true, (row, *sec, "a number of whole seconds")));
@@ -124,8 +124,8 @@ pub(super) fn of_parts(
             let wanted = "a number of nanoseconds within a second, 0 to 999999999";
             return Err((false, (row, *nanosec, wanted)));
         }
-        let Exact { whole_part: complete, .. } = (*sec).into();
-        Ok(first.seconds_after(Exact { whole_part: complete, fraction: 1e-9 * nanosec }))
+        let ExactTime { whole_part: complete, .. } = (*sec).into();
+        Ok(first.seconds_after(ExactTime { whole_part: complete, fraction: 1e-9 * nanosec }))
     });
     let times = stamps.collect::<Result<_, _>>()?;
     Ok((times, first.0))
@@ -137,7 +137,7 @@ mod tests {
 
     /// \[ns\] after 2024-05-01T12:00:00Z.
     fn nanoseconds(date: &str) -> Option<i64> {
-        let Exact { whole_part: complete, fraction: part } = Exact::of_date(date)?;
+        let ExactTime { whole_part: complete, fraction: part } = ExactTime::of_date(date)?;
         #[expect(clippy::cast_possible_truncation, reason = "within a second")]
         let part = (1e9 * part).round() as i64;
         Some((complete - 1_714_564_800) * 1_000_000_000 + part)
@@ -169,16 +169,16 @@ mod tests {
             "2024-05-01T12:00:0é",
             "1714564800.5",
         ] {
-            assert_eq!(Exact::of_date(none), None, "{none}");
+            assert_eq!(ExactTime::of_date(none), None, "{none}");
         }
     }
 
     #[test]
     fn numbers_keep_every_digit_after_the_first() {
         let after = |first: &str, then: &str| {
-            let mut first_time = First::default();
-            let [_, after] =
-                [first, then].map(|text| first_time.seconds_after(Exact::of_number(text).unwrap()));
+            let mut first_time = FirstTime::default();
+            let [_, after] = [first, then]
+                .map(|text| first_time.seconds_after(ExactTime::of_number(text).unwrap()));
             after
         };
         for (first, then, expected) in [
@@ -195,6 +195,6 @@ mod tests {
                 "{then}: {difference}"
             );
         }
-        assert_eq!(Exact::of_number("1.5.2"), None);
+        assert_eq!(ExactTime::of_number("1.5.2"), None);
     }
 }

@@ -4,13 +4,13 @@ use didim_dynamics::MAX_JOINTS;
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::error::UrdfError;
-use super::file::{Body, File, FileJoint, Inertial, Kind, Link, Rounded};
+use super::file::{Body, CollisionCapsule, FileJoint, Inertial, JointType, Link, UrdfFile};
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Axis {
+pub(super) struct ChainAxis {
     pub(super) name: String,
     pub(super) is_prismatic: bool,
     /// A point on it.
@@ -28,12 +28,12 @@ pub(super) struct Axis {
     /// Frame of the link that it moves, at q = 0.
     pub(super) pose: IsometryMatrix3<f64>,
     /// Links up to the next axis, first the link that it moves.
-    pub(super) attached_links: Vec<Attached>,
+    pub(super) attached_links: Vec<AttachedLink>,
 }
 
 /// A link that moves with an axis.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Attached {
+pub(super) struct AttachedLink {
     /// Its index in the file.
     pub(super) link: usize,
     /// Its body in the frame of the base at q = 0, where it has one.
@@ -41,10 +41,10 @@ pub(super) struct Attached {
     /// True if a joint outside the chain leads to it.
     pub(super) is_held: bool,
     /// Capsules about its collision shapes, likewise.
-    pub(super) capsules: Vec<Rounded>,
+    pub(super) capsules: Vec<CollisionCapsule>,
 }
 
-impl Axis {
+impl ChainAxis {
     /// The bodies that it carries up to the next one.
     pub(super) fn link_bodies(&self) -> impl Iterator<Item = &Body> {
         self.attached_links.iter().filter_map(|attached| attached.body.as_ref())
@@ -54,7 +54,7 @@ impl Axis {
 pub(super) struct Chain {
     pub(super) base: String,
     pub(super) tip: String,
-    pub(super) axes: Vec<Axis>,
+    pub(super) axes: Vec<ChainAxis>,
     /// The tip's frame in that of the base at q = 0.
     pub(super) tip_pose: IsometryMatrix3<f64>,
     /// Upward direction in the frame of the base: z of the root, all joints at 0.
@@ -63,7 +63,7 @@ pub(super) struct Chain {
     pub(super) has_bodies: bool,
     /// Capsules about the collision shapes of fixed links below the first axis, in the frame of the
     /// base.
-    pub(super) base_capsules: Vec<Rounded>,
+    pub(super) base_capsules: Vec<CollisionCapsule>,
     /// Links with collision shapes that are meshes, or cannot be read.
     pub(super) unread_shapes: Vec<String>,
     pub(super) notes: Vec<UrdfNote>,
@@ -71,11 +71,11 @@ pub(super) struct Chain {
 
 impl FileJoint {
     fn is_moving(&self) -> bool {
-        self.kind != Kind::Fixed
+        self.kind != JointType::Fixed
     }
 }
 
-impl File {
+impl UrdfFile {
     /// The chain from the base to the tip, each where it is asked for by name.
     pub(super) fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, UrdfError> {
         self.check_tree()?;
@@ -149,7 +149,7 @@ impl File {
         link: usize,
         poses: &[Option<IsometryMatrix3<f64>>],
         chain: &mut Chain,
-    ) -> Vec<Rounded> {
+    ) -> Vec<CollisionCapsule> {
         let Link { name, capsules, has_unread_shapes, .. } = &self.links[link];
         if *has_unread_shapes {
             chain.unread_shapes.push(name.clone());
@@ -164,7 +164,7 @@ impl File {
         (link, is_held): (usize, bool),
         moving: &[usize],
         poses: &[Option<IsometryMatrix3<f64>>],
-        axis: &mut Axis,
+        axis: &mut ChainAxis,
         chain: &mut Chain,
     ) {
         let Link { name, body, .. } = &self.links[link];
@@ -179,7 +179,7 @@ impl File {
             _ => None,
         };
         let capsules = self.link_capsules(link, poses, chain);
-        axis.attached_links.push(Attached { link, body, is_held, capsules });
+        axis.attached_links.push(AttachedLink { link, body, is_held, capsules });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
                 if joint.is_moving() {
@@ -296,14 +296,14 @@ fn axis_of(
     joint: &FileJoint,
     pose: &IsometryMatrix3<f64>,
     notes: &mut Vec<UrdfNote>,
-) -> Result<Axis, UrdfError> {
+) -> Result<ChainAxis, UrdfError> {
     let (name, line) = (joint.name.clone(), joint.line);
     if let Some(of) = &joint.mimicked_joint {
         return Err(UrdfError::Mimic { joint: name, of: of.clone(), line });
     }
     let kind = match joint.kind {
-        Kind::Floating => Some("floating"),
-        Kind::Planar => Some("planar"),
+        JointType::Floating => Some("floating"),
+        JointType::Planar => Some("planar"),
         _ => None,
     };
     if let Some(kind) = kind {
@@ -323,7 +323,7 @@ fn axis_of(
     let velocity = limit_of(limit.velocity, "velocity")?;
     let effort = limit_of(limit.effort, "effort")?;
     let position = match joint.kind {
-        Kind::Continuous => {
+        JointType::Continuous => {
             notes.push(UrdfNote::Continuous { joint: name.clone() });
             [-UrdfLimits::DEFAULT.continuous_range_rad, UrdfLimits::DEFAULT.continuous_range_rad]
         }
@@ -332,9 +332,9 @@ fn axis_of(
     if position[0] >= position[1] {
         return Err(wrong(format!("a range from {} to {}", position[0], position[1])));
     }
-    Ok(Axis {
+    Ok(ChainAxis {
         name,
-        is_prismatic: joint.kind == Kind::Prismatic,
+        is_prismatic: joint.kind == JointType::Prismatic,
         point_on_axis: (pose * Point3::origin()).coords,
         direction: pose.rotation * joint.axis,
         position,

@@ -6,9 +6,9 @@ use didim_identification::feasibility::Body as LinkBody;
 use nalgebra::Matrix3;
 
 use super::UrdfArm;
-use super::chain::Axis;
+use super::chain::ChainAxis;
 use super::error::UrdfError;
-use super::file::{Body, DynamicsPlace, File, FileJoint, Place};
+use super::file::{Body, DynamicsPlace, ElementPlace, FileJoint, UrdfFile};
 use crate::xml::within_comment;
 
 /// First remark of a file for another tool. If such a file is the robot's, the next export replaces
@@ -28,7 +28,7 @@ pub struct UrdfValues {
 }
 
 /// A part of the text and its replacement.
-struct Edit {
+struct TextEdit {
     text_range: Range<usize>,
     text: String,
 }
@@ -47,7 +47,7 @@ impl UrdfArm {
         remarks: &[String],
     ) -> Result<String, UrdfError> {
         let text = &self.text;
-        let file = File::read(text)?;
+        let file = UrdfFile::read(text)?;
         let chain = file.chain(Some(&self.base), Some(&self.tip))?;
         let comment = comment_lines(remarks, indent_of(text, &file.element) + "  ");
         let mut remarks = insert_inside(text, &file.element, &comment);
@@ -72,7 +72,7 @@ impl UrdfArm {
                         return Err(UrdfError::ImpossibleHeld { link: link.name.clone() });
                     }
                     (Some(place), 0, _) => {
-                        edits.push(Edit {
+                        edits.push(TextEdit {
                             text_range: place.clone(),
                             text: own_body.inertial_element(&tab),
                         });
@@ -82,8 +82,10 @@ impl UrdfArm {
                         edits.push(insert_inside(text, &link.element, &inserted));
                     }
                     (Some(place), _, false) => {
-                        edits
-                            .push(Edit { text_range: with_line(text, place), text: String::new() });
+                        edits.push(TextEdit {
+                            text_range: with_line(text, place),
+                            text: String::new(),
+                        });
                     }
                     _ => {}
                 }
@@ -100,7 +102,7 @@ impl UrdfArm {
 
 /// Returns the body of an axis without links on joints outside the chain; `None` if the rest is not
 /// physically consistent.
-fn without_held(axis: &Axis, complete: &Body) -> Option<Body> {
+fn without_held(axis: &ChainAxis, complete: &Body) -> Option<Body> {
     let mut rest = about_origin(complete);
     for fixed_link in axis.attached_links.iter().filter(|attached| attached.is_held) {
         let Some(body) = &fixed_link.body else { continue };
@@ -123,7 +125,7 @@ fn about_origin(body: &Body) -> LinkBody {
 }
 
 /// Writes damping and friction of a joint, each if there is one.
-fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit> {
+fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<TextEdit> {
     let attributes_of = ["damping", "friction"].into_iter().zip(values);
     let attributes = |of: Vec<(&str, f64)>| -> String {
         of.iter().map(|(name, value)| format!(" {name}=\"{value:?}\"")).collect()
@@ -141,18 +143,18 @@ fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit
     for ((name, value), place) in attributes_of.zip([damping, friction]) {
         match (value, place) {
             (Some(value), Some(place)) => {
-                edits.push(Edit { text_range: place.clone(), text: format!("{value:?}") });
+                edits.push(TextEdit { text_range: place.clone(), text: format!("{value:?}") });
             }
             (Some(value), None) => new.push((name, value)),
             // Effects outside the model are in its other parameters.
             (None, Some(place)) => {
-                edits.push(Edit { text_range: place.clone(), text: "0.0".to_owned() })
+                edits.push(TextEdit { text_range: place.clone(), text: "0.0".to_owned() })
             }
             (None, None) => {}
         }
     }
     let insert_at = complete.start + "<dynamics".len();
-    edits.push(Edit { text_range: insert_at..insert_at, text: attributes(new) });
+    edits.push(TextEdit { text_range: insert_at..insert_at, text: attributes(new) });
     edits
 }
 
@@ -170,28 +172,28 @@ fn former_comment(text: &str) -> usize {
 }
 
 /// The spaces before an element on its line.
-fn indent_of(text: &str, place: &Place) -> String {
+fn indent_of(text: &str, place: &ElementPlace) -> String {
     let line = text[..place.range.start].rsplit('\n').next().unwrap_or_default();
     line.chars().take_while(|of| of.is_whitespace()).collect()
 }
 
 /// New content at the begin of an element.
-fn insert_inside(text: &str, place: &Place, content: &str) -> Edit {
+fn insert_inside(text: &str, place: &ElementPlace, content: &str) -> TextEdit {
     let Range { start, end } = place.range.clone();
     let element = &text[start..end];
     if let Some(at) = place.content {
-        return Edit { text_range: at..at, text: content.to_owned() };
+        return TextEdit { text_range: at..at, text: content.to_owned() };
     }
     let tab = indent_of(text, place);
     match element.strip_suffix("/>") {
         Some(open) => {
             let name: String =
                 open.chars().skip(1).take_while(|of| !of.is_whitespace() && *of != '/').collect();
-            Edit { text_range: end - 2..end, text: format!(">{content}\n{tab}</{name}>") }
+            TextEdit { text_range: end - 2..end, text: format!(">{content}\n{tab}</{name}>") }
         }
         None => {
             let insert_at = start + element.rfind("</").unwrap_or(element.len());
-            Edit { text_range: insert_at..insert_at, text: format!("{content}\n{tab}") }
+            TextEdit { text_range: insert_at..insert_at, text: format!("{content}\n{tab}") }
         }
     }
 }
@@ -205,11 +207,11 @@ fn with_line(text: &str, place: &Range<usize>) -> Range<usize> {
 }
 
 /// Applies the edits to the text, with its line endings.
-fn apply_edits(text: &str, mut edits: Vec<Edit>) -> String {
+fn apply_edits(text: &str, mut edits: Vec<TextEdit>) -> String {
     let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
     edits.sort_by_key(|edit| edit.text_range.start);
     let (mut out, mut at) = (String::new(), 0);
-    for Edit { text_range: place, text: new } in edits {
+    for TextEdit { text_range: place, text: new } in edits {
         out.push_str(&text[at..place.start]);
         out.push_str(&new.replace('\n', line_end));
         at = place.end;

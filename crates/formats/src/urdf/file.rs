@@ -14,9 +14,9 @@ use super::limits::UrdfLimits;
 /// More links, and joints, than any machine has.
 pub(super) const MAX_LINKS: usize = 1000;
 
-pub(super) struct File {
+pub(super) struct UrdfFile {
     pub(super) name: String,
-    pub(super) element: Place,
+    pub(super) element: ElementPlace,
     pub(super) links: Vec<Link>,
     pub(super) joints: Vec<FileJoint>,
 }
@@ -24,23 +24,23 @@ pub(super) struct File {
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) body: Inertial,
-    pub(super) element: Place,
+    pub(super) element: ElementPlace,
     /// Place of its `<inertial>`.
     pub(super) inertial_range: Option<Range<usize>>,
     /// Capsules about its collision shapes, in the link's frame.
-    pub(super) capsules: Vec<Rounded>,
+    pub(super) capsules: Vec<CollisionCapsule>,
     /// True if there are others: meshes, and shapes that cannot be read.
     pub(super) has_unread_shapes: bool,
 }
 
 /// A capsule about a shape: all within a radius of the way between two points \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rounded {
+pub(super) struct CollisionCapsule {
     pub(super) end_points: [Point3<f64>; 2],
     pub(super) radius_m: f64,
 }
 
-impl Rounded {
+impl CollisionCapsule {
     /// Seen from the frame in which this one's has the pose.
     pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
         Self { end_points: self.end_points.map(|end| pose * end), ..*self }
@@ -48,7 +48,7 @@ impl Rounded {
 }
 
 /// Place of an element in the text \[bytes\].
-pub(super) struct Place {
+pub(super) struct ElementPlace {
     pub(super) range: Range<usize>,
     /// Beginning of its first content, if any.
     pub(super) content: Option<usize>,
@@ -82,7 +82,7 @@ pub(crate) struct Body {
 pub(super) struct FileJoint {
     pub(super) name: String,
     pub(super) line: usize,
-    pub(super) kind: Kind,
+    pub(super) kind: JointType,
     /// Indices of the links.
     pub(super) parent: usize,
     pub(super) child: usize,
@@ -90,17 +90,17 @@ pub(super) struct FileJoint {
     pub(super) origin: IsometryMatrix3<f64>,
     /// In the joint's frame, of length 1.
     pub(super) axis: Vector3<f64>,
-    pub(super) limit: Option<Limit>,
+    pub(super) limit: Option<FileLimit>,
     /// Viscous and Coulomb friction, where the file has them.
     pub(super) friction: Option<[f64; 2]>,
     /// The joint that it follows.
     pub(super) mimicked_joint: Option<String>,
-    pub(super) element: Place,
+    pub(super) element: ElementPlace,
     pub(super) dynamics: Option<DynamicsPlace>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum JointType {
     Revolute,
     Continuous,
     Prismatic,
@@ -111,7 +111,7 @@ pub(super) enum Kind {
 
 /// As written: missing values are 0.
 #[derive(Clone, Copy)]
-pub(super) struct Limit {
+pub(super) struct FileLimit {
     pub(super) lower: f64,
     pub(super) upper: f64,
     pub(super) velocity: f64,
@@ -180,7 +180,7 @@ impl Body {
     }
 }
 
-impl File {
+impl UrdfFile {
     pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
         let document = Document::parse(text).map_err(|error| match text.split_once("<xacro:") {
             // Without its name space it is not valid XML.
@@ -231,7 +231,7 @@ impl File {
             let (body, element) = (parse_inertial(node)?, element_place(node));
             let inertial = single_child(node, "inertial")?;
             let inertial_range = inertial.map(|inertial| inertial.range());
-            let shapes: Vec<Option<Rounded>> =
+            let shapes: Vec<Option<CollisionCapsule>> =
                 child_elements(node, "collision").map(collision_capsule).collect();
             let has_unread_shapes = shapes.iter().any(Option::is_none);
             let capsules = shapes.into_iter().flatten().collect();
@@ -265,8 +265,11 @@ fn line(node: Node<'_, '_>) -> usize {
     node.document().text_pos_at(node.range().start).row as usize
 }
 
-fn element_place(node: Node<'_, '_>) -> Place {
-    Place { range: node.range(), content: node.first_child().map(|first| first.range().start) }
+fn element_place(node: Node<'_, '_>) -> ElementPlace {
+    ElementPlace {
+        range: node.range(),
+        content: node.first_child().map(|first| first.range().start),
+    }
 }
 
 fn child_elements<'a, 'i>(
@@ -376,7 +379,7 @@ fn parse_origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
 
 /// Returns the capsule about a `<collision>`; `None` for a mesh or no shape: no identification
 /// needs it.
-fn collision_capsule(collision: Node<'_, '_>) -> Option<Rounded> {
+fn collision_capsule(collision: Node<'_, '_>) -> Option<CollisionCapsule> {
     let geometry = single_child(collision, "geometry").ok()??;
     let shape = |name| single_child(geometry, name).ok().flatten();
     let size =
@@ -393,7 +396,8 @@ fn collision_capsule(collision: Node<'_, '_>) -> Option<Rounded> {
         half[longest] = 0.5 * length;
         (half, 0.5 * (sides - 2.0 * half).norm())
     };
-    let capsule = Rounded { end_points: [Point3::from(-half), Point3::from(half)], radius_m };
+    let capsule =
+        CollisionCapsule { end_points: [Point3::from(-half), Point3::from(half)], radius_m };
     Some(capsule.seen_from(&parse_origin(collision).ok()?))
 }
 
@@ -429,12 +433,12 @@ fn parse_inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
 fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let (name, line) = (name_attribute(node)?, line(node));
     let kind = match required_attribute(node, "type")? {
-        "revolute" => Kind::Revolute,
-        "continuous" => Kind::Continuous,
-        "prismatic" => Kind::Prismatic,
-        "fixed" => Kind::Fixed,
-        "floating" => Kind::Floating,
-        "planar" => Kind::Planar,
+        "revolute" => JointType::Revolute,
+        "continuous" => JointType::Continuous,
+        "prismatic" => JointType::Prismatic,
+        "fixed" => JointType::Fixed,
+        "floating" => JointType::Floating,
+        "planar" => JointType::Planar,
         other => {
             return Err(UrdfError::UnknownType { joint: name, found: other.to_owned(), line });
         }
@@ -451,7 +455,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     };
     let (parent, child_link) = (link("parent")?, link("child")?);
     // Exporters write an axis of nothing for joints that do not move.
-    let moving = Some(node).filter(|_| kind != Kind::Fixed);
+    let moving = Some(node).filter(|_| kind != JointType::Fixed);
     let part = |name: &'static str| moving.map_or(Ok(None), |node| single_child(node, name));
     let axis = part("axis")?.map(|axis| Ok((three_numbers(axis, "xyz")?, axis.attribute("xyz"))));
     let (configured, text) = axis.transpose()?.unwrap_or_default();
@@ -464,7 +468,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let axis = (axis / largest).normalize();
     let limit = part("limit")?
         .map(|limit| {
-            Ok(Limit {
+            Ok(FileLimit {
                 lower: number_or_zero(limit, "lower")?,
                 upper: number_or_zero(limit, "upper")?,
                 velocity: number_or_zero(limit, "velocity")?,

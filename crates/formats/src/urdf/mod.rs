@@ -18,9 +18,9 @@ pub use error::UrdfError;
 pub(crate) use file::Body;
 pub use note::UrdfNote;
 
-use chain::{Axis, Chain};
-use file::{File, Rounded};
-use modified_dh::{Frame, Placed, place_frames};
+use chain::{Chain, ChainAxis};
+use file::{CollisionCapsule, UrdfFile};
+use modified_dh::{Frame, PlacedJoint, place_frames};
 
 /// Gravity, against z of the root of a URDF \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -35,12 +35,12 @@ pub struct UrdfArm {
     name: String,
     base: String,
     tip: String,
-    axes: Vec<Axis>,
-    link_parameters: Vec<Placed>,
+    axes: Vec<ChainAxis>,
+    link_parameters: Vec<PlacedJoint>,
     tip_position_m: Vector3<f64>,
     up_direction: Vector3<f64>,
     has_bodies: bool,
-    base_capsules: Vec<Rounded>,
+    base_capsules: Vec<CollisionCapsule>,
     unread_shapes: Vec<String>,
     notes: Vec<UrdfNote>,
 }
@@ -81,7 +81,7 @@ impl UrdfArm {
     /// # Errors
     /// [`UrdfError`].
     pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
-        let file = File::read(text)?;
+        let file = UrdfFile::read(text)?;
         let Chain {
             base,
             tip,
@@ -191,7 +191,7 @@ impl UrdfArm {
                     None => writeln!(out, "{key} = \"unknown\"")?,
                 }
             }
-            let capsules: Vec<Rounded> =
+            let capsules: Vec<CollisionCapsule> =
                 axis.attached_links.iter().flat_map(|of| &of.capsules).copied().collect();
             write_capsules(out, "capsules", &capsules, placed.frame())?;
             for (key, value) in drive.into_iter().flatten() {
@@ -231,7 +231,7 @@ impl UrdfArm {
 fn write_capsules(
     out: &mut String,
     key: &str,
-    capsules: &[Rounded],
+    capsules: &[CollisionCapsule],
     frame: &Frame,
 ) -> std::fmt::Result {
     if capsules.is_empty() {

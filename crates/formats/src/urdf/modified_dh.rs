@@ -4,7 +4,7 @@
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
-use super::chain::Axis;
+use super::chain::ChainAxis;
 use super::file::Body;
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// A joint in modified Denavit–Hartenberg parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Placed {
+pub(super) struct PlacedJoint {
     pub(super) alpha_deg: f64,
     pub(super) d_m: f64,
     pub(super) theta_deg: f64,
@@ -50,7 +50,7 @@ impl Frame {
     }
 }
 
-impl Placed {
+impl PlacedJoint {
     /// Its frame at q = 0.
     pub(super) fn frame(&self) -> &Frame {
         &self.frame
@@ -75,9 +75,9 @@ impl Placed {
 }
 
 /// Places the frames of all joints. The base's own frame is the first joint's at q = 0.
-pub(super) fn place_frames(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
+pub(super) fn place_frames(axes: &[ChainAxis], notes: &mut Vec<UrdfNote>) -> Vec<PlacedJoint> {
     let axes = &align_parallel_axes(axes.to_vec(), notes);
-    let mut placed: Vec<Placed> = Vec::new();
+    let mut placed: Vec<PlacedJoint> = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
         let z = axis.direction;
         // Where the previous x axis meets this one, and that x axis, which is normal to both.
@@ -96,14 +96,14 @@ pub(super) fn place_frames(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Plac
             Some(next) => common_normal(axis, next, foot, before),
         };
         let frame = Frame { origin, x, z };
-        let first = Placed { alpha_deg: 0.0, d_m: 0.0, theta_deg: 0.0, r_m: 0.0, frame };
-        let Some(Placed { frame: from, .. }) = placed.last() else {
+        let first = PlacedJoint { alpha_deg: 0.0, d_m: 0.0, theta_deg: 0.0, r_m: 0.0, frame };
+        let Some(PlacedJoint { frame: from, .. }) = placed.last() else {
             placed.push(first);
             continue;
         };
         let alpha = from.z.cross(&z).dot(&from.x).atan2(from.z.dot(&z));
         let theta = before.cross(&x).dot(&z).atan2(before.dot(&x));
-        let joint = Placed {
+        let joint = PlacedJoint {
             alpha_deg: clean_degrees(alpha),
             d_m: clean_length((foot - from.origin).dot(&from.x)),
             theta_deg: clean_degrees(theta),
@@ -116,7 +116,7 @@ pub(super) fn place_frames(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Plac
 }
 
 /// Makes each axis parallel to the previous one where it nearly is.
-fn align_parallel_axes(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
+fn align_parallel_axes(mut axes: Vec<ChainAxis>, notes: &mut Vec<UrdfNote>) -> Vec<ChainAxis> {
     for k in 1..axes.len() {
         let before = axes[k - 1].direction;
         let sine = before.cross(&axes[k].direction).norm();
@@ -134,7 +134,7 @@ fn align_parallel_axes(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Ax
 /// Returns the point of an axis where the common normal from another axis arrives, which leaves
 /// that at `origin` along `x`.
 fn common_normal_foot(
-    axis: &Axis,
+    axis: &ChainAxis,
     origin: &Vector3<f64>,
     x: &Vector3<f64>,
     z: &Vector3<f64>,
@@ -152,8 +152,8 @@ fn common_normal_foot(
 
 /// Returns the origin and the direction of x of this axis' frame.
 fn common_normal(
-    axis: &Axis,
-    next: &Axis,
+    axis: &ChainAxis,
+    next: &ChainAxis,
     foot: Vector3<f64>,
     before: Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>) {

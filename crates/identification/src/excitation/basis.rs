@@ -18,7 +18,7 @@ pub(super) type Motion = [DMatrix<f64>; 4];
 
 /// Units of a joint's coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unit {
+pub(super) struct CoordinateUnits {
     /// Mean position at coordinate 0 \[rad or m\].
     pub(super) mean_position: f64,
     /// Unit of the mean \[rad or m\].
@@ -39,12 +39,12 @@ pub(super) struct Basis {
     cosine: DMatrix<f64>,
     /// Functions and their derivatives at the samples, m × N each.
     derivatives_at_samples: [DMatrix<f64>; 4],
-    units: Vec<Unit>,
+    units: Vec<CoordinateUnits>,
 }
 
 impl Basis {
     /// Creates the basis of a motion of this length, with the units of each joint.
-    pub(super) fn new(duration_s: f64, units: Vec<Unit>) -> Self {
+    pub(super) fn new(duration_s: f64, units: Vec<CoordinateUnits>) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let harmonics = (DesignLimits::DEFAULT.highest_hz * duration_s)
             .clamp(FEWEST_HARMONICS as f64, MOST_HARMONICS as f64) as usize;
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_series_is_its_motion_and_rests_at_both_ends() {
-        let unit = |middle, half, speed| Unit {
+        let unit = |middle, half, speed| CoordinateUnits {
             mean_position: middle,
             mean_unit: half,
             speed_unit: speed,

@@ -57,7 +57,7 @@ pub struct Bounds {
 
 /// Share of a limit that a motion uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Used {
+pub struct UsedLimit {
     /// The exceeded limit.
     pub kind: LimitKind,
     /// Joint, or the motor of this number if it is geared to several joints.
@@ -181,7 +181,7 @@ impl Bounds {
         model: &Model,
         motion: &dyn Course,
         rate_hz: f64,
-    ) -> (f64, Vec<Used>, Option<Nearest>) {
+    ) -> (f64, Vec<UsedLimit>, Option<Nearest>) {
         let used = self.used_limits(model, motion, rate_hz);
         let nearest = self.narrowest_gap(model, motion, rate_hz);
         let of_gaps = nearest.map_or(0.0, |of| gap_share(of.gap_m));
@@ -190,8 +190,8 @@ impl Bounds {
 
     /// Returns the share of each limit that a motion uses, at this number of samples per second
     /// \[Hz\].
-    pub fn used_limits(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<Used> {
-        let mut used: Vec<Used> = self.limits.iter().map(Used::from_bound).collect();
+    pub fn used_limits(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<UsedLimit> {
+        let mut used: Vec<UsedLimit> = self.limits.iter().map(UsedLimit::from_bound).collect();
         let mut torques = Torques::new(model, self);
         #[expect(
             clippy::cast_possible_truncation,
@@ -275,7 +275,7 @@ impl LimitKind {
     }
 }
 
-impl Used {
+impl UsedLimit {
     fn from_bound(bound: &Bound) -> Self {
         let Bound { kind, joint, direction, middle, half_range: half } = *bound;
         Self {

@@ -8,7 +8,7 @@ const MAX_HALVINGS: u32 = 30;
 /// Length of the first step, in the units of the coordinates.
 const FIRST_STEP: f64 = 0.05;
 
-struct Pair {
+struct CurvaturePair {
     step: Vec<f64>,
     gradient_change: Vec<f64>,
     curvature: f64,
@@ -25,7 +25,7 @@ pub(super) fn descend(
 ) -> bool {
     let mut gradient = vec![0.0; x.len()];
     let Some(mut value) = evaluate(x, &mut gradient) else { return false };
-    let mut pairs: Vec<Pair> = Vec::new();
+    let mut pairs: Vec<CurvaturePair> = Vec::new();
     let (mut next, mut next_gradient) = (x.clone(), gradient.clone());
     for _ in 0..steps {
         let mut direction = descent_direction(&pairs, &gradient);
@@ -60,7 +60,7 @@ pub(super) fn descend(
         let change: Vec<f64> = difference(&next_gradient, &gradient);
         let curvature = dot(&step, &change);
         if curvature > 1e-10 * (dot(&step, &step) * dot(&change, &change)).sqrt() {
-            pairs.push(Pair { step, gradient_change: change, curvature });
+            pairs.push(CurvaturePair { step, gradient_change: change, curvature });
             if pairs.len() > CURVATURE_PAIRS {
                 pairs.remove(0);
             }
@@ -74,7 +74,7 @@ pub(super) fn descend(
 }
 
 /// Returns the direction of the two-loop recursion.
-fn descent_direction(pairs: &[Pair], gradient: &[f64]) -> Vec<f64> {
+fn descent_direction(pairs: &[CurvaturePair], gradient: &[f64]) -> Vec<f64> {
     let mut direction: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let Some(last) = pairs.last() else {
         let norm = dot(gradient, gradient).sqrt();

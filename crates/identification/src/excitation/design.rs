@@ -1,6 +1,6 @@
 //! Design of a motion from a task.
 
-use super::bounds::Used;
+use super::bounds::UsedLimit;
 use super::descent::descend;
 use super::error::ExcitationError;
 use super::prediction::value;
@@ -33,7 +33,7 @@ pub struct Design {
     /// condition number.
     pub value: f64,
     /// Used share of each limit, checked at 5000 samples per second.
-    pub used: Vec<Used>,
+    pub used: Vec<UsedLimit>,
     /// Narrowest gap between shapes along the motion, checked likewise; `None` if no shapes are
     /// configured.
     pub narrowest_gap: Option<Nearest>,
@@ -87,7 +87,7 @@ pub fn first_motion(task: &Task, seed: u64) -> Result<FourierSeries, ExcitationE
 fn scale_into_limits(
     task: &Task,
     mut series: FourierSeries,
-) -> (FourierSeries, Vec<Used>, Option<Nearest>) {
+) -> (FourierSeries, Vec<UsedLimit>, Option<Nearest>) {
     loop {
         let (share, used, nearest) = task.bounds.shares_along(&task.model, &series, CHECK_HZ);
         // Shares of positions, gravity and gaps do not vanish with the motion, so more than one

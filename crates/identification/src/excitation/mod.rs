@@ -2,13 +2,13 @@
 //! that an identification lacks.
 //!
 //! A [`Task`] contains the arm, the limits ([`Bounds`]), the prior information and the aim
-//! ([`Aim`]). [`design`] starts from a random series well inside the limits. It improves the series
-//! by a barrier method (Nocedal and Wright, *Numerical Optimization*, ch. 7.2 and 19.6), so that
-//! every iterate may be run. Gradients are analytic. [`sweep`](sweep()) instead moves one joint at
-//! a time at constant speeds, for friction laws. [`advise`] instead tries excitations of one joint
-//! or two, which can be described in words. The series and its use for robots: J. Swevers, C.
-//! Ganseman, D. Tükel, J. De Schutter and H. Van Brussel, *Optimal robot excitation and
-//! identification*, IEEE Transactions on Robotics and Automation 13, 1997.
+//! ([`DesignObjective`]). [`design`] starts from a random series well inside the limits. It
+//! improves the series by a barrier method (Nocedal and Wright, *Numerical Optimization*, ch. 7.2
+//! and 19.6), so that every iterate may be run. Gradients are analytic. [`sweep`](sweep()) instead
+//! moves one joint at a time at constant speeds, for friction laws. [`advise`] instead tries
+//! excitations of one joint or two, which can be described in words. The series and its use for
+//! robots: J. Swevers, C. Ganseman, D. Tükel, J. De Schutter and H. Van Brussel, *Optimal robot
+//! excitation and identification*, IEEE Transactions on Robotics and Automation 13, 1997.
 //!
 //! ```text
 //! {advice, terms} → {design, candidates, sweep}
@@ -42,7 +42,7 @@ mod task;
 mod terms;
 
 pub use advice::{Advice, Advised, advise};
-pub use bounds::{Bounds, Margins, Used};
+pub use bounds::{Bounds, Margins, UsedLimit};
 pub use design::{CHECK_HZ, Design, Progress, design, first_motion};
 pub use error::ExcitationError;
 pub use joint_excitation::{JointExcitation, JointExcitations};
@@ -50,8 +50,8 @@ pub use limit_kind::LimitKind;
 pub use limits::DesignLimits;
 pub use prediction::{Predicted, information, predict_result, rows};
 pub use series::{Course, FourierSeries, JointSeries, State};
-pub use shapes::{Corners, MIN_GAP_M, Nearest, Other, Shapes};
+pub use shapes::{Corners, MIN_GAP_M, Nearest, Neighbour, Shapes};
 pub use simulated::simulate_record;
-pub use sweep::{Pass, Sweep, Swept, sweep};
-pub use task::{Aim, Noise, Task};
-pub use terms::{SweptJoint, Term, predict_terms};
+pub use sweep::{Sweep, SweepDesign, SweepPass, sweep};
+pub use task::{DesignObjective, Noise, Task};
+pub use terms::{FrictionTermPrediction, SweptJoint, predict_terms};

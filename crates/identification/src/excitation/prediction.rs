@@ -6,7 +6,7 @@ use super::basis::Motion;
 use super::error::ExcitationError;
 use super::objective::covariance;
 use super::series::FourierSeries;
-use super::task::{Aim, Task};
+use super::task::{DesignObjective, Task};
 use didim_dynamics::trajectory::Reference;
 
 /// Sample rate at which samples of a motion represent its rows \[Hz\].
@@ -30,7 +30,7 @@ pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
 
 /// Returns the same for `rate_hz` samples per second \[Hz\].
 pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
-    let task = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
+    let task = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut prediction, _) = task.information(task.model.clone(), rate_hz);
     prediction.weighted_regressor(&sample_motion(series, task.duration_s, rate_hz))
 }
@@ -58,11 +58,11 @@ pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, Excitati
 /// [`ExcitationError::NotIdentifiable`].
 pub fn predict_result(task: &Task, motion: &impl Reference) -> Result<Predicted, ExcitationError> {
     let motion = sample_motion(motion, task.duration_s, PREDICTION_HZ);
-    let deviations = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
+    let deviations = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = deviations.information(task.model.clone(), PREDICTION_HZ);
     let covariance = covariance(&information.weighted_regressor(&motion))
         .ok_or(ExcitationError::NotIdentifiable { duration_s: task.duration_s })?;
-    let conditioned = Task { objective: Aim::ConditionNumber, ..task.clone() };
+    let conditioned = Task { objective: DesignObjective::ConditionNumber, ..task.clone() };
     let (mut information, _) = conditioned.information(task.model.clone(), PREDICTION_HZ);
     let eigenvalues = information.weighted_regressor(&motion).symmetric_eigenvalues();
     Ok(Predicted {
@@ -74,7 +74,7 @@ pub fn predict_result(task: &Task, motion: &impl Reference) -> Result<Predicted,
 /// Returns the regressor's rows along a motion of the task's length (r × b), each divided by the
 /// noise of its joint. Rows of a joint at rest are 0.
 pub fn rows(task: &Task, motion: &impl Reference) -> DMatrix<f64> {
-    let task = Task { objective: Aim::Deviations(Vec::new()), ..task.clone() };
+    let task = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = task.information(task.model.clone(), PREDICTION_HZ);
     information.rows(&sample_motion(motion, task.duration_s, PREDICTION_HZ))
 }

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::barrier::Barrier;
-use super::basis::{Basis, Motion, Unit};
+use super::basis::{Basis, CoordinateUnits, Motion};
 use super::bounds::{Bound, Bounds};
 use super::error::ExcitationError;
 use super::information::Information;
@@ -130,12 +130,12 @@ impl<'a> Search<'a> {
 
 /// Returns the units: half the range for positions about its middle, and the largest speed for
 /// speeds.
-fn units(bounds: &Bounds, joints: usize) -> Vec<Unit> {
+fn units(bounds: &Bounds, joints: usize) -> Vec<CoordinateUnits> {
     (0..joints)
         .map(|joint: usize| {
             let bound_of = |kind| bounds.joint_bound(kind, joint);
             let (position, speed) = (bound_of(LimitKind::Position), bound_of(LimitKind::Speed));
-            Unit {
+            CoordinateUnits {
                 mean_position: position.map_or(0.0, |of| of.middle),
                 mean_unit: position.map_or(1.0, |of| of.half_range),
                 speed_unit: speed.map_or(1.0, |of| of.half_range),
@@ -152,12 +152,12 @@ mod tests {
     use crate::excitation::bounds::Margins;
     use crate::excitation::descent::descend;
     use crate::excitation::shapes::Shapes;
-    use crate::excitation::task::{Aim, Noise};
+    use crate::excitation::task::{DesignObjective, Noise};
     use didim_dynamics::dynamics::{BaseParameters, Model};
     use didim_dynamics::robot::Robot;
 
     /// Returns the task of an arm with a coupled wrist, nominal parameters and a spring.
-    fn task(aim: Aim) -> Task {
+    fn task(aim: DesignObjective) -> Task {
         let file = include_str!("../../../../config/robots/tx40.toml").replacen(
             "torque_max_nm = 131.84",
             "torque_max_nm = 131.84\nknown_torque = { position_deg = [-200, 10, 200], torque_nm = \
@@ -194,9 +194,11 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_finite_differences() {
-        let deviations = Aim::Deviations((0..60).map(|k| (k, 0.01)).collect());
-        let load = Aim::Deviations((60..62).map(|k| (k, 0.0)).collect());
-        for (aim, twice) in [(deviations, false), (Aim::ConditionNumber, false), (load, true)] {
+        let deviations = DesignObjective::Deviations((0..60).map(|k| (k, 0.01)).collect());
+        let load = DesignObjective::Deviations((60..62).map(|k| (k, 0.0)).collect());
+        for (aim, twice) in
+            [(deviations, false), (DesignObjective::ConditionNumber, false), (load, true)]
+        {
             let mut task = task(aim);
             if twice {
                 // Adds parameters with prior information and without, and joints at rest.
@@ -229,7 +231,7 @@ mod tests {
 
     #[test]
     fn every_iterate_is_within_the_limits_and_better() {
-        let task = task(Aim::Deviations((0..60).map(|k| (k, 0.0)).collect()));
+        let task = task(DesignObjective::Deviations((0..60).map(|k| (k, 0.0)).collect()));
         let (mut search, mut probe) = (Search::new(&task), Search::new(&task));
         let mut x = search.start(1).unwrap();
         let mut unused = vec![0.0; x.len()];

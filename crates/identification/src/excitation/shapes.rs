@@ -22,7 +22,7 @@ const STAND_HEIGHT_M: f64 = 1e-3;
 
 /// Shape near a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Other {
+pub enum Neighbour {
     /// Another link, by its number; 0 is the base.
     Link(usize),
     /// A side of the box.
@@ -35,7 +35,7 @@ pub struct Nearest {
     /// Number of the link; 0 is the base.
     pub link: usize,
     /// Shape near the link.
-    pub neighbour: Other,
+    pub neighbour: Neighbour,
     /// Gap between them \[m\]; negative if they overlap.
     pub gap_m: f64,
 }
@@ -49,7 +49,7 @@ pub(super) fn gap_share(gap_m: f64) -> f64 {
 pub type Corners = [[f64; 3]; 2];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Pair {
+enum ShapePair {
     /// Two capsules, by index.
     Capsules(usize, usize),
     /// Capsule and a side of the box: the axis of the side, its outward sense and its position
@@ -64,11 +64,11 @@ enum Pair {
 pub struct Shapes {
     /// Capsules, each with the number of its link.
     capsules: Vec<(usize, Capsule)>,
-    pairs: Vec<Pair>,
+    pairs: Vec<ShapePair>,
     /// Kind of each joint.
     kinds: Vec<JointKind>,
     /// Pairs that are not kept apart, because they are near in every posture.
-    pub always_near: Vec<(usize, Other)>,
+    pub always_near: Vec<(usize, Neighbour)>,
     /// Links without a shape.
     pub links_without_shape: Vec<usize>,
     /// True if there is a box.
@@ -91,13 +91,13 @@ impl Shapes {
         let links = 0..capsules.len();
         let of_links = links.clone().flat_map(|a| links.clone().map(move |b| (a, b)));
         let separated = of_links.filter(|&(a, b)| capsules[a].0 + 2 <= capsules[b].0);
-        let mut pairs: Vec<Pair> = separated.map(|(a, b)| Pair::Capsules(a, b)).collect();
+        let mut pairs: Vec<ShapePair> = separated.map(|(a, b)| ShapePair::Capsules(a, b)).collect();
         for corners in inside.iter() {
             for capsule in links.clone().filter(|of| capsules[*of].0 > 0) {
                 for axis in 0..3 {
                     for (sense, corner) in [(-1.0, corners[0]), (1.0, corners[1])] {
                         let at_m = corner[axis];
-                        pairs.push(Pair::Side { capsule, axis, sense, at_m });
+                        pairs.push(ShapePair::Side { capsule, axis, sense, at_m });
                     }
                 }
             }
@@ -136,7 +136,8 @@ impl Shapes {
         }
         // A link that never fits into the box is not excluded, because no such motion exists.
         let stands = |k: usize| {
-            matches!(self.pairs[k], Pair::Capsules(..)) || widest[k] - narrowest[k] < STAND_HEIGHT_M
+            matches!(self.pairs[k], ShapePair::Capsules(..))
+                || widest[k] - narrowest[k] < STAND_HEIGHT_M
         };
         let near = |k: &usize| widest[*k] < MIN_GAP_M && stands(*k);
         let (out, remaining_pairs): (Vec<usize>, Vec<usize>) =
@@ -147,17 +148,17 @@ impl Shapes {
         self.pairs = remaining_pairs.iter().map(|k| self.pairs[*k]).collect();
     }
 
-    fn pair_names(&self, pair: &Pair) -> (usize, Other) {
+    fn pair_names(&self, pair: &ShapePair) -> (usize, Neighbour) {
         match *pair {
-            Pair::Capsules(a, b) => (self.capsules[a].0, Other::Link(self.capsules[b].0)),
-            Pair::Side { capsule, .. } => (self.capsules[capsule].0, Other::Side),
+            ShapePair::Capsules(a, b) => (self.capsules[a].0, Neighbour::Link(self.capsules[b].0)),
+            ShapePair::Side { capsule, .. } => (self.capsules[capsule].0, Neighbour::Side),
         }
     }
 
     /// Returns the frames of the links and the ends of the capsules in the frame of the base.
-    fn place_capsules(&self, model: &Model, q: &[f64]) -> Placed {
+    fn place_capsules(&self, model: &Model, q: &[f64]) -> PlacedCapsules {
         let frames = model.link_frames(q);
-        Placed {
+        PlacedCapsules {
             end_points: self
                 .capsules
                 .iter()
@@ -180,16 +181,16 @@ impl Shapes {
     }
 
     /// Returns the gap of a pair.
-    fn pair_gap(&self, placed: &Placed, pair: &Pair) -> Gap {
+    fn pair_gap(&self, placed: &PlacedCapsules, pair: &ShapePair) -> Gap {
         match *pair {
-            Pair::Capsules(a, b) => {
+            ShapePair::Capsules(a, b) => {
                 let [(own, first), (other, second)] = [self.capsules[a], self.capsules[b]];
                 let [p, q] = nearest_points(placed.end_points[a], placed.end_points[b]);
                 let distance = (p - q).norm();
                 let gap = distance - first.radius_m - second.radius_m;
                 (gap, (p - q) / distance.max(f64::MIN_POSITIVE), [(own, p), (other, q)])
             }
-            Pair::Side { capsule, axis, sense, at_m } => {
+            ShapePair::Side { capsule, axis, sense, at_m } => {
                 let (link, Capsule { radius_m, .. }) = self.capsules[capsule];
                 let [from, to] = placed.end_points[capsule];
                 let out = if sense * from[axis] > sense * to[axis] { from } else { to };
@@ -280,7 +281,7 @@ impl Shapes {
 type Gap = (f64, Vector3<f64>, [(usize, Vector3<f64>); 2]);
 
 /// Arm in a posture, in the frame of the base.
-struct Placed {
+struct PlacedCapsules {
     end_points: Vec<[Vector3<f64>; 2]>,
     frames: Vec<LinkFrame>,
 }

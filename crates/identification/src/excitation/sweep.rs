@@ -1,6 +1,6 @@
 //! Constant-speed sweeps for friction: one joint at a time, there and back, all others at rest.
 
-use super::bounds::{Bounds, Used};
+use super::bounds::{Bounds, UsedLimit};
 use super::design::CHECK_HZ;
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
@@ -36,7 +36,7 @@ struct Stroke {
 
 /// Speed of a joint, and its range of movement there and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pass {
+pub struct SweepPass {
     /// The joint.
     pub joint: JointIndex,
     /// \[rad/s or m/s\].
@@ -53,16 +53,16 @@ pub struct Sweep {
     posture: Vec<f64>,
     strokes: Vec<Stroke>,
     /// Passes of the sweep, the slowest of each joint first.
-    pub passes: Vec<Pass>,
+    pub passes: Vec<SweepPass>,
 }
 
 /// Sweep within the limits.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Swept {
+pub struct SweepDesign {
     /// The motion.
     pub sweep: Sweep,
     /// Used share of each limit, checked at 5000 samples per second.
-    pub used: Vec<Used>,
+    pub used: Vec<UsedLimit>,
     /// Narrowest gap between shapes along the sweep; `None` if no shapes are configured.
     pub narrowest_gap: Option<Nearest>,
 }
@@ -73,7 +73,7 @@ pub struct Swept {
 ///
 /// # Errors
 /// [`ExcitationError::NoSweep`], and the errors of a rest posture.
-pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
+pub fn sweep(task: &Task, joints: &[usize]) -> Result<SweepDesign, ExcitationError> {
     let posture = Search::new(task).rest_posture()?;
     let part_s = task.duration_s / joints.len().max(1) as f64;
     let spans: Vec<[f64; 2]> =
@@ -94,7 +94,7 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<Swept, ExcitationError> {
         }
         let (share, used, nearest) = task.bounds.shares_along(&task.model, &sweep, CHECK_HZ);
         if share <= 1.0 {
-            return Ok(Swept { sweep, used, narrowest_gap: nearest });
+            return Ok(SweepDesign { sweep, used, narrowest_gap: nearest });
         }
         longer *= BLEND_GROWTH;
     }
@@ -168,7 +168,7 @@ impl Sweep {
             }
             left_s -= 2.0 * part * (high - low) / speed + 3.0 * blend(speed);
             let target = |end: f64| self.posture[joint] + part * (end - self.posture[joint]);
-            passes.push(Pass {
+            passes.push(SweepPass {
                 joint: JointIndex::new(joint),
                 speed,
                 end_positions: [target(low), target(high)],

@@ -10,7 +10,7 @@ use didim_dynamics::robot::ParameterKind;
 
 /// Aim of a motion.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Aim {
+pub enum DesignObjective {
     /// Small standard deviations of parameters: the mean of ½ ln(σ² + need²) over them. Each
     /// parameter has its index among those of the task, and the standard deviation below which
     /// nothing is gained; 0 if there is none.
@@ -48,7 +48,7 @@ pub struct Task {
     /// Noise of the measurement.
     pub noise: Noise,
     /// Objective of the design.
-    pub objective: Aim,
+    pub objective: DesignObjective,
 }
 
 impl Task {
@@ -56,14 +56,14 @@ impl Task {
     /// it.
     pub(super) fn information(&self, model: Model, rate_hz: f64) -> (Information, Objective) {
         match &self.objective {
-            Aim::Deviations(wanted) => {
+            DesignObjective::Deviations(wanted) => {
                 let root = (self.noise.rows_per_s / rate_hz).sqrt();
                 let weights = self.weights(self.noise.deviations.iter().map(|level| root / level));
                 let (columns, before) = (self.columns.clone(), self.prior_information.clone());
                 let information = Information::new(model, columns, before, weights);
                 (information, Objective::Deviations(wanted.clone()))
             }
-            Aim::ConditionNumber => {
+            DesignObjective::ConditionNumber => {
                 let columns: Vec<usize> = self
                     .columns
                     .iter()

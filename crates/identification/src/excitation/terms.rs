@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::objective::covariance;
 use super::prediction::{PREDICTION_HZ, rows};
 use super::series::Course;
-use super::sweep::{Pass, Sweep};
+use super::sweep::{Sweep, SweepPass};
 use super::task::Task;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Workspace;
@@ -19,7 +19,7 @@ const USUAL_TERMS: usize = 3;
 
 /// Accuracy with which a sweep identifies a friction term of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Term {
+pub struct FrictionTermPrediction {
     /// Kind of the parameter.
     pub kind: ParameterKind,
     /// Standard deviation of the term's largest torque along the sweep, if the joint has it in
@@ -39,7 +39,7 @@ pub struct SweptJoint {
     /// Speed of the Stribeck term: the third slowest of the joint's speeds \[rad/s or m/s\].
     pub stribeck_speed: f64,
     /// The usual terms and all laws.
-    pub terms: Vec<Term>,
+    pub terms: Vec<FrictionTermPrediction>,
 }
 
 /// Predicts how well a sweep identifies the friction of each joint that it moves. It uses the
@@ -80,7 +80,7 @@ fn predict_joint(
 ) -> SweptJoint {
     let n = robot.joints();
     let samples = auxiliary.nrows() / n;
-    let speed = |pass: &Pass| (pass.joint == JointIndex::new(joint)).then_some(pass.speed);
+    let speed = |pass: &SweepPass| (pass.joint == JointIndex::new(joint)).then_some(pass.speed);
     let stribeck = sweep.passes.iter().filter_map(speed).nth(2).unwrap_or(0.0);
     let sign = robot.own_friction()[joint].sign;
     let usual = robot.friction();
@@ -135,7 +135,7 @@ fn predict_joint(
     let indices: Vec<usize> = (0..kinds.len()).collect();
     let term = |k: usize| {
         let others: Vec<usize> = (0..USUAL_TERMS).filter(|usual| *usual != k).chain([k]).collect();
-        Term {
+        FrictionTermPrediction {
             kind: kinds[k],
             separate_deviation: deviation(&others, k),
             joint_deviation: deviation(&indices, k),

@@ -24,7 +24,7 @@ pub struct Constraint {
 
 /// Physically consistent parameters.
 #[derive(Clone, Debug)]
-pub struct Possible {
+pub struct ConsistentPoint {
     point: Point,
     /// The identified base parameters (b).
     pub parameters: DVector<f64>,
@@ -58,7 +58,7 @@ impl Constraint {
         &self,
         parameters: &DVector<f64>,
         covariance: &DMatrix<f64>,
-    ) -> Result<Possible, FeasibilityError> {
+    ) -> Result<ConsistentPoint, FeasibilityError> {
         let Rows { regrouping, values, covariance: of_rows, .. } = &self.rows;
         let (mut values, mut of_rows) = (values.clone(), of_rows.clone());
         let fixed_columns = self.identified_count;
@@ -83,7 +83,12 @@ impl Constraint {
 
     /// Interpolates between two sets of parameters, this part of the way from the first to the
     /// second. The result is physically consistent again. None if rounding makes it inconsistent.
-    pub fn interpolate(&self, from: &Possible, to: &Possible, part: f64) -> Option<Possible> {
+    pub fn interpolate(
+        &self,
+        from: &ConsistentPoint,
+        to: &ConsistentPoint,
+        part: f64,
+    ) -> Option<ConsistentPoint> {
         let square = |one: &DMatrix<f64>| one * one.transpose();
         let factors = from
             .point
@@ -96,10 +101,10 @@ impl Constraint {
         Some(self.evaluate(Point { factors, free_values: free }))
     }
 
-    fn evaluate(&self, point: Point) -> Possible {
+    fn evaluate(&self, point: Point) -> ConsistentPoint {
         let standard = self.problem.parameters(&point);
         let parameters = self.rows.regrouping.rows(0, self.identified_count) * standard;
         let penalty = self.weight * point.factors.iter().map(divergence).sum::<f64>();
-        Possible { point, parameters, penalty }
+        ConsistentPoint { point, parameters, penalty }
     }
 }

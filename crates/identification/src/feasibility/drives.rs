@@ -20,13 +20,13 @@ use didim_dynamics::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Zz};
 use didim_dynamics::robot::{JointIndex, JointKind, Parameter, ParameterKind, Robot};
 
 /// Drives and friction of one robot and one estimate.
-pub(super) struct Drives<'a> {
+pub(super) struct DriveBlocks<'a> {
     pub(super) robot: &'a Robot,
     pub(super) rows: &'a Rows,
     pub(super) prior: &'a Prior,
 }
 
-impl Drives<'_> {
+impl DriveBlocks<'_> {
     /// Returns the blocks of all drive and friction parameters that cannot be negative.
     pub(super) fn positive_blocks(&self) -> Result<Vec<Block>, FeasibilityError> {
         let n = self.robot.joints();

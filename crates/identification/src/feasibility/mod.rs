@@ -29,12 +29,12 @@ mod tests;
 
 pub use assumptions::PriorAssumptions;
 pub use body::Body;
-pub use constraint::{Constraint, Possible};
+pub use constraint::{ConsistentPoint, Constraint};
 pub use error::FeasibilityError;
 pub use estimate::{Estimate, FixedParameter};
 pub use finding::{FarBody, PhysicallyImpossible};
 pub use judgement::{FeasibilityLimits, Judgement, Shift};
 pub use nearest::{NearestBody, nearest_body};
-pub use outcome::{Class, Outcome, StandardParameter};
+pub use outcome::{Outcome, StandardParameter, ValueSource};
 pub use prior::{Prior, PriorSource};
 pub use solve::fit_consistent;

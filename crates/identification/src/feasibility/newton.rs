@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::block::factor;
 use super::error::FeasibilityError;
-use super::problem::{Local, Point, Problem};
+use super::problem::{LocalProblem, Point, Problem};
 
 /// Half the squared decrement at which a minimum is reached, relative to 1 + F.
 const DECREMENT_TOLERANCE: f64 = 1e-12;
@@ -29,7 +29,7 @@ const MAX_STEPS: usize = 400;
 #[derive(Debug)]
 pub(super) struct Minimum {
     pub(super) point: Point,
-    pub(super) local_problem: Local,
+    pub(super) local_problem: LocalProblem,
     /// Rᵀ R = 2 H, with H half of F's second derivative in the local coordinates.
     pub(super) hessian_root: DMatrix<f64>,
     /// Newton steps.
@@ -37,7 +37,7 @@ pub(super) struct Minimum {
 }
 
 /// A Newton step.
-struct Step {
+struct NewtonStep {
     coordinates: DVector<f64>,
     hessian_root: DMatrix<f64>,
     /// Squared Newton decrement: twice the decrease that a quadratic function would have.
@@ -99,8 +99,8 @@ impl Problem {
     fn descend(
         &self,
         point: &Point,
-        local: &Local,
-        step: &Step,
+        local: &LocalProblem,
+        step: &NewtonStep,
         weight: f64,
         objective: f64,
     ) -> Option<Point> {
@@ -127,10 +127,10 @@ impl Problem {
     }
 }
 
-impl Local {
+impl LocalProblem {
     /// Returns the minimum of ‖\[√2 A; √λ 1\] y + \[√2 r; √λ g\]‖, which has the second derivative
     /// of F. Free parameters have no rows in the lower part.
-    fn step(&self, weight: f64) -> Option<Step> {
+    fn step(&self, weight: f64) -> Option<NewtonStep> {
         let (rows, n) = self.jacobian.shape();
         let barrier = self.prior_gradient.len();
         let (data, prior) = (core::f64::consts::SQRT_2, weight.sqrt());
@@ -153,6 +153,6 @@ impl Local {
         let coordinates = -triangle.solve_upper_triangular(&projected)?;
         let decrement = projected.norm_squared();
         let finite = decrement.is_finite() && coordinates.iter().all(|y| y.is_finite());
-        finite.then_some(Step { coordinates, hessian_root: triangle, decrement })
+        finite.then_some(NewtonStep { coordinates, hessian_root: triangle, decrement })
     }
 }

@@ -9,7 +9,7 @@ use super::prior::PriorSource;
 /// Source of the value of a standard parameter, judged from the regrouping only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Class {
+pub enum ValueSource {
     /// Data: the parameter is a base parameter by itself, identified or fixed.
     Data,
     /// Prior, and data through the body that the parameter belongs to. No torque depends on it.
@@ -25,15 +25,15 @@ pub enum Class {
 pub struct StandardParameter {
     /// Its name.
     pub name: String,
-    /// Value \[SI\]. It is that of the prior or close to it if the class is [`Class::Prior`].
+    /// Value \[SI\]. It is that of the prior or close to it if the class is [`ValueSource::Prior`].
     pub value: f64,
     /// √Var(θ; H⁻¹): posterior standard deviation from data and prior together.
     pub deviation: f64,
     /// Source of the value. Report it together with the value: without prior, masses are barely
     /// bounded.
-    pub class: Class,
+    pub class: ValueSource,
     /// Reduction of the prior's variance by the data, 0 to 1. High shares with the class
-    /// [`Class::Prior`] come from the prior's body.
+    /// [`ValueSource::Prior`] come from the prior's body.
     pub share_of_data: f64,
 }
 

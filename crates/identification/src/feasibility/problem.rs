@@ -31,7 +31,7 @@ pub(super) struct Point {
 /// Problem about a point, in local coordinates. Those of a block have length 1 relative to the
 /// block itself. The free parameters follow them.
 #[derive(Debug)]
-pub(super) struct Local {
+pub(super) struct LocalProblem {
     /// Derivatives of the standard parameters by the coordinates, p × N.
     pub(super) parameters: DMatrix<f64>,
     /// R(Bθ − β̂).
@@ -111,7 +111,7 @@ impl Problem {
     }
 
     /// Returns the problem about a point. None if the point is too close to the boundary.
-    pub(super) fn linearise_about(&self, point: &Point) -> Option<Local> {
+    pub(super) fn linearise_about(&self, point: &Point) -> Option<LocalProblem> {
         let (mut columns, mut pull, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
         for (block, factor) in self.blocks.iter().zip(&point.factors) {
             let m = &block.prior * factor;
@@ -134,7 +134,7 @@ impl Problem {
             columns.push(parameters);
         }
         let parameters = DMatrix::from_columns(&columns);
-        Some(Local {
+        Some(LocalProblem {
             jacobian: &self.whitened_columns * &parameters,
             parameters,
             residual: self.residual(point),
@@ -144,7 +144,7 @@ impl Problem {
     }
 }
 
-impl Local {
+impl LocalProblem {
     /// Returns the change Y = L⁻¹ δQ L⁻ᵀ of each block due to a step of the coordinates.
     pub(super) fn block_changes(
         &self,

@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 use super::assumptions::PriorAssumptions;
 use super::block::Block;
 use super::body::Body;
-use super::drives::Drives;
+use super::drives::DriveBlocks;
 use super::error::FeasibilityError;
 use super::estimate::{Estimate, Rows};
 use super::judgement::{FeasibilityLimits, Judgement, Shift, negative_parameters, threshold};
 use super::newton::{Minimum, WEIGHT_REDUCTION};
-use super::outcome::{Class, Outcome, StandardParameter};
+use super::outcome::{Outcome, StandardParameter, ValueSource};
 use super::posterior::Posterior;
 use super::prior::Prior;
 use super::problem::{Point, Problem, divergence};
@@ -144,15 +144,15 @@ fn body_of_link(robot: &Robot, link: usize, values: &DVector<f64>) -> Body {
 
 /// Returns the class of a column. In the columns of the base parameters, the regrouping matrix is
 /// the identity. So the data decide only the parameters that are base parameters by themselves.
-pub(super) fn column_class(rows: &Rows, column: usize) -> Class {
+pub(super) fn column_class(rows: &Rows, column: usize) -> ValueSource {
     if rows.absent_columns.contains(&column) {
-        Class::Absent
+        ValueSource::Absent
     } else if rows.regrouping.column(column).amax() <= 0.0 {
-        Class::Prior
+        ValueSource::Prior
     } else if rows.row_of(column).is_some_and(|row| rows.is_alone(row)) {
-        Class::Data
+        ValueSource::Data
     } else {
-        Class::Combination
+        ValueSource::Combination
     }
 }
 
@@ -167,7 +167,7 @@ pub(super) fn build_problem(
         let block = Block::link(columns(robot, link), body);
         blocks.push(block.ok_or(FeasibilityError::NominalIsNoBody { link: link + 1 })?);
     }
-    blocks.extend(Drives { robot, rows, prior }.positive_blocks()?);
+    blocks.extend(DriveBlocks { robot, rows, prior }.positive_blocks()?);
     let is_free = |kind: ParameterKind| kind == ParameterKind::Off || kind.is_friction_law();
     let free = (table.parameters().iter().enumerate())
         .filter(|(column, parameter)| is_free(parameter.kind) && rows.row_of(*column).is_some())

@@ -62,9 +62,9 @@ pub fn cross_validate(
     // All base parameters count, even those that are not identified.
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    let rows = Rows::new(&context)?;
+    let rows = FoldRows::new(&context)?;
     // Where friction grows with the load, each estimate predicts with its own.
-    let add = |errors: &mut Errors, range: &Range<usize>, estimate: &Estimate| {
+    let add = |errors: &mut FoldErrors, range: &Range<usize>, estimate: &Estimate| {
         let values = values(estimate);
         if !context.model.feels_loads() {
             return errors.add(&rows, range, &values);
@@ -74,9 +74,10 @@ pub fn cross_validate(
             |name: &String| values.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
         let parameters = names.map(|name| value(name).unwrap_or(0.0)).collect::<Vec<f64>>();
         let judged = context.with_final_loads(&DVector::from_vec(parameters));
-        errors.add(&Rows::new(&judged)?, range, &values)
+        errors.add(&FoldRows::new(&judged)?, range, &values)
     };
-    let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
+    let (mut held_out, mut in_sample) =
+        (FoldErrors::new(robot.joints()), FoldErrors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
         let margins =
@@ -97,12 +98,12 @@ fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
 }
 
 /// The rows of the inverse dynamic model with all base parameters.
-struct Rows<'a> {
+struct FoldRows<'a> {
     context: &'a Context<'a>,
     equation: Observations,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> FoldRows<'a> {
     fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
         let motion =
             filtered_motion(context.robot, context.experiment, &context.options.position_filter)?;
@@ -113,12 +114,12 @@ impl<'a> Rows<'a> {
 }
 
 /// ‖y − Xθ‖² and ‖y‖² of every joint, and the rows of each.
-struct Errors {
+struct FoldErrors {
     sums_of_squares: Vec<[f64; 2]>,
     row_counts: usize,
 }
 
-impl Errors {
+impl FoldErrors {
     fn new(joints: usize) -> Self {
         Self { sums_of_squares: vec![[0.0; 2]; joints], row_counts: 0 }
     }
@@ -126,11 +127,11 @@ impl Errors {
     /// Adds the rows of these samples.
     fn add(
         &mut self,
-        rows: &Rows<'_>,
+        rows: &FoldRows<'_>,
         samples: &Range<usize>,
         parameters: &[(&str, f64)],
     ) -> Result<(), IdentificationError> {
-        let Rows { context, equation } = rows;
+        let FoldRows { context, equation } = rows;
         let mut values = DVector::zeros(equation.matrix().ncols());
         for (name, value) in parameters {
             let index = context.base.find(name).ok_or_else(|| {

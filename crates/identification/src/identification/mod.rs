@@ -47,13 +47,14 @@ pub use judgement::{
     Estimate, Extrapolation, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
     FrozenSignal, HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note,
     NuisanceEstimate, NuisanceParameter, Output, ParameterCovariance, ParameterEstimate,
-    PhysicalConsistency, PositionBias, PredictedError, Quantity, Reached, Reason, ReferenceSource,
-    ResidualQuantiles, SCHEMA, SingularValues, Slow, TorqueDelay, UseVerdict, Uses, Verdict,
+    PhysicalConsistency, PositionBias, PredictedError, Quantity, ReachedRange, Reason,
+    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, Slow, TorqueDelay, UseVerdict,
+    Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
-    Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, LoadSums, Payload,
-    PayloadError, Presence, Uncertain, find_payload,
+    Comparison, DeclaredLoad, KnownArm, Load, LoadBody, LoadParameter, LoadSums,
+    MahalanobisDistance, Payload, PayloadError, Presence, UncertainValue, find_payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use problem::{

@@ -8,7 +8,7 @@ use super::observations::Observations;
 use super::products::matrix_product;
 use super::row_filter::RowFilter;
 use super::solution::Solution;
-use super::spectra::{Basis, Spectra};
+use super::spectra::{OrthonormalBasis, Spectra};
 use super::spectrum::ResidualSpectrum;
 
 /// Weighted solution with the spectrum of its errors.
@@ -21,7 +21,7 @@ pub struct ResidualAnalysis<'a> {
     pub(super) solution: &'a Solution,
     pub(super) filter: &'a RowFilter,
     /// Q (r × b), an orthonormal basis of the columns of `Ω^{-1/2} X`.
-    pub(super) basis: Basis<'a>,
+    pub(super) basis: OrthonormalBasis<'a>,
     pub(super) basis_spectra: Spectra<'a>,
     pub(super) leverage: Vec<Vec<f64>>,
     spectrum: ResidualSpectrum<'a>,
@@ -31,7 +31,8 @@ impl<'a> ResidualAnalysis<'a> {
     /// Analyses a solution of [`Observations::solve_weighted`], whose rows have passed `filter`.
     pub fn new(system: &'a Observations, solution: &'a Solution, filter: &'a RowFilter) -> Self {
         let (matrix, levels) = (system.matrix(), &solution.noise_levels);
-        let basis = Basis { matrix, noise_levels: levels, r_inverse: &solution.r_inverse };
+        let basis =
+            OrthonormalBasis { matrix, noise_levels: levels, r_inverse: &solution.r_inverse };
         let basis_spectra = Spectra::of_product(filter, matrix, &solution.r_inverse, levels);
         let mut leverage = filter.zero_leverage(system.joints());
         basis_spectra.add_leverage(system.rows_per_joint(), &mut leverage);

@@ -6,7 +6,7 @@ use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
 use super::limits::RegressionLimits;
 use super::products::subtract_share;
-use super::spectra::{Basis, Spectra};
+use super::spectra::{OrthonormalBasis, Spectra};
 use super::spectrum::ResidualSpectrum;
 
 /// Least share of a column outside the others. With a smaller share, a column cannot be
@@ -40,7 +40,8 @@ impl ResidualAnalysis<'_> {
             let rows = self.system.joint_rows(joint);
             outside.view_mut((rows.start, joint), (rows.len(), 1)).copy_from(&of_joint(joint));
         }
-        let Parts { columns, outside_basis: outside } = independent_parts(self.basis, outside);
+        let IndependentParts { columns, outside_basis: outside } =
+            independent_parts(self.basis, outside);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < RegressionLimits::DEFAULT.min_degrees_of_freedom {
@@ -75,7 +76,7 @@ impl ResidualAnalysis<'_> {
 }
 
 /// Contribution of columns to a basis.
-struct Parts {
+struct IndependentParts {
     /// Columns that are independent of the basis and of the columns before them.
     columns: Vec<usize>,
     /// Orthonormal basis of the contribution.
@@ -84,7 +85,7 @@ struct Parts {
 
 /// Orthogonalises twice, for full accuracy (Kahan). If a column lies within an ill-conditioned
 /// basis, the first pass leaves only rounding, which must not be chosen.
-fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
+fn independent_parts(basis: OrthonormalBasis<'_>, columns: DMatrix<f64>) -> IndependentParts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
     let (rows, mut outside) = (columns.nrows(), columns);
     for column in outside.as_mut_slice().chunks_exact_mut(rows) {
@@ -98,7 +99,7 @@ fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
         outside = outside.select_columns(&chosen);
     }
     orthonormalise(&mut outside, |_, _| true);
-    Parts { columns: chosen, outside_basis: outside }
+    IndependentParts { columns: chosen, outside_basis: outside }
 }
 
 /// Orthonormalises the columns whose component outside the previous ones is large enough. `enough`

@@ -203,7 +203,7 @@ impl ResidualAnalysis<'_> {
         let width = self.system.matrix().ncols();
         let mut before = self.spectrum().clone();
         before.raise_to(floors);
-        let Solved { parameter_change: change, nuisance_parameters: nuisance, covariance } =
+        let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
             solve_with_prior(products, width, &before, repeats)?;
         // The information on the nuisance parameters uses up as many rows.
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
@@ -223,7 +223,7 @@ impl ResidualAnalysis<'_> {
         let colour = median_ratio(&covariances[0], &covariances[1]);
         let noise = &covariances[2] * repeats;
         // Solved again with the noise that remains after the nuisance parameters.
-        let Solved { parameter_change: change, nuisance_parameters: nuisance, covariance } =
+        let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
             solve_with_prior(products, width, &raised, repeats)?;
         Ok(JointSolution {
             parameter_change: change,
@@ -258,7 +258,7 @@ impl ResidualAnalysis<'_> {
 }
 
 /// Solution for all parameters together.
-struct Solved {
+struct PriorSolution {
     parameter_change: DVector<f64>,
     nuisance_parameters: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -271,7 +271,7 @@ fn solve_with_prior(
     own: usize,
     spectrum: &ResidualSpectrum<'_>,
     repeats: f64,
-) -> Result<Solved, RegressionError> {
+) -> Result<PriorSolution, RegressionError> {
     let width = own + products.sensitivity.ncols();
     let mut gram = DMatrix::zeros(width + 1, width + 1);
     for (joint, of_joint) in products.passband_products.iter().enumerate() {
@@ -295,7 +295,7 @@ fn solve_with_prior(
         column.scale_mut(*by);
     }
     let (change, nuisance) = (solution.rows(0, own), solution.rows(own, width - own));
-    Ok(Solved {
+    Ok(PriorSolution {
         parameter_change: change.into_owned(),
         nuisance_parameters: nuisance.into_owned(),
         covariance,

@@ -1,7 +1,7 @@
 //! Filter that the rows of an equation have passed, in the form that their spectra need.
 
 use super::fourier::{Fourier, PARALLEL_SIGNALS};
-use super::spectrum_shape::Band;
+use super::spectrum_shape::PassBand;
 
 /// Filter that the rows have passed, for records of a given number of rows. Frequencies are ratios
 /// of the Nyquist frequency of the rows, 0 to 1.
@@ -14,7 +14,7 @@ pub struct RowFilter {
     /// Number of frequencies within the passband.
     pub(super) passband_frequencies: usize,
     /// Passband as a separate band. Its end represents everything outside.
-    pub(super) band: Band,
+    pub(super) band: PassBand,
 }
 
 impl RowFilter {
@@ -28,7 +28,7 @@ impl RowFilter {
         let ratios = || (0..=last).map(|k| k as f64 / last as f64);
         let inside = ratios().filter(|ratio| *ratio <= passband).count();
         let phases = ratios().map(|ratio| core::f64::consts::PI * (ratio / passband).min(1.0));
-        let band = Band::new(inside, phases);
+        let band = PassBand::new(inside, phases);
         let power = ratios().map(power).collect();
         Self { passband, fourier, power, passband_frequencies: inside, band }
     }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::RegressionError;
 use super::observations::Observations;
 use super::products::matrix_product;
-use super::triangles::Factor;
+use super::triangles::TriangularFactor;
 
 /// Parameters with their covariance, and how well the matrix determined them.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +107,7 @@ fn from_weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution
 
 /// Creates the solution with `covariance = half halfᵀ`, symmetric by construction.
 fn finish(
-    factor: Factor,
+    factor: TriangularFactor,
     half: &DMatrix<f64>,
     residuals: DVector<f64>,
     noise_levels: Vec<f64>,

@@ -15,14 +15,14 @@ const FREQUENCIES_AT_ONCE: usize = 512;
 #[derive(Clone, Debug)]
 pub(super) struct Spectra<'a> {
     filter: &'a RowFilter,
-    joints: Vec<OfJoint<'a>>,
+    joints: Vec<JointSignals<'a>>,
     /// Blocks of the only class, if there is no other.
-    only_blocks: Option<Vec<Block>>,
+    only_blocks: Option<Vec<FrequencyBlock>>,
 }
 
 /// Transforms at some frequencies.
 #[derive(Clone, Debug)]
-pub(super) struct Block {
+pub(super) struct FrequencyBlock {
     pub(super) frequencies: Vec<usize>,
     /// Real parts for each joint, and below them the imaginary parts.
     pub(super) of_joints: Vec<DMatrix<f64>>,
@@ -30,7 +30,7 @@ pub(super) struct Block {
 
 /// Columns in the rows of one joint.
 #[derive(Clone, Debug)]
-struct OfJoint<'a> {
+struct JointSignals<'a> {
     signals: Vec<&'a [f64]>,
     /// Combinations of the signals that form the columns (signals × columns), if the columns are
     /// not the signals themselves.
@@ -54,7 +54,7 @@ impl<'a> Spectra<'a> {
                 .map(|(joint, level): (usize, &f64)| {
                     let combined = factor.select_rows(&matrix.columns_of(joint)) / *level;
                     let signals = matrix.of_joint(joint).map(|(_, values)| values).collect();
-                    OfJoint { signals, combination: Some(combined) }
+                    JointSignals { signals, combination: Some(combined) }
                 })
                 .collect(),
         )
@@ -75,7 +75,7 @@ impl<'a> Spectra<'a> {
                     let signals = columns_of_all
                         .map(|column| &column[joint * rows..(joint + 1) * rows])
                         .collect();
-                    OfJoint { signals, combination: None }
+                    JointSignals { signals, combination: None }
                 })
                 .collect(),
         )
@@ -83,10 +83,10 @@ impl<'a> Spectra<'a> {
 
     /// Creates the spectra of signals of one joint.
     pub(super) fn of_signals(filter: &'a RowFilter, signals: Vec<&'a [f64]>) -> Self {
-        Self::new(filter, vec![OfJoint { signals, combination: None }])
+        Self::new(filter, vec![JointSignals { signals, combination: None }])
     }
 
-    fn new(filter: &'a RowFilter, joints: Vec<OfJoint<'a>>) -> Self {
+    fn new(filter: &'a RowFilter, joints: Vec<JointSignals<'a>>) -> Self {
         let mut spectra = Self { filter, joints, only_blocks: None };
         if filter.fourier.frequency_classes() == 1 {
             let mut blocks = Vec::new();
@@ -97,7 +97,7 @@ impl<'a> Spectra<'a> {
     }
 
     /// Calls `visit` with one block of frequencies after the other.
-    pub(super) fn for_each_block(&self, mut visit: impl FnMut(&Block)) {
+    pub(super) fn for_each_block(&self, mut visit: impl FnMut(&FrequencyBlock)) {
         match &self.only_blocks {
             Some(fixed) => fixed.iter().for_each(visit),
             None => {
@@ -108,17 +108,17 @@ impl<'a> Spectra<'a> {
         }
     }
 
-    fn for_each_block_of(&self, class: usize, mut visit: impl FnMut(Block)) {
+    fn for_each_block_of(&self, class: usize, mut visit: impl FnMut(FrequencyBlock)) {
         let frequencies: Vec<usize> = self.filter.fourier.frequencies_of(class).collect();
         let transforms: Vec<_> = self.joints.iter().map(|of| self.transforms(class, of)).collect();
         for first in (0..frequencies.len()).step_by(FREQUENCIES_AT_ONCE) {
             let some = first..frequencies.len().min(first + FREQUENCIES_AT_ONCE);
-            visit(Block {
+            visit(FrequencyBlock {
                 of_joints: self
                     .joints
                     .iter()
                     .zip(&transforms)
-                    .map(|(joint, transforms): (&OfJoint<'_>, &Vec<f64>)| {
+                    .map(|(joint, transforms): (&JointSignals<'_>, &Vec<f64>)| {
                         let parts = transforms.chunks_exact(frequencies.len());
                         let values = parts.flat_map(|part| &part[some.clone()]).copied();
                         let values =
@@ -136,7 +136,7 @@ impl<'a> Spectra<'a> {
 
     /// Returns the transforms of a joint's signals one after the other: the real parts at all
     /// frequencies of a class, then the imaginary parts.
-    fn transforms(&self, class: usize, of: &OfJoint<'_>) -> Vec<f64> {
+    fn transforms(&self, class: usize, of: &JointSignals<'_>) -> Vec<f64> {
         let frequencies = self.filter.fourier.frequencies_of(class).count();
         let mut values = vec![0.0; 2 * frequencies * of.signals.len()];
         let transformed = values.chunks_mut(2 * frequencies * PARALLEL_SIGNALS);
@@ -158,7 +158,7 @@ impl<'a> Spectra<'a> {
         let (filter, length) = (self.filter, self.filter.fourier.length() as f64);
         let count = self.joints.iter().map(|joint| joint.signals.len()).sum();
         let mut gram = DMatrix::zeros(count, count);
-        self.for_each_block(|Block { frequencies, of_joints }| {
+        self.for_each_block(|FrequencyBlock { frequencies, of_joints }| {
             let inside = |k: &usize| *k < filter.passband_frequencies;
             let weights: Vec<f64> = (frequencies.iter())
                 .filter(|k| inside(k))
@@ -182,7 +182,7 @@ impl<'a> Spectra<'a> {
     /// Adds for each joint the share that a projection on these orthonormal columns takes out of
     /// white noise at each informative frequency.
     pub(super) fn add_leverage(&self, rows: usize, leverage: &mut [Vec<f64>]) {
-        self.for_each_block(|Block { frequencies, of_joints }| {
+        self.for_each_block(|FrequencyBlock { frequencies, of_joints }| {
             for (leverage, values) in leverage.iter_mut().zip(of_joints) {
                 for column in values.as_slice().chunks_exact(2 * frequencies.len()) {
                     let (re, im) = column.split_at(frequencies.len());
@@ -199,13 +199,13 @@ impl<'a> Spectra<'a> {
 
 /// Orthonormal columns Q (r × b) as `Ω^{-1/2} X R⁻¹`, never formed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Basis<'a> {
+pub(super) struct OrthonormalBasis<'a> {
     pub(super) matrix: &'a ObservationMatrix,
     pub(super) noise_levels: &'a [f64],
     pub(super) r_inverse: &'a DMatrix<f64>,
 }
 
-impl Basis<'_> {
+impl OrthonormalBasis<'_> {
     /// Returns Qᵀ times weighted rows (r).
     pub(super) fn transposed_times(&self, rows: &[f64]) -> DVector<f64> {
         let per_joint = self.matrix.rows_per_joint();

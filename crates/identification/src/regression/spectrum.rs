@@ -14,7 +14,7 @@ use super::ljung_box::LjungBox;
 use super::observations::Observations;
 use super::products::symmetric_product;
 use super::row_filter::RowFilter;
-use super::spectra::{Block, Spectra};
+use super::spectra::{FrequencyBlock, Spectra};
 use super::spectrum_shape::SmoothSpectrum;
 use didim_dynamics::numeric::with_vector_instructions;
 
@@ -122,8 +122,8 @@ impl<'a> ResidualSpectrum<'a> {
     }
 
     /// Returns the contribution of some frequencies to the covariance of columns.
-    pub(super) fn covariance_in(&self, block: &Block, levels: &[f64]) -> DMatrix<f64> {
-        let Block { frequencies, of_joints } = block;
+    pub(super) fn covariance_in(&self, block: &FrequencyBlock, levels: &[f64]) -> DMatrix<f64> {
+        let FrequencyBlock { frequencies, of_joints } = block;
         // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
         let length = self.filter.fourier.length() as f64;
         let columns = of_joints.first().map_or(0, DMatrix::ncols);

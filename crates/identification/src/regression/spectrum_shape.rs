@@ -19,7 +19,7 @@ const LAG_GROUPS: usize = (if MAX_ORDER > TESTED_LAG_COUNT { MAX_ORDER } else { 
 
 /// Common data of spectra on one band.
 #[derive(Clone, Debug)]
-pub(super) struct Band {
+pub(super) struct PassBand {
     /// cos(π k/K) over a full revolution, where K + 1 is the number of frequencies of a
     /// periodogram.
     cosines: Vec<f64>,
@@ -28,7 +28,7 @@ pub(super) struct Band {
     count: usize,
 }
 
-impl Band {
+impl PassBand {
     /// Creates a band for periodograms of this number of values, and for spectra at these φ.
     pub(super) fn new(periodogram: usize, phases: impl Iterator<Item = f64>) -> Self {
         let steps = periodogram.saturating_sub(1).max(1);
@@ -98,7 +98,7 @@ impl SmoothSpectrum {
     /// Fits a periodogram at equal steps from one end of the band to the other, which comes from
     /// `samples` independent samples. The order has the smallest corrected information criterion
     /// (Hurvich & Tsai, *Biometrika* 76, 1989), `n ln σ_p² + n (n + p)/(n − p − 2)`.
-    pub(super) fn fit(band: &Band, periodogram: &[f64], samples: f64) -> Self {
+    pub(super) fn fit(band: &PassBand, periodogram: &[f64], samples: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -148,7 +148,7 @@ impl SmoothSpectrum {
     }
 
     /// Returns g(φ) at the φ of the band.
-    pub(super) fn values(&self, band: &Band) -> Vec<f64> {
+    pub(super) fn values(&self, band: &PassBand) -> Vec<f64> {
         let mut values = Vec::with_capacity(band.directions.len() * VALUES_AT_ONCE);
         with_vector_instructions(
             #[inline(always)]

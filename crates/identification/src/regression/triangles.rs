@@ -57,7 +57,11 @@ impl Triangles {
     }
 
     /// Solves least squares with each joint's `rows / n` rows times its weight.
-    pub(super) fn factor(&self, rows: usize, weights: &[f64]) -> Result<Factor, RegressionError> {
+    pub(super) fn factor(
+        &self,
+        rows: usize,
+        weights: &[f64],
+    ) -> Result<TriangularFactor, RegressionError> {
         let columns = self.0.first().map_or(0, |triangle| triangle.ncols() - 1);
         let triangle = self.scaled(weights).qr().unpack_r();
         let (r, rhs) = (triangle.view((0, 0), (columns, columns)), triangle.column(columns));
@@ -67,7 +71,7 @@ impl Triangles {
         let singular_values = rank::singular_values(&r)?;
         match (r.solve_upper_triangular(&rhs), r_inverse) {
             (Some(parameters), Some(r_inverse)) => {
-                Ok(Factor { parameters, r_inverse, singular_values })
+                Ok(TriangularFactor { parameters, r_inverse, singular_values })
             }
             _ => Err(RegressionError::OutOfRange),
         }
@@ -75,7 +79,7 @@ impl Triangles {
 }
 
 /// Result of the QR decomposition of a tall matrix of full rank.
-pub(super) struct Factor {
+pub(super) struct TriangularFactor {
     pub(super) parameters: DVector<f64>,
     pub(super) r_inverse: DMatrix<f64>,
     pub(super) singular_values: Vec<f64>,

@@ -20,7 +20,7 @@ pub fn butterworth_low_pass(
     cutoff_ratio: f64,
 ) -> Result<SecondOrderSections, SignalError> {
     check_design(order, cutoff_ratio)?;
-    Ok(low_pass(order, cutoff_ratio, Ellipse { real: 1.0, imaginary: 1.0 }, 1.0))
+    Ok(low_pass(order, cutoff_ratio, PoleEllipse { real: 1.0, imaginary: 1.0 }, 1.0))
 }
 
 /// Designs a Chebyshev type I low-pass filter. The gain is within `ripple_db` up to the cut-off and
@@ -44,13 +44,13 @@ pub fn chebyshev1_low_pass(
     let epsilon_squared = (0.1 * ripple_db * core::f64::consts::LN_10).exp_m1();
     let mu = (1.0 / epsilon_squared.sqrt()).asinh() / order as f64;
     let gain = if order.is_multiple_of(2) { 1.0 / (1.0 + epsilon_squared).sqrt() } else { 1.0 };
-    let ellipse = Ellipse { real: mu.sinh(), imaginary: mu.cosh() };
+    let ellipse = PoleEllipse { real: mu.sinh(), imaginary: mu.cosh() };
     Ok(low_pass(order, cutoff_ratio, ellipse, gain))
 }
 
 /// Half axes of the ellipse with the poles of the analogue prototype with cut-off 1 rad/s; a circle
 /// for Butterworth.
-struct Ellipse {
+struct PoleEllipse {
     real: f64,
     imaginary: f64,
 }
@@ -65,7 +65,12 @@ fn check_design(order: usize, cutoff_ratio: f64) -> Result<(), SignalError> {
     Ok(())
 }
 
-fn low_pass(order: usize, cutoff_ratio: f64, ellipse: Ellipse, gain: f64) -> SecondOrderSections {
+fn low_pass(
+    order: usize,
+    cutoff_ratio: f64,
+    ellipse: PoleEllipse,
+    gain: f64,
+) -> SecondOrderSections {
     // s = (z − 1)/(z + 1) maps the digital cut-off π·ratio to tan(π·ratio/2).
     let cutoff = (0.5 * PI * cutoff_ratio).tan();
     // Poles −real·cos θ ± j imaginary·sin θ at θ = π m/(2·order), m = order−1, order−3, … ≥ 0.

@@ -88,13 +88,13 @@ impl SecondOrderSections {
         with_vector_instructions(
             #[inline(always)]
             || {
-                let mut state = State::settled_at(self, mirrored(first, signal[pad]));
+                let mut state = FilterState::settled_at(self, mirrored(first, signal[pad]));
                 state.filter_forward(&mut head);
                 state.filter_forward(signal);
                 state.filter_forward(&mut tail);
 
                 let end = tail.last().or(signal.last()).copied().unwrap_or(last);
-                let mut state = State::settled_at(self, end);
+                let mut state = FilterState::settled_at(self, end);
                 state.filter_backward(&mut tail);
                 state.filter_backward(signal);
             },
@@ -104,12 +104,12 @@ impl SecondOrderSections {
 }
 
 /// Transposed direct form II states of every section, for `L` signals.
-struct State<'a, const L: usize> {
+struct FilterState<'a, const L: usize> {
     filter: &'a SecondOrderSections,
     z: Vec<[[f64; L]; 2]>,
 }
 
-impl<'a, const L: usize> State<'a, L> {
+impl<'a, const L: usize> FilterState<'a, L> {
     /// Creates the state that a constant input of `level` settles to.
     fn settled_at(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
         let z = filter

@@ -98,13 +98,13 @@ impl ZeroPhaseDecimator {
         let mut before: Vec<f64> = record.section_slices().map(|x| 2.0 * x[0] - x[1]).collect();
 
         let signals = record.signals;
-        let mut rows = Rows {
+        let mut rows = OutputRows {
             output: DMatrix::zeros(wanted.len(), signals),
             differences: DMatrix::zeros(wanted.len(), if with_differences { signals } else { 0 }),
             requested_rows: wanted,
         };
         let at_once = self.memory_blocks.saturating_mul(BACKWARD_BLOCK).min(blocks);
-        let mut passed = Passed {
+        let mut passed = ForwardPass {
             first_block: 0,
             first_samples: Vec::with_capacity(at_once * signals),
             backward_contributions: Vec::with_capacity(at_once * signals * count),
@@ -142,7 +142,7 @@ impl ZeroPhaseDecimator {
                         passed.first_samples.push(sample);
                         before[signal] = values[factor - 1];
                         if let Some(row) = row {
-                            rows.add(row, signal, [filtered, difference]);
+                            rows.add_output(row, signal, [filtered, difference]);
                         }
                         finite &= sample.is_finite();
                     }
@@ -169,7 +169,7 @@ impl ZeroPhaseDecimator {
         (blocks, factor, remaining): (usize, usize, usize),
         states: &mut [ComplexLanes],
         before: &[f64],
-        rows: &mut Rows,
+        rows: &mut OutputRows,
     ) {
         let count = self.groups.len();
         let stretches = record.section_slices().zip(states.chunks_exact_mut(count));
@@ -179,7 +179,7 @@ impl ZeroPhaseDecimator {
                 let row = rows.row_of(blocks + position / factor);
                 let row = row.filter(|_| position.is_multiple_of(factor) && position < remaining);
                 if let Some(row) = row {
-                    rows.add(row, signal, both);
+                    rows.add_output(row, signal, both);
                 }
             };
             self.filter_end(before[signal], values, record.padding, states, &mut add);
@@ -191,11 +191,11 @@ impl ZeroPhaseDecimator {
     /// first sample of block `from`, including that sample.
     fn go_back(
         &self,
-        passed: &Passed,
+        passed: &ForwardPass,
         from: usize,
         end: usize,
         states: &mut [ComplexLanes],
-        rows: &mut Rows,
+        rows: &mut OutputRows,
     ) {
         let (signals, count) = (rows.output.ncols(), self.groups.len());
         for block in (passed.first_block.max(rows.requested_rows.start)..from).rev() {
@@ -217,7 +217,7 @@ impl ZeroPhaseDecimator {
                             *state = state.step(&of.pole, *sample);
                         }
                         if let Some(row) = row {
-                            rows.add(row, signal, [filtered, -difference]);
+                            rows.add_output(row, signal, [filtered, -difference]);
                         }
                     }
                 },
@@ -292,21 +292,21 @@ impl ZeroPhaseDecimator {
 }
 
 /// Results of the wanted blocks.
-struct Rows {
+struct OutputRows {
     output: DMatrix<f64>,
     /// Without columns unless requested.
     differences: DMatrix<f64>,
     requested_rows: Range<usize>,
 }
 
-impl Rows {
+impl OutputRows {
     /// Returns the row of a block, if it is wanted.
     fn row_of(&self, block: usize) -> Option<usize> {
         self.requested_rows.contains(&block).then(|| block - self.requested_rows.start)
     }
 
     #[inline(always)]
-    fn add(&mut self, row: usize, signal: usize, [filtered, difference]: [f64; 2]) {
+    fn add_output(&mut self, row: usize, signal: usize, [filtered, difference]: [f64; 2]) {
         self.output[(row, signal)] += filtered;
         if signal < self.differences.ncols() {
             self.differences[(row, signal)] += difference;
@@ -315,7 +315,7 @@ impl Rows {
 }
 
 /// Blocks that the forward pass has covered and the backward pass has not.
-struct Passed {
+struct ForwardPass {
     /// The first of them.
     first_block: usize,
     /// First sample of each block, unfiltered, and the contribution of its other samples to the
@@ -324,7 +324,7 @@ struct Passed {
     backward_contributions: Vec<ComplexLanes>,
 }
 
-impl Passed {
+impl ForwardPass {
     fn forget_before(&mut self, block: usize, signals: usize, count: usize) {
         let done = (block - self.first_block) * signals;
         self.first_samples.drain(..done);

@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::Robot;
 use didim_identification::excitation::{
-    Bounds, Corners, ExcitationError, Margins, Other, Shapes, Task, design, predict_result,
+    Bounds, Corners, ExcitationError, Margins, Neighbour, Shapes, Task, design, predict_result,
 };
 
 use super::{TX40, designed, robot, task, task_within};
@@ -46,8 +46,8 @@ fn a_motion_stays_separate_and_inside() {
 #[test]
 fn what_is_near_in_every_posture_is_named() {
     let shapes = Shapes::new(&shaped(), Some(BOX)).unwrap();
-    assert!(shapes.always_near.contains(&(4, Other::Link(6))), "{:?}", shapes.always_near);
-    assert!(!shapes.always_near.iter().any(|(_, other)| *other == Other::Side));
+    assert!(shapes.always_near.contains(&(4, Neighbour::Link(6))), "{:?}", shapes.always_near);
+    assert!(!shapes.always_near.iter().any(|(_, other)| *other == Neighbour::Side));
     assert!(shapes.has_box && shapes.links_without_shape.is_empty());
     assert_eq!(Shapes::new(&robot(TX40), Some(BOX)), None);
 }

@@ -8,7 +8,8 @@ mod sweeps;
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::excitation::{
-    Aim, Bounds, Design, ExcitationError, LimitKind, Margins, Noise, Task, design, predict_result,
+    Bounds, Design, DesignObjective, ExcitationError, LimitKind, Margins, Noise, Task, design,
+    predict_result,
 };
 use nalgebra::DMatrix;
 
@@ -38,7 +39,7 @@ pub(crate) fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Tas
         columns,
         prior_information: DMatrix::zeros(count, count),
         noise: Noise { deviations: levels, rows_per_s: 40.0 },
-        objective: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
+        objective: DesignObjective::Deviations((0..count).map(|k| (k, 0.0)).collect()),
     }
 }
 
@@ -134,8 +135,10 @@ fn what_is_wanted_and_not_known_is_reported() {
         task_of_all.columns.iter().position(|own| *own == column).unwrap()
     };
     let inertia = place("ia3");
-    let task_of_one =
-        Task { objective: Aim::Deviations(vec![(inertia, 0.0)]), ..task_of_all.clone() };
+    let task_of_one = Task {
+        objective: DesignObjective::Deviations(vec![(inertia, 0.0)]),
+        ..task_of_all.clone()
+    };
     let of_one = designed(&task_of_one, 1, 30).series;
     let deviation = |motion| predict_result(&task_of_all, motion).unwrap().deviations[inertia];
     assert!(deviation(&of_one) < 0.8 * deviation(&of_all));
@@ -158,7 +161,7 @@ fn what_is_wanted_and_not_known_is_reported() {
 #[test]
 fn a_condition_number_is_made_small() {
     let robot = robot(PANDA);
-    let task = Task { objective: Aim::ConditionNumber, ..task(&robot, 5.0) };
+    let task = Task { objective: DesignObjective::ConditionNumber, ..task(&robot, 5.0) };
     let [first, last] = [1, 60].map(|steps| designed(&task, 1, steps));
     let number = |of: &Design| predict_result(&task, &of.series).unwrap().condition_number;
     assert!(number(&last) < 0.5 * number(&first), "{} {}", number(&last), number(&first));

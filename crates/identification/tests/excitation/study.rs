@@ -5,7 +5,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::Robot;
 use didim_dynamics::trajectory::Reference;
 use didim_identification::excitation::{
-    Aim, Bounds, LimitKind, Margins, Noise, Task, design, predict_result, simulate_record,
+    Bounds, DesignObjective, LimitKind, Margins, Noise, Task, design, predict_result,
+    simulate_record,
 };
 use didim_identification::identification::{Experiment, Method, ParameterEstimate, identify};
 use rand_chacha::ChaCha8Rng;
@@ -165,7 +166,7 @@ fn against_random_moves() {
                 .unwrap();
             let time_s = begin.elapsed().as_secs_f64() / 2.0;
             let prediction = predict_result(&task, &designed.series).unwrap();
-            let conditioned = Task { objective: Aim::ConditionNumber, ..task.clone() };
+            let conditioned = Task { objective: DesignObjective::ConditionNumber, ..task.clone() };
             let best = design(&conditioned, 1, STEPS, |_| ()).unwrap();
             let best = predict_result(&task, &best.series).unwrap().condition_number;
             let of_moves: Vec<_> = (0..SEQUENCES)
@@ -218,7 +219,7 @@ fn why_the_openarm_gains_little() {
             let gain = median((0..prediction.len()).map(ratio).collect());
             fn used(
                 kind: LimitKind,
-                designed_used: &[didim_identification::excitation::Used],
+                designed_used: &[didim_identification::excitation::UsedLimit],
             ) -> Vec<String> {
                 let of_kind = designed_used.iter().filter(|used| used.kind == kind);
                 of_kind.map(|used| format!("{:.2}", used.used_share)).collect()

@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::{FrictionLaw, JointIndex, ParameterKind};
 use didim_identification::excitation::{
-    Bounds, Course, Margins, Noise, SweptJoint, Task, Term, predict_terms, sweep,
+    Bounds, Course, FrictionTermPrediction, Margins, Noise, SweptJoint, Task, predict_terms, sweep,
 };
 use didim_identification::identification::{Experiment, Method, Motion, choose_friction, identify};
 use nalgebra::DMatrix;
@@ -114,8 +114,9 @@ fn what_a_sweep_does_not_show_is_other_friction() {
              = 0.1\n"
         ));
         let (motion, reported) = swept(&arm);
-        let is_identifiable =
-            |term: &Term| (term.separate_deviation.is_some(), term.joint_deviation.is_some());
+        let is_identifiable = |term: &FrictionTermPrediction| {
+            (term.separate_deviation.is_some(), term.joint_deviation.is_some())
+        };
         for term in &reported.terms {
             let expected = term.kind != ParameterKind::FcLoad;
             assert_eq!(is_identifiable(term), (expected, expected), "{kind}: {term:?}");

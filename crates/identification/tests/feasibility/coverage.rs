@@ -1,7 +1,7 @@
 //! How far what is said of standard parameters is from the truth, on arms whose bodies can be.
 
 use didim_dynamics::robot::{JointIndex, ParameterKind};
-use didim_identification::feasibility::{Class, Prior};
+use didim_identification::feasibility::{Prior, ValueSource};
 
 use super::estimates::{Example, states, torques};
 use crate::arms::{physical_parameters, random_robots};
@@ -60,10 +60,10 @@ fn coverage_study() {
                 let consistent = case.consistent(&prior, prior.default_weight()).unwrap();
                 for (parameter, truth) in consistent.parameters.iter().zip(&truth) {
                     let class = match parameter.class {
-                        Class::Data => 0,
-                        Class::Combination => 1,
-                        Class::Prior => 2,
-                        Class::Absent => continue,
+                        ValueSource::Data => 0,
+                        ValueSource::Combination => 1,
+                        ValueSource::Prior => 2,
+                        ValueSource::Absent => continue,
                     };
                     errors[class].0.push((parameter.value - truth) / parameter.deviation);
                 }

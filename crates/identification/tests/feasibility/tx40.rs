@@ -2,8 +2,8 @@
 
 use didim_dynamics::robot::Robot;
 use didim_identification::feasibility::{
-    Class, Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Judgement, Outcome,
-    Prior, PriorSource, StandardParameter, fit_consistent as solve,
+    Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Judgement, Outcome, Prior,
+    PriorSource, StandardParameter, ValueSource, fit_consistent as solve,
 };
 use nalgebra::DVector;
 
@@ -47,7 +47,9 @@ fn its_estimate_is_feasible_and_says_what_of_it_is_the_priors() {
     assert!(outcome.negative_parameters.is_empty() && outcome.least_cost < 20.0);
     // Six offsets, and what is known of the set without them.
     let count = |class| outcome.parameters.iter().filter(|own| own.class == class).count();
-    let classes = [Class::Data, Class::Combination, Class::Prior, Class::Absent].map(count);
+    let classes =
+        [ValueSource::Data, ValueSource::Combination, ValueSource::Prior, ValueSource::Absent]
+            .map(count);
     assert_eq!(classes, [39 + 6, 30, 11, 0]);
     // χ² of 60 at 99 %, by its table.
     assert!((outcome.threshold - 88.379).abs() < 1e-3, "{}", outcome.threshold);
@@ -143,10 +145,11 @@ fn what_a_model_lacks_is_0_and_what_it_keeps_is_held() {
     let parameter = |name: &str| outcome.parameters.iter().find(|own| own.name == name).unwrap();
     for name in ["fv_m6", "off1"] {
         let StandardParameter { value, deviation, class, .. } = *parameter(name);
-        assert_eq!((value, deviation, class), (0.0, 0.0, Class::Absent), "{name}");
+        assert_eq!((value, deviation, class), (0.0, 0.0, ValueSource::Absent), "{name}");
     }
     assert!(
-        (parameter("mx4").value - 0.0145).abs() < 1e-4 && parameter("mx4").class == Class::Data
+        (parameter("mx4").value - 0.0145).abs() < 1e-4
+            && parameter("mx4").class == ValueSource::Data
     );
     assert_eq!(outcome.shifts.last().unwrap().name, "mx4");
     assert!(outcome.largest_shift().unwrap().deviations.powi(2) < outcome.cost);

@@ -74,14 +74,14 @@ fn default_framework() -> Framework {
 
 /// The outcome of a limit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome<'a> {
+pub struct LimitOutcome<'a> {
     /// The limit.
     pub limit: &'a Limit,
     /// The figure; `None` if a method has no result with it.
     pub found: Option<f64>,
 }
 
-impl Outcome<'_> {
+impl LimitOutcome<'_> {
     /// Returns true if the figure is present and within its limit.
     pub fn is_met(&self) -> bool {
         let (least, most) = (self.limit.at_least, self.limit.at_most);
@@ -108,8 +108,8 @@ impl Limits {
     }
 
     /// Returns the outcome of every limit.
-    pub fn check_all<'a>(&'a self, comparison: &Comparison) -> Vec<Outcome<'a>> {
-        let outcome = |limit: &'a Limit| Outcome { limit, found: limit.figure_of(comparison) };
+    pub fn check_all<'a>(&'a self, comparison: &Comparison) -> Vec<LimitOutcome<'a>> {
+        let outcome = |limit: &'a Limit| LimitOutcome { limit, found: limit.figure_of(comparison) };
         self.limits.iter().map(outcome).collect()
     }
 }

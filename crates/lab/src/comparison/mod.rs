@@ -19,7 +19,7 @@ pub use agreement::{Agreement, INTERVAL_DEVIATIONS};
 pub use held_out::{HeldOut, TorqueErrors};
 pub use input::ComparisonInput;
 pub(crate) use limits::mean;
-pub use limits::{Figure, Limit, Limits, Outcome};
+pub use limits::{Figure, Limit, LimitOutcome, Limits};
 pub use method_comparison::{Comparison, SCHEMA, TrueParameter};
 pub use published::{Published, PublishedErrors, PublishedFigures, PublishedSingularValues};
 pub use result::MethodResult;

@@ -71,7 +71,7 @@ pub fn compare(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Comparison {
     let tasks = list_tasks(trials, blocks);
-    let done: Vec<Mutex<Option<Done>>> = tasks.iter().map(|_| Mutex::default()).collect();
+    let done: Vec<Mutex<Option<TaskResult>>> = tasks.iter().map(|_| Mutex::default()).collect();
     // The last tasks start first. They take longest: many identifications, or one without
     // decimation.
     let remaining = AtomicUsize::new(tasks.len());
@@ -85,8 +85,8 @@ pub fn compare(
             };
             progress(Progress::Begun(*task));
             let result = match *task {
-                Task::Identify(trial) => Done::Identified(Box::new(run(input, trial))),
-                Task::HoldOut(method) => Done::HeldOut(HeldOut::new(input, method, blocks)),
+                Task::Identify(trial) => TaskResult::Identified(Box::new(run(input, trial))),
+                Task::HoldOut(method) => TaskResult::HeldOut(HeldOut::new(input, method, blocks)),
             };
             *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
             progress(Progress::Ended(*task));
@@ -103,8 +103,8 @@ pub fn compare(
     let (mut methods, mut held_out) = (Vec::new(), Vec::new());
     for done in done {
         match done.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(Done::Identified(result)) => methods.push(*result),
-            Some(Done::HeldOut(errors)) => held_out.push(errors),
+            Some(TaskResult::Identified(result)) => methods.push(*result),
+            Some(TaskResult::HeldOut(errors)) => held_out.push(errors),
             None => {}
         }
     }
@@ -129,7 +129,7 @@ pub fn compare(
     }
 }
 
-enum Done {
+enum TaskResult {
     Identified(Box<MethodResult>),
     HeldOut(HeldOut),
 }

@@ -12,7 +12,7 @@ mod table;
 mod text;
 mod view;
 
-use crate::comparison::{Framework, MethodResult, Outcome};
+use crate::comparison::{Framework, LimitOutcome, MethodResult};
 
 pub use figure::autocorrelation_figure;
 use table::number_text;
@@ -67,7 +67,7 @@ impl View<'_> {
             rows: self
                 .outcomes
                 .iter()
-                .map(|outcome: &Outcome<'_>| {
+                .map(|outcome: &LimitOutcome<'_>| {
                     let figure =
                         outcome.found.map_or("–".to_owned(), |found| number_text(found, 4));
                     vec![

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Cell, Judgement, Table, View, conclusion};
-use crate::comparison::Outcome;
+use crate::comparison::LimitOutcome;
 use didim::text::align_table;
 
 /// Returns the comparison for a terminal with lines of `line` characters: the verdicts first, then
@@ -28,7 +28,7 @@ pub fn terminal(view: &View<'_>, line: usize) -> String {
         }
         text += &aligned_table(&table, line);
     }
-    if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::is_met) {
+    if !view.outcomes.is_empty() && view.outcomes.iter().all(LimitOutcome::is_met) {
         let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
     if let Some(sentence) = conclusion::conclusion_sentence(view) {

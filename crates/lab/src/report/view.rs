@@ -3,7 +3,7 @@
 use didim_identification::identification::{Estimate, Method};
 
 use crate::comparison::{
-    Comparison, Framework, MethodResult, Outcome, Published, PublishedFigures, Trial, title,
+    Comparison, Framework, LimitOutcome, MethodResult, Published, PublishedFigures, Trial, title,
 };
 
 /// View of a comparison.
@@ -14,7 +14,7 @@ pub struct View<'a> {
     /// Published figures for comparison.
     pub published: Option<&'a Published>,
     /// The outcomes of the limits.
-    pub outcomes: &'a [Outcome<'a>],
+    pub outcomes: &'a [LimitOutcome<'a>],
     /// True if run times are shown; they differ from run to run.
     pub shows_times: bool,
 }

@@ -17,13 +17,13 @@ fn run_key(run: &Run) -> Key {
 }
 
 /// Run, its line, and the folder that had it first.
-struct Found {
+struct FoundRun {
     run: Run,
     line: String,
     folder: PathBuf,
 }
 
-impl Found {
+impl FoundRun {
     /// Checks that the same run in another folder is equal.
     fn check_equal(&self, run: &Run, folder: &Path) -> Result<(), StudyError> {
         if self.run == *run {
@@ -44,7 +44,7 @@ impl Found {
 /// are missing. Nothing is written then.
 pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, StudyError> {
     let header = Header::from_grid(grid);
-    let mut runs_found: BTreeMap<Key, Found> = BTreeMap::new();
+    let mut runs_found: BTreeMap<Key, FoundRun> = BTreeMap::new();
     let mut division: Option<Shard> = None;
     for folder in folders {
         let (shard, runs) = Store::read(folder, &header)?;
@@ -57,7 +57,7 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
             match runs_found.entry(run_key(&run)) {
                 Entry::Occupied(entry) => entry.get().check_equal(&run, folder)?,
                 Entry::Vacant(free) => {
-                    free.insert(Found { run, line, folder: folder.clone() });
+                    free.insert(FoundRun { run, line, folder: folder.clone() });
                 }
             }
         }
@@ -73,7 +73,7 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
             found.check_equal(run, out)?;
         }
     }
-    for Found { run, line, .. } in runs_found.into_values() {
+    for FoundRun { run, line, .. } in runs_found.into_values() {
         store.add_line(&line)?;
         runs.push(run);
     }

@@ -1,7 +1,9 @@
 //! Damages at random: which, how large and when.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a record")]
 
-use didim_sim::fault_injection::{Action, AxisSignal, FrameOf, FrameRole, InjectedFault, Of};
+use didim_sim::fault_injection::{
+    AxisSignal, FrameFault, FrameRole, InjectedFault, RecordFault, SignalFault,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
@@ -86,16 +88,26 @@ impl Draw {
 
     fn fault_injection(&mut self, bus: BusOf) -> InjectedFault {
         let action = if self.below(5) == 0 {
-            Action::Frames(self.of_frames(bus))
+            RecordFault::Frames(self.of_frames(bus))
         } else {
-            Action::Of(self.of_signals())
+            RecordFault::Of(self.of_signals())
         };
         let first = self.below(CYCLES) as usize;
         let fault = InjectedFault { action, from: 0, cycles: None, every: 1 };
         match (&fault.action, self.below(3)) {
             // What is one fault of the whole record.
-            (Action::Of(Of::Resample { .. }) | Action::Frames(FrameOf::Stretch { .. }), _) => fault,
-            (Action::Of(Of::Cut | Of::Repeat | Of::Freeze { .. }) | Action::Frames(_), choice) => {
+            (
+                RecordFault::Of(SignalFault::Resample { .. })
+                | RecordFault::Frames(FrameFault::Stretch { .. }),
+                _,
+            ) => fault,
+            (
+                RecordFault::Of(
+                    SignalFault::Cut | SignalFault::Repeat | SignalFault::Freeze { .. },
+                )
+                | RecordFault::Frames(_),
+                choice,
+            ) => {
                 let cycles = Some(self.size(1.0, 1_000.0) as usize);
                 let every = if choice == 0 { 1 + self.below(200) as usize } else { 1 };
                 InjectedFault { from: first, cycles, every, ..fault }
@@ -110,35 +122,41 @@ impl Draw {
         }
     }
 
-    fn of_signals(&mut self) -> Of {
+    fn of_signals(&mut self) -> SignalFault {
         let own_axis = self.axis();
         let axis = Some(own_axis);
         match self.below(19) {
-            0 => Of::Freeze { signal: self.signal(), axis: self.some_axis() },
-            1 => Of::Hold {
+            0 => SignalFault::Freeze { signal: self.signal(), axis: self.some_axis() },
+            1 => SignalFault::Hold {
                 signal: self.signal(),
                 axis: self.some_axis(),
                 length: 2 + self.below(20) as usize,
             },
-            2 => Of::Delay {
+            2 => SignalFault::Delay {
                 signal: self.signal(),
                 axis: self.some_axis(),
                 by: 1 + self.below(12) as usize,
             },
-            3 => Of::Swap { signal: self.signal(), axes: [self.axis(), self.axis()] },
-            4 => Of::Add { signal: AxisSignal::Position, axis, value: self.signed(0.02, 20.0) },
-            5 => Of::Add { signal: AxisSignal::Torque, axis, value: self.signed(0.005, 0.5) },
-            6 | 7 => Of::Scale {
+            3 => SignalFault::Swap { signal: self.signal(), axes: [self.axis(), self.axis()] },
+            4 => {
+                let value = self.signed(0.02, 20.0);
+                SignalFault::Add { signal: AxisSignal::Position, axis, value }
+            }
+            5 => {
+                let value = self.signed(0.005, 0.5);
+                SignalFault::Add { signal: AxisSignal::Torque, axis, value }
+            }
+            6 | 7 => SignalFault::Scale {
                 signal: AxisSignal::Torque,
                 axis,
                 factor: self.factor(own_axis, &OWN_TORQUE, 0.7),
             },
-            8 => Of::Scale {
+            8 => SignalFault::Scale {
                 signal: AxisSignal::Torque,
                 axis: None,
                 factor: 1.0 + self.signed(0.001, 0.02),
             },
-            9 => Of::Scale {
+            9 => SignalFault::Scale {
                 signal: AxisSignal::Position,
                 axis,
                 factor: self.factor(own_axis, &OWN_POSITION, 0.5),
@@ -146,60 +164,59 @@ impl Draw {
             10 => {
                 let sign = if self.below(2) == 0 { 1.0 } else { -1.0 };
                 let most = if self.several { IN_NO_DATA } else { 1.0 };
-                Of::ScalePositive { axis: self.axis(), factor: self.signed(0.01, most).exp(), sign }
+                SignalFault::ScalePositive {
+                    axis: self.axis(),
+                    factor: self.signed(0.01, most).exp(),
+                    sign,
+                }
             }
-            11 => Of::Saturate { axis: self.axis(), limit: self.size(0.1, 2.0) },
-            12 => Of::LowPass {
+            11 => SignalFault::Saturate { axis: self.axis(), limit: self.size(0.1, 2.0) },
+            12 => SignalFault::LowPass {
                 signal: self.signal(),
                 axis: self.some_axis(),
                 cutoff_hz: self.size(1.0, 100.0),
             },
-            13 => Of::Ripple { axis: self.axis(), amplitude: self.size(0.003, 0.3) },
-            14 => Of::Noise {
+            13 => SignalFault::Ripple { axis: self.axis(), amplitude: self.size(0.003, 0.3) },
+            14 => SignalFault::Noise {
                 signal: AxisSignal::Torque,
                 axis: self.some_axis(),
                 rms: self.size(0.003, 0.5),
                 seed: self.below(1000),
             },
-            15 => Of::Noise {
+            15 => SignalFault::Noise {
                 signal: AxisSignal::Position,
                 axis: self.some_axis(),
                 rms: self.size(1e-4, 0.1),
                 seed: self.below(1000),
             },
-            16 => Of::Quantise {
+            16 => SignalFault::Quantise {
                 signal: self.signal(),
                 axis: self.some_axis(),
                 step: self.size(1e-3, 0.2),
             },
-            17 => Of::Resample { ratio: 1.0 + self.signed(1e-3, 0.015) },
-            _ => {
-                if self.below(2) == 0 {
-                    Of::Cut
-                } else {
-                    Of::Repeat
-                }
-            }
+            17 => SignalFault::Resample { ratio: 1.0 + self.signed(1e-3, 0.015) },
+            _ if self.below(2) == 0 => SignalFault::Cut,
+            _ => SignalFault::Repeat,
         }
     }
 
-    fn of_frames(&mut self, bus: BusOf) -> FrameOf {
+    fn of_frames(&mut self, bus: BusOf) -> FrameFault {
         let frame = [FrameRole::Sync, FrameRole::Sample, FrameRole::Sample, FrameRole::Target]
             [self.below(4) as usize];
         let bits = if bus == BusOf::Packed { 480 } else { 64 };
         match self.below(9) {
-            0 => FrameOf::Drop { frame, axis: self.some_axis() },
-            1 => FrameOf::Double { frame, axis: self.some_axis() },
-            2 | 3 => FrameOf::Flip {
+            0 => FrameFault::Drop { frame, axis: self.some_axis() },
+            1 => FrameFault::Double { frame, axis: self.some_axis() },
+            2 | 3 => FrameFault::Flip {
                 frame: FrameRole::Sample,
                 axis: self.some_axis(),
                 bit: self.below(bits) as usize,
             },
-            4 => FrameOf::Late { axis: self.axis() },
-            5 => FrameOf::Jitter { us: self.size(1.0, 3_000.0), seed: self.below(1000) },
-            6 => FrameOf::Stretch { ratio: 1.0 + self.signed(1e-5, 0.05) },
-            7 => FrameOf::ClockStep { ms: self.signed(0.1, 1e6) },
-            _ => FrameOf::Burst { length: 1 + self.below(50) as usize },
+            4 => FrameFault::Late { axis: self.axis() },
+            5 => FrameFault::Jitter { us: self.size(1.0, 3_000.0), seed: self.below(1000) },
+            6 => FrameFault::Stretch { ratio: 1.0 + self.signed(1e-5, 0.05) },
+            7 => FrameFault::ClockStep { ms: self.signed(0.1, 1e6) },
+            _ => FrameFault::Burst { length: 1 + self.below(50) as usize },
         }
     }
 }

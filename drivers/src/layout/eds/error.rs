@@ -46,7 +46,7 @@ pub enum EdsError {
     #[error(
         "{}: `{key}`: no {direction} of node {node} carries {object}; its {direction}s carry {}; \
          map it in the drive and in its DCF",
-        file.display(), Attached(.mapped)
+        file.display(), AttachedText(.mapped)
     )]
     NotMapped {
         /// The file.
@@ -78,9 +78,9 @@ pub enum EdsError {
     },
 }
 
-struct Attached<'a>(&'a [String]);
+struct AttachedText<'a>(&'a [String]);
 
-impl core::fmt::Display for Attached<'_> {
+impl core::fmt::Display for AttachedText<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         if self.0.is_empty() { f.write_str("nothing") } else { f.write_str(&self.0.join(" ")) }
     }

@@ -139,7 +139,9 @@ impl Eni<'_> {
             let of_frame: Vec<_> = of_frame.collect::<Result<_, _>>()?;
             let with_clock = of_frame.contains(&Kind::Clock);
             commands.extend(of_frame.into_iter().filter_map(|kind| match kind {
-                Kind::ProcessData(command) => Some(Command { with_clock, ..command }),
+                Kind::ProcessData(command) => {
+                    Some(Command { carries_clock: with_clock, ..command })
+                }
                 Kind::Clock | Kind::Other => None,
             }));
         }
@@ -172,7 +174,7 @@ impl Eni<'_> {
             expected_counter: child(node, "Cnt")
                 .map(|count| self.parse_number(count))
                 .transpose()?,
-            with_clock: false,
+            carries_clock: false,
         }))
     }
 

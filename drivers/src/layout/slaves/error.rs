@@ -30,7 +30,7 @@ pub enum NetworkError {
     },
     /// No such slave.
     #[error("{}: there is no slave {wanted}; it has {}; correct `slaves`, or take the file of this \
-        arm", file.display(), Listed(.found))]
+        arm", file.display(), ListedNames(.found))]
     NoSlave {
         /// The file.
         file: PathBuf,
@@ -43,7 +43,7 @@ pub enum NetworkError {
     #[error(
         "{}: `{key}`: the {whose} do not carry {object}; they carry {}; add it to the \
          PDO in the master's configuration, and export or record anew",
-        file.display(), Listed(.mapped)
+        file.display(), ListedNames(.mapped)
     )]
     NotMapped {
         /// The file.
@@ -126,9 +126,9 @@ impl From<CaptureError> for NetworkError {
     }
 }
 
-struct Listed<'a>(&'a [String]);
+struct ListedNames<'a>(&'a [String]);
 
-impl core::fmt::Display for Listed<'_> {
+impl core::fmt::Display for ListedNames<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         if self.0.is_empty() { f.write_str("nothing") } else { f.write_str(&self.0.join(", ")) }
     }

@@ -67,7 +67,7 @@ pub(super) struct Command {
     /// Working counter if every slave takes part.
     pub(super) expected_counter: Option<u16>,
     /// True if its frame also carries the time of the distributed clock.
-    pub(super) with_clock: bool,
+    pub(super) carries_clock: bool,
 }
 
 impl Area {

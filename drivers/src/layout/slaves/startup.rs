@@ -39,11 +39,11 @@ struct Fmmu {
 
 /// Data seen so far.
 #[derive(Default)]
-struct Learnt {
+struct LearntNetwork {
     /// Latest value by station, index, sub-index.
     objects: BTreeMap<(u16, u16, u8), u32>,
     /// Downloads that the slave has not confirmed, by station.
-    open_downloads: BTreeMap<u16, Transfer>,
+    open_downloads: BTreeMap<u16, SdoTransfer>,
     fmmus: BTreeMap<(u16, u16), Fmmu>,
     /// Command, address and length; true if the clock is sent with them. In the order of first
     /// appearance.
@@ -52,7 +52,7 @@ struct Learnt {
 
 /// Values of one SDO: of one sub-index, or of all from it on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Transfer {
+struct SdoTransfer {
     index: u16,
     sub_index: u8,
     is_complete_access: bool,
@@ -64,7 +64,7 @@ pub(in crate::layout) fn learn_network<R: BufRead>(
     mut capture: Capture<R>,
     wanted: &[SlaveSpec],
 ) -> Result<Network, NetworkError> {
-    let mut learnt = Learnt::default();
+    let mut learnt = LearntNetwork::default();
     loop {
         match capture.next_packet() {
             Ok(Some(packet)) => {
@@ -83,7 +83,7 @@ pub(in crate::layout) fn learn_network<R: BufRead>(
     Ok(Network { slaves, commands: learnt.commands() })
 }
 
-impl Learnt {
+impl LearntNetwork {
     fn handle_datagram(&mut self, datagram: &Datagram<'_>, with_clock: bool) {
         if datagram.working_counter == 0 {
             return;
@@ -150,7 +150,7 @@ impl Learnt {
                 self.open_downloads.remove(&station);
                 let data = data_of(command, message.get(6..)?)?;
                 let complete = command & 0x10 != 0;
-                let asked = Transfer {
+                let asked = SdoTransfer {
                     index,
                     sub_index: sub,
                     is_complete_access: complete,
@@ -171,7 +171,7 @@ impl Learnt {
                 let complete = command & 0x10 != 0;
                 self.store_transfer(
                     station,
-                    &Transfer { index, sub_index: sub, is_complete_access: complete, data },
+                    &SdoTransfer { index, sub_index: sub, is_complete_access: complete, data },
                 );
             }
             (SDO_REQUEST, 4) => drop(self.open_downloads.remove(&station)),
@@ -180,8 +180,8 @@ impl Learnt {
         Some(())
     }
 
-    fn store_transfer(&mut self, station: u16, transfer: &Transfer) {
-        let Transfer { index, sub_index: sub, is_complete_access: complete, data } = transfer;
+    fn store_transfer(&mut self, station: u16, transfer: &SdoTransfer) {
+        let SdoTransfer { index, sub_index: sub, is_complete_access: complete, data } = transfer;
         if !is_kept(*index) {
             return;
         }
@@ -290,7 +290,7 @@ impl Learnt {
                     input_bit: first_bit,
                     output_bit: first_bit,
                     expected_counter: Some(self.expected_counter(*command, *address, *length)),
-                    with_clock: *with_clock,
+                    carries_clock: *with_clock,
                 }
             })
             .collect()

@@ -8,11 +8,11 @@ const MIN_SEPARATION_NS: u64 = 500_000_000;
 /// drives. Uses the capture if that clock is missing or was set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CycleClock {
-    latest_cycle: Option<Latest>,
+    latest_cycle: Option<LatestCycle>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Latest {
+struct LatestCycle {
     stamp_ns: u64,
     captured_ns: u64,
     /// Time of the distributed clock, and its number of bits.
@@ -37,7 +37,7 @@ impl CycleClock {
             };
             latest.stamp_ns.saturating_add(passed.unwrap_or(captured))
         });
-        self.latest_cycle = Some(Latest { stamp_ns, captured_ns, system_time: system });
+        self.latest_cycle = Some(LatestCycle { stamp_ns, captured_ns, system_time: system });
         stamp_ns
     }
 }

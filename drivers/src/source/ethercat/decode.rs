@@ -7,7 +7,7 @@ use super::clock::CycleClock;
 use crate::ethercat::{AL_STATUS, BRD, Datagram, EthercatFrame};
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
 use crate::layout::{
-    AL_STATUS_BITS, Gathered, ProcessData, ProcessDatagram, SYNC_FRAME, WRONG_COUNTER,
+    AL_STATUS_BITS, AssembledFrame, ProcessData, ProcessDatagram, SYNC_FRAME, WRONG_COUNTER,
 };
 
 /// Converts packets to frames. Nothing is allocated after [`Decoder::new`].
@@ -142,7 +142,7 @@ impl ProcessData {
 }
 
 /// Returns a frame of a datagram's data, led by the state of the network if it has one.
-fn build_frame(gathered: &Gathered, data: &[u8], state: Option<u8>) -> Frame {
+fn build_frame(gathered: &AssembledFrame, data: &[u8], state: Option<u8>) -> Frame {
     let mut payload = [0; MAX_PAYLOAD];
     if let (Some(state), Some(first)) = (state, payload.first_mut()) {
         *first = state;

@@ -28,7 +28,7 @@ use crate::source::{
 /// until it is back; then it is used again automatically.
 pub struct TapSource {
     interface: [InterfaceName; 1],
-    opened: Option<Opened>,
+    opened: Option<OpenedSocket>,
     /// True if packets can arrive.
     is_up: bool,
     /// Time of the next attempt to open it, while it is closed.
@@ -44,7 +44,7 @@ pub struct TapSource {
 }
 
 #[derive(Debug)]
-struct Opened {
+struct OpenedSocket {
     socket: Socket,
     device: i32,
     granted_bytes: u32,
@@ -236,7 +236,7 @@ impl core::fmt::Debug for TapSource {
 
 /// Creates a socket that receives from the interface. Every option is set before the first packet
 /// can arrive.
-fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatError> {
+fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<OpenedSocket, EthercatError> {
     let failed = |what| {
         move |source: io::Error| match source.raw_os_error() {
             Some(libc::ENODEV) => EthercatError::NoInterface { interface },
@@ -252,7 +252,7 @@ fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatE
     let granted_bytes =
         set_receive_buffer(&socket, wanted_bytes).map_err(failed("set the receive buffer"))?;
     socket.bind_packets(device, ETHERCAT_TYPE).map_err(failed("bind"))?;
-    Ok(Opened { socket, device, granted_bytes })
+    Ok(OpenedSocket { socket, device, granted_bytes })
 }
 
 #[cfg(test)]

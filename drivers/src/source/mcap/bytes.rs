@@ -2,9 +2,9 @@
 
 /// Remaining bytes of a record.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
+pub(super) struct ByteReader<'a>(pub(super) &'a [u8]);
 
-impl<'a> Bytes<'a> {
+impl<'a> ByteReader<'a> {
     pub(super) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
@@ -55,7 +55,7 @@ pub(super) struct ChunkHead<'a> {
 
 impl<'a> ChunkHead<'a> {
     /// Reads the head; the bytes after it remain in `bytes`.
-    pub(super) fn read(bytes: &mut Bytes<'a>) -> Option<Self> {
+    pub(super) fn read(bytes: &mut ByteReader<'a>) -> Option<Self> {
         let (start, end) = (bytes.take_u64()?, bytes.take_u64()?);
         let uncompressed = bytes.take_u64()?;
         let crc = bytes.take_u32()?;

@@ -1,6 +1,6 @@
 //! Meaning of the records of a file.
 
-use super::bytes::Bytes;
+use super::bytes::ByteReader;
 use super::error::Corruption;
 use super::info::McapInfo;
 use super::{TOPIC_PREFIX, joint_states, message, op};
@@ -9,7 +9,7 @@ use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
 
 /// Data from the records so far.
 #[derive(Debug)]
-pub(super) struct Content {
+pub(super) struct FileContent {
     info: Option<McapInfo>,
     /// Identifiers in this file of this program's schema.
     schemas: Vec<u16>,
@@ -27,7 +27,7 @@ pub(super) struct Content {
     pub(super) counters: SourceCounters,
 }
 
-impl Content {
+impl FileContent {
     pub(super) fn new(interfaces: &[InterfaceName]) -> Self {
         let mut interfaces_seen = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
         interfaces_seen.extend_from_slice(interfaces);
@@ -58,7 +58,7 @@ impl Content {
         opcode: u8,
         body: &[u8],
     ) -> Result<Option<Frame>, Corruption> {
-        let mut bytes = Bytes(body);
+        let mut bytes = ByteReader(body);
         match opcode {
             op::MESSAGE => return self.handle_message(&mut bytes),
             op::METADATA if self.info.is_none() => {
@@ -84,7 +84,7 @@ impl Content {
         Ok(None)
     }
 
-    fn handle_channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Corruption> {
+    fn handle_channel(&mut self, bytes: &mut ByteReader<'_>) -> Result<(), Corruption> {
         let malformed = Corruption::Malformed("channel");
         let (Some(id), Some(schema), Some(topic), Some(encoding)) =
             (bytes.take_u16(), bytes.take_u16(), bytes.take_text(), bytes.take_text())
@@ -107,7 +107,7 @@ impl Content {
         Ok(())
     }
 
-    fn handle_message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Corruption> {
+    fn handle_message(&mut self, bytes: &mut ByteReader<'_>) -> Result<Option<Frame>, Corruption> {
         let (Some(channel), Some(sequence), Some(log_time), Some(_)) =
             (bytes.take_u16(), bytes.take_u32(), bytes.take_u64(), bytes.take_u64())
         else {
@@ -137,7 +137,7 @@ impl Content {
     }
 }
 
-fn parse_schema<'a>(bytes: &mut Bytes<'a>) -> Option<(u16, &'a str, &'a str)> {
+fn parse_schema<'a>(bytes: &mut ByteReader<'a>) -> Option<(u16, &'a str, &'a str)> {
     Some((bytes.take_u16()?, bytes.take_text()?, bytes.take_text()?))
 }
 

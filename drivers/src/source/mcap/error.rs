@@ -51,7 +51,7 @@ impl McapError {
     /// Returns true if the following data can still be read: the rest of a damaged chunk is
     /// skipped.
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::Damaged { what, .. } if what.is_inside())
+        matches!(self, Self::Damaged { what, .. } if what.is_in_chunk())
     }
 }
 
@@ -92,7 +92,7 @@ pub enum Corruption {
 }
 
 impl Corruption {
-    fn is_inside(&self) -> bool {
+    fn is_in_chunk(&self) -> bool {
         !matches!(self, Self::Record { .. })
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::bytes::Bytes;
+use super::bytes::ByteReader;
 use crate::source::InterfaceName;
 
 /// Name of the metadata record.
@@ -58,11 +58,12 @@ impl McapInfo {
     /// Reads the body of a metadata record. Returns `None` if it belongs to another program or is
     /// malformed.
     pub(super) fn read(body: &[u8]) -> Option<Self> {
-        let mut bytes = Bytes(body.get(..body.len().min(MAX_METADATA))?);
+        let mut bytes = ByteReader(body.get(..body.len().min(MAX_METADATA))?);
         if bytes.take_text()? != METADATA_NAME {
             return None;
         }
-        let (mut pairs, mut info, mut offset) = (Bytes(bytes.take_block()?), Self::default(), None);
+        let (mut pairs, mut info, mut offset) =
+            (ByteReader(bytes.take_block()?), Self::default(), None);
         while !pairs.0.is_empty() {
             let (key, value) = (pairs.take_text()?, pairs.take_text()?.to_owned());
             match key {

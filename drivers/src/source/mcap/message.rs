@@ -1,6 +1,6 @@
 //! One frame as a message: ROS 2 CDR (OMG DDSI-RTPS, little-endian), and its schema.
 
-use super::bytes::Bytes;
+use super::bytes::ByteReader;
 use super::error::Corruption;
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 
@@ -82,7 +82,7 @@ pub(super) fn decode(message: &[u8]) -> Result<Frame, Corruption> {
 }
 
 fn split_head(message: &[u8]) -> Option<(u32, [bool; 7], u8, &[u8])> {
-    let mut bytes = Bytes(message);
+    let mut bytes = ByteReader(message);
     if bytes.take(4)? != ENCAPSULATION {
         return None;
     }

@@ -6,8 +6,8 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use super::bytes::{Bytes, ChunkHead};
-use super::content::Content;
+use super::bytes::{ByteReader, ChunkHead};
+use super::content::FileContent;
 use super::error::{Corruption, McapError};
 use super::info::McapInfo;
 use super::op;
@@ -23,7 +23,7 @@ use crate::source::{
 #[derive(Debug)]
 pub struct McapSource<R = BufReader<File>> {
     records: Records<R>,
-    content: Content,
+    content: FileContent,
     /// Unread records of the chunk in memory.
     unread_range: Range<usize>,
     /// A message outside of any chunk.
@@ -57,7 +57,7 @@ impl<R: Read> McapSource<R> {
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Result<Self, McapError> {
         let mut source = Self {
             records: Records::new(reader, path)?,
-            content: Content::new(interfaces),
+            content: FileContent::new(interfaces),
             unread_range: 0..0,
             unchunked_frame: None,
             next_frame: None,
@@ -151,7 +151,7 @@ impl<R: Read> McapSource<R> {
     /// Returns the next record of the chunk.
     fn next_in_chunk(&mut self) -> Result<Option<Frame>, Corruption> {
         let chunk = self.records.last_body().get(self.unread_range.clone()).unwrap_or_default();
-        let mut bytes = Bytes(chunk);
+        let mut bytes = ByteReader(chunk);
         let malformed = Corruption::Malformed("chunk");
         let (Some(opcode), Some(length)) = (bytes.take_u8(), bytes.take_u64()) else {
             return Err(malformed);
@@ -165,7 +165,7 @@ impl<R: Read> McapSource<R> {
 
 /// Returns the position of the records of a chunk if its CRC matches.
 fn chunk_records(body: &[u8]) -> Result<Range<usize>, Corruption> {
-    let mut bytes = Bytes(body);
+    let mut bytes = ByteReader(body);
     let head = ChunkHead::read(&mut bytes).ok_or(Corruption::Malformed("chunk"))?;
     if !head.compression.is_empty() {
         return Err(Corruption::Compressed(head.compression.chars().take(16).collect()));

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::bytes::{Bytes, ChunkHead};
+use super::bytes::{ByteReader, ChunkHead};
 use super::error::McapError;
 use super::info::McapInfo;
 use super::records::FileEnd;
@@ -89,7 +89,7 @@ impl McapScan {
                 scan.info = McapInfo::read(&body);
             }
             if opcode == op::CHUNK
-                && let Some(head) = ChunkHead::read(&mut Bytes(&body))
+                && let Some(head) = ChunkHead::read(&mut ByteReader(&body))
             {
                 let (first_log_time, last_log_time) = (head.start, head.end);
                 scan.chunks.push(ChunkSpan {

@@ -5,7 +5,7 @@ use std::io;
 use std::time::Instant;
 
 use super::error::SocketCanError;
-use super::open::{Opened, open};
+use super::open::{OpenedSocket, open};
 use super::options::SocketCanOptions;
 use crate::clock::HardwareClock;
 use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
@@ -47,7 +47,7 @@ pub(super) struct Link {
     /// Index in the order of the source.
     index: u8,
     options: SocketCanOptions,
-    opened: Option<Opened>,
+    opened: Option<OpenedSocket>,
     last_opened: (i32, u32),
     state: State,
     buffer: ReceiveBuffer,

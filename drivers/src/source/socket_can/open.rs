@@ -12,7 +12,7 @@ use crate::source::listening::{ask_for_stamps_and_drops, set_receive_buffer};
 
 /// Result of [`open`].
 #[derive(Debug)]
-pub(super) struct Opened {
+pub(super) struct OpenedSocket {
     pub(super) socket: Socket,
     pub(super) device: DeviceState,
     pub(super) receive_buffer_bytes: u32,
@@ -22,7 +22,7 @@ pub(super) struct Opened {
 pub(super) fn open(
     interface: InterfaceName,
     options: &SocketCanOptions,
-) -> Result<Opened, SocketCanError> {
+) -> Result<OpenedSocket, SocketCanError> {
     let failed = |what| move |source: io::Error| system_error(interface, what, source);
     let socket = Socket::new_can().map_err(failed("open a CAN socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?;
@@ -40,7 +40,7 @@ pub(super) fn open(
         }
         _ => system_error(interface, "bind", source),
     })?;
-    Ok(Opened { socket, device, receive_buffer_bytes })
+    Ok(OpenedSocket { socket, device, receive_buffer_bytes })
 }
 
 fn set_options(socket: &Socket, options: &SocketCanOptions) -> io::Result<()> {

@@ -19,19 +19,19 @@ use crate::source::InterfaceName;
 /// Settings of the header. It also holds the present time if the stamp of each line is relative to
 /// the previous line.
 #[derive(Clone, Debug)]
-pub(super) struct Asc {
+pub(super) struct AscParser {
     base: u32,
     has_relative_stamps: bool,
     now_ns: u64,
 }
 
-impl Default for Asc {
+impl Default for AscParser {
     fn default() -> Self {
         Self { base: 16, has_relative_stamps: false, now_ns: 0 }
     }
 }
 
-impl Asc {
+impl AscParser {
     pub(super) fn parse(
         &mut self,
         line: &[u8],

@@ -1,7 +1,7 @@
 //! Detection of the kind of a log by its first line, and conversion of its lines to frames.
 
-use super::asc::Asc;
-use super::trc::Trc;
+use super::asc::AscParser;
+use super::trc::TrcParser;
 use super::{LineFault, candump};
 use crate::frame::Frame;
 use crate::source::InterfaceName;
@@ -10,8 +10,8 @@ use crate::source::InterfaceName;
 #[derive(Clone, Debug)]
 pub(super) enum Format {
     Candump,
-    Asc(Asc),
-    Trc(Trc),
+    Asc(AscParser),
+    Trc(TrcParser),
 }
 
 impl Format {
@@ -23,9 +23,9 @@ impl Format {
             })
         };
         if line.starts_with(b";") {
-            Self::Trc(Trc::default())
+            Self::Trc(TrcParser::default())
         } else if begins(&["date ", "base ", "// version", "begin trigger"]) {
-            Self::Asc(Asc::default())
+            Self::Asc(AscParser::default())
         } else {
             Self::Candump
         }

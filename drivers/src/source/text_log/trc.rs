@@ -31,11 +31,11 @@ enum Column {
 
 /// Columns, in their order.
 #[derive(Clone, Debug)]
-pub(super) struct Trc {
+pub(super) struct TrcParser {
     columns: Vec<Column>,
 }
 
-impl Default for Trc {
+impl Default for TrcParser {
     /// Returns version 1.0, which the file does not declare.
     fn default() -> Self {
         use Column::{Data, Id, Length, Other, Time};
@@ -43,7 +43,7 @@ impl Default for Trc {
     }
 }
 
-impl Trc {
+impl TrcParser {
     pub(super) fn parse(
         &mut self,
         line: &[u8],

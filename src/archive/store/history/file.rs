@@ -58,7 +58,7 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
 
 /// Content of a history file.
 #[derive(Debug, Default)]
-struct Scan {
+struct HistoryContent {
     /// Number of bytes up to the end of the last complete line.
     complete_bytes: u64,
     /// Bytes of all.
@@ -74,7 +74,7 @@ struct Scan {
 
 /// Fields that every version of a line has.
 #[derive(Deserialize)]
-struct Version {
+struct VersionFields {
     schema: u32,
     #[serde(default)]
     result: Option<u64>,
@@ -85,8 +85,8 @@ struct Version {
 /// keeps it for the newer one.
 pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
-    let Version { schema, result } = match &line {
-        Some(line) => Version { schema: line.schema, result: Some(line.result) },
+    let VersionFields { schema, result } = match &line {
+        Some(line) => VersionFields { schema: line.schema, result: Some(line.result) },
         None => serde_json::from_slice(text).ok()?,
     };
     match schema {
@@ -98,9 +98,12 @@ pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine
 
 /// Passes on the bytes of every line of this program. The parsed line is added unless a later
 /// version wrote it.
-fn scan(file: File, mut take: impl FnMut(&[u8], Option<HistoryLine>)) -> io::Result<Scan> {
+fn scan(
+    file: File,
+    mut take: impl FnMut(&[u8], Option<HistoryLine>),
+) -> io::Result<HistoryContent> {
     let mut reader = BufReader::new(file);
-    let (mut scan, mut line) = (Scan::default(), Vec::new());
+    let (mut scan, mut line) = (HistoryContent::default(), Vec::new());
     loop {
         line.clear();
         // A longer line is read in pieces, none of which is a valid line.
@@ -152,7 +155,7 @@ impl HistoryFile {
             .map_err(io_error("clean up the folder", folder))?;
         let mut last = VecDeque::new();
         let scan = match File::open(&path) {
-            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Scan::default(),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => HistoryContent::default(),
             opened => {
                 let scanned = opened.and_then(|file| {
                     scan(file, |_, line| {

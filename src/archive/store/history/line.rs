@@ -6,7 +6,7 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::{Estimate, Use};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::archive::store::against::Against;
+use crate::archive::store::against::ModelDifference;
 use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Attachments, ResultRecord};
 use crate::archive::store::timestamp::Timestamp;
@@ -108,7 +108,7 @@ pub struct HistoryLine {
     /// Possible difference from the baseline due to model errors. `None` without a baseline, or if
     /// unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub against: Option<Against>,
+    pub against: Option<ModelDifference>,
     /// Payload beyond that of the baseline. `None` without a baseline, or if the baseline cannot
     /// identify a load.
     #[serde(default, skip_serializing_if = "Option::is_none")]

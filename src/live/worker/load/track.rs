@@ -1,6 +1,6 @@
 //! Detection of load changes between successive load surveys.
 
-use didim_identification::identification::Uncertain;
+use didim_identification::identification::UncertainValue;
 
 use crate::archive::store::FoundLoad;
 use crate::live::limits::LiveLimits;
@@ -9,15 +9,17 @@ use crate::live::limits::LiveLimits;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Survey {
     /// Mass, if it is identifiable \[kg\].
-    pub(super) mass: Option<Uncertain>,
+    pub(super) mass: Option<UncertainValue>,
     /// True if there is a load.
     pub(super) has_load: bool,
 }
 
 impl Survey {
     /// State of the arm at its baseline.
-    pub(super) const BASELINE_STATE: Self =
-        Self { mass: Some(Uncertain { value: 0.0, standard_deviation: 0.0 }), has_load: false };
+    pub(super) const BASELINE_STATE: Self = Self {
+        mass: Some(UncertainValue { value: 0.0, standard_deviation: 0.0 }),
+        has_load: false,
+    };
 
     pub(super) fn from_load(found: &FoundLoad) -> Self {
         Self { mass: found.load.mass_kg, has_load: found.presence.seen }
@@ -77,7 +79,7 @@ mod tests {
     use super::*;
 
     fn survey(value: f64, standard_deviation: f64) -> Survey {
-        let mass = Uncertain { value, standard_deviation };
+        let mass = UncertainValue { value, standard_deviation };
         Survey { mass: Some(mass), has_load: mass.is_seen(&PayloadLimits::default()) }
     }
 

@@ -27,7 +27,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
 
 /// A few seconds of motion, and the identifier that searches them for a payload.
-struct Piece {
+struct SurveyPiece {
     window: Window,
     identifier: Identifier,
 }
@@ -35,7 +35,7 @@ struct Piece {
 /// The sending side. One piece is processed, and one more may wait.
 #[derive(Debug)]
 pub(in crate::live::worker) struct LoadWatch {
-    parts: SyncSender<Piece>,
+    parts: SyncSender<SurveyPiece>,
     thread: JoinHandle<()>,
     shared: SharedEstimation,
 }
@@ -48,7 +48,7 @@ impl LoadWatch {
     ) -> Result<Self, WorkerError> {
         let (parts, waiting) = sync_channel(1);
         shared.update().load = Some(LoadStatus::default());
-        let mut watcher = Watcher::new(folder, shared.clone());
+        let mut watcher = SurveyThread::new(folder, shared.clone());
         let thread = std::thread::Builder::new()
             .name("load".into())
             .spawn(move || watcher.run(&waiting))
@@ -66,7 +66,7 @@ impl LoadWatch {
         stop: &AtomicBool,
     ) -> Result<(), WorkerError> {
         window.note.clone_from(&self.shared.update().note);
-        let mut piece = Piece { window, identifier };
+        let mut piece = SurveyPiece { window, identifier };
         loop {
             piece = match self.parts.try_send(piece) {
                 Ok(()) => return Ok(()),
@@ -99,7 +99,7 @@ impl LoadWatch {
     }
 }
 
-struct Watcher {
+struct SurveyThread {
     baseline_watch: BaselineWatch,
     baseline: Option<Baseline>,
     load_track: LoadTrack,
@@ -108,7 +108,7 @@ struct Watcher {
     change_log_rate: LogRate,
 }
 
-impl Watcher {
+impl SurveyThread {
     fn new(folder: &Path, shared: SharedEstimation) -> Self {
         let watch = BaselineWatch::new(folder);
         Self {
@@ -120,11 +120,11 @@ impl Watcher {
         }
     }
 
-    fn run(&mut self, parts: &Receiver<Piece>) {
+    fn run(&mut self, parts: &Receiver<SurveyPiece>) {
         self.look_for_baseline();
         loop {
             match parts.recv_timeout(BASELINE_POLL_INTERVAL) {
-                Ok(Piece { window, identifier }) => {
+                Ok(SurveyPiece { window, identifier }) => {
                     self.look_for_baseline();
                     if let Some(baseline) = &self.baseline
                         && let Some(found) = identifier.load(baseline, &window)

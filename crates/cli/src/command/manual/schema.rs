@@ -149,7 +149,7 @@ impl FileSchema {
             (None, None) => Presence::Optional("none".to_owned()),
         };
         let is_form = schema.get("const").is_some();
-        let kind = self.kind(schema, Number::Singular);
+        let kind = self.kind(schema, GrammaticalNumber::Singular);
         let Description { unit, mut meaning, .. } = description;
         if is_form && meaning.is_empty() {
             meaning = "The form.".to_owned();
@@ -161,7 +161,7 @@ impl FileSchema {
     fn choice_key(&self, form: &Value) -> Option<Key> {
         let properties = form.get("properties").and_then(Value::as_object);
         let (name, kind) = match properties.and_then(|keys| keys.iter().next()) {
-            Some((name, schema)) => (name.as_str(), self.kind(schema, Number::Singular)),
+            Some((name, schema)) => (name.as_str(), self.kind(schema, GrammaticalNumber::Singular)),
             None => (form.get("const")?.as_str()?, "none".to_owned()),
         };
         let mut key = self.key(name, form, description(form), true);
@@ -172,7 +172,7 @@ impl FileSchema {
     }
 
     /// Names a type in words.
-    fn kind(&self, schema: &Value, number: Number) -> String {
+    fn kind(&self, schema: &Value, number: GrammaticalNumber) -> String {
         let schema = self.resolve_reference(schema);
         if let Some(words) = schema.get("enum").and_then(Value::as_array) {
             return words.iter().map(literal_text).collect::<Vec<_>>().join(", ");
@@ -202,7 +202,11 @@ impl FileSchema {
             Some("boolean") => "`true` or `false`".to_owned(),
             Some("array") => {
                 let items = schema.get("items").unwrap_or(&Value::Null);
-                format!("{} of {}", number.with_noun("list"), self.kind(items, Number::Plural))
+                format!(
+                    "{} of {}",
+                    number.with_noun("list"),
+                    self.kind(items, GrammaticalNumber::Plural)
+                )
             }
             Some("object") => {
                 match schema.get("additionalProperties").filter(|of| of.is_object()) {
@@ -210,7 +214,7 @@ impl FileSchema {
                         format!(
                             "{} of {}",
                             number.with_noun("table"),
-                            self.kind(values, Number::Plural)
+                            self.kind(values, GrammaticalNumber::Plural)
                         )
                     }
                     _ => number.with_noun("table"),
@@ -224,12 +228,12 @@ impl FileSchema {
 }
 
 #[derive(Clone, Copy)]
-enum Number {
+enum GrammaticalNumber {
     Singular,
     Plural,
 }
 
-impl Number {
+impl GrammaticalNumber {
     fn with_noun(self, noun: &str) -> String {
         match self {
             Self::Singular => noun.to_owned(),

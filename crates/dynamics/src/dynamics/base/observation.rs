@@ -11,9 +11,9 @@ use crate::robot::JointKind;
 const SEED: u64 = 0x5eed_0fb0_dd1e_5000;
 
 /// SplitMix64 (Steele, Lea and Flood 2014): well distributed, and the same on every platform.
-struct Random(u64);
+struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     fn uniform(&mut self, size: f64) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -31,7 +31,7 @@ impl Random {
 pub(super) fn random_observation(model: &Model) -> DMatrix<f64> {
     let model = model.clone().with_plain_friction();
     let (n, p) = (model.joints(), model.parameter_names().len());
-    let mut random = Random(SEED);
+    let mut random = SplitMix64(SEED);
     let mut workspace = Workspace::new();
     let mut regressor = vec![0.0; n * p];
     let mut stacked = DMatrix::zeros(n * p, p);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::feasibility::{Constraint, Estimate, Possible, Prior};
+use crate::feasibility::{ConsistentPoint, Constraint, Estimate, Prior};
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::problem::{BodiesFrom, Context, IdentificationError};
 use crate::regression::Solution;
@@ -41,13 +41,16 @@ impl ConsistentParameters {
     pub(super) fn start_parameters(
         &self,
         parameters: &DVector<f64>,
-    ) -> Result<Possible, IdentificationError> {
+    ) -> Result<ConsistentPoint, IdentificationError> {
         let nearest = self.constraint.nearest_consistent(parameters, &self.start_point);
         nearest.map_err(IdentificationError::Consistency)
     }
 
     /// The arm nearest to a linear step's parameters, by its covariance.
-    pub(super) fn nearest_arm(&self, solution: &Solution) -> Result<Possible, IdentificationError> {
+    pub(super) fn nearest_arm(
+        &self,
+        solution: &Solution,
+    ) -> Result<ConsistentPoint, IdentificationError> {
         let nearest =
             self.constraint.nearest_consistent(&solution.parameters, &solution.covariance);
         nearest.map_err(IdentificationError::Consistency)
@@ -56,10 +59,10 @@ impl ConsistentParameters {
     /// A part of the way from one arm to another.
     pub(super) fn interpolate(
         &self,
-        from: &Possible,
-        to: &Possible,
+        from: &ConsistentPoint,
+        to: &ConsistentPoint,
         part: f64,
-    ) -> Option<Possible> {
+    ) -> Option<ConsistentPoint> {
         self.constraint.interpolate(from, to, part)
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::equation::Equation;
 use super::error::GainsError;
-use crate::identification::payload::Distance;
+use crate::identification::payload::MahalanobisDistance;
 use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter, Solution};
 
 /// Most steps of the refinement; three are usual.
@@ -127,7 +127,7 @@ impl Equation {
         &self,
         estimate: &Estimate,
         filter: &RowFilter,
-    ) -> Option<Distance> {
+    ) -> Option<MahalanobisDistance> {
         let n = self.drive_count;
         let (inverse, unknowns) =
             (estimate.values.rows(0, n).into_owned(), estimate.values.rows_range(n..).into_owned());
@@ -138,7 +138,7 @@ impl Equation {
         let first = solution.parameters.len() - moments;
         let off = solution.parameters.rows(first, moments).into_owned();
         let covariance = covariance.view((first, first), (moments, moments)).into_owned();
-        Distance::mass_presence(&off, covariance).ok()
+        MahalanobisDistance::mass_presence(&off, covariance).ok()
     }
 
     /// The equation at given values, linear in their change: `t + (U u)/g = p g'⁻¹ + U/g u'`, p = U

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::equation::Equation;
 use super::error::GainsError;
 use super::load::KnownLoad;
-use crate::identification::payload::{Distance, Uncertain};
+use crate::identification::payload::{MahalanobisDistance, UncertainValue};
 use crate::identification::problem::{Context, Experiment, Method, Options};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointIndex, Robot, Transmission};
@@ -18,7 +18,7 @@ pub struct DriveGain {
     pub joint: JointIndex,
     /// True torque over the torque by the configured gain; negative if the configured sign is
     /// wrong, `None` if the records do not distinguish it from infinity.
-    pub factor: Option<Uncertain>,
+    pub factor: Option<UncertainValue>,
     /// The same by total least squares alone.
     pub total_least_squares: f64,
 }
@@ -32,7 +32,7 @@ pub struct ArmParameter {
     pub unit: &'static str,
     /// Its value.
     #[serde(flatten)]
-    pub found: Uncertain,
+    pub found: UncertainValue,
 }
 
 /// Scale of gains and parameters.
@@ -58,7 +58,7 @@ pub struct Gains {
     pub scale: Scale,
     /// Distance of the configured centre from the one in the records; `None` if they do not
     /// identify it.
-    pub centre: Option<Distance>,
+    pub centre: Option<MahalanobisDistance>,
     /// Unexplained part of each drive's torque, ‖residuals‖ / ‖torque‖.
     pub relative_error_per_joint: Vec<f64>,
 }
@@ -116,7 +116,7 @@ pub fn find_gains(
     let start = equation.total_least_squares().ok_or_else(unidentifiable)?;
     let estimate = equation.most_probable(&start, &filter)?;
     let (values, covariance) = (&estimate.values, &estimate.covariance);
-    let uncertain = |k: usize| Uncertain {
+    let uncertain = |k: usize| UncertainValue {
         value: values[k],
         standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
     };
@@ -128,7 +128,7 @@ pub fn find_gains(
                 .map(|inverse| {
                     let value = 1.0 / inverse.value;
                     let standard_deviation = inverse.standard_deviation * value * value;
-                    Uncertain { value, standard_deviation }
+                    UncertainValue { value, standard_deviation }
                 }),
             total_least_squares: start.gains[k],
         })

@@ -13,7 +13,7 @@ use super::model_uncertainty::ModelUncertainty;
 use super::nuisance_parameters::NuisanceEstimate;
 use super::parameter_covariance::ParameterCovariance;
 use super::physical_consistency::PhysicalConsistency;
-use super::reached::Reached;
+use super::reached::ReachedRange;
 use super::uses::Verdict;
 use crate::identification::observation::Motion;
 use crate::identification::problem::Selection;
@@ -171,7 +171,7 @@ pub struct Estimate {
     /// Rows of the observation matrix, all joints together.
     pub rows: usize,
     /// Travel, speed and acceleration of each joint.
-    pub reached_per_joint: Vec<Reached>,
+    pub reached_per_joint: Vec<ReachedRange>,
     /// The cut-off of the position filter, where the data chose it and not the cell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_cutoff: Option<ChosenCutoff>,

@@ -6,8 +6,8 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
 
-use super::nuisance_parameters::Columns;
-use super::reached::Reached;
+use super::nuisance_parameters::NuisanceColumns;
+use super::reached::ReachedRange;
 use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, relative_errors};
@@ -37,7 +37,7 @@ impl Extrapolation {
     pub(super) fn new(
         context: &Context<'_>,
         motion: &Motion,
-        columns: &Columns<'_>,
+        columns: &NuisanceColumns<'_>,
         parameters: &DVector<f64>,
         solution: &JointSolution,
     ) -> Result<Self, IdentificationError> {
@@ -95,9 +95,9 @@ fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     };
     let positions: Vec<[f64; 2]> =
         (context.robot.limits()).map(|limits| [limits.position_min, limits.position_max]).collect();
-    let reached = Reached::from_context(context, motion);
+    let reached = ReachedRange::from_context(context, motion);
     let column_of =
-        |quantity: fn(&Reached) -> [f64; 2]| reached.iter().map(quantity).collect::<Vec<_>>();
+        |quantity: fn(&ReachedRange) -> [f64; 2]| reached.iter().map(quantity).collect::<Vec<_>>();
     let position = uniform(&positions);
     let velocity = uniform(&column_of(|reached| reached.velocity));
     let acceleration = uniform(&column_of(|reached| reached.acceleration));

@@ -19,7 +19,7 @@ use super::misassignment::{Misassignment, misassignment};
 use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::physical_consistency::PhysicalConsistency;
-use super::reached::Reached;
+use super::reached::ReachedRange;
 use super::reasons::{Note, Reason};
 use super::uncertainty::{Supplements, Uncertainty};
 use super::uses::Verdict;
@@ -150,7 +150,7 @@ impl Findings<'_> {
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
             rows: observations.matrix().nrows(),
-            reached_per_joint: Reached::from_context(context, self.motion),
+            reached_per_joint: ReachedRange::from_context(context, self.motion),
             position_cutoff: None,
             friction: None,
             friction_laws: context.robot.own_friction().to_vec(),

@@ -53,6 +53,6 @@ pub(crate) use outliers::DownweightedRows;
 pub use parameter_covariance::ParameterCovariance;
 pub use physical_consistency::PhysicalConsistency;
 pub use quantiles::ResidualQuantiles;
-pub use reached::Reached;
+pub use reached::ReachedRange;
 pub use reasons::{ControllerUnchecked, Note, Output, Reason, Slow};
 pub use uses::{UseVerdict, Uses, Verdict};

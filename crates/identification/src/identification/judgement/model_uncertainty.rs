@@ -4,8 +4,8 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::nuisance_parameters::{Along, Columns, Observed};
-use super::rows::Rows;
+use super::nuisance_parameters::{NuisanceColumns, NuisanceObservation, Observed};
+use super::rows::MatrixRows;
 use crate::identification::observation::{AuxiliaryObservation, Motion};
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, Observations, gram_matrix};
@@ -22,11 +22,11 @@ pub struct ModelUncertainty {
     pub(super) mean: Vec<f64>,
     /// Covariance of `mean`, as the rows of its lower triangle. Single precision suffices and saves
     /// space.
-    pub(super) covariance: Rows<f32>,
+    pub(super) covariance: MatrixRows<f32>,
     /// K: sensitivity of each parameter to a unit of each nuisance parameter (b × m). Empty in
     /// results of versions that did not store it.
     #[serde(default)]
-    pub(super) influence: Rows<f32>,
+    pub(super) influence: MatrixRows<f32>,
     /// Root mean square of each joint's residual torque with the nuisance parameters \[N·m or N\].
     pub(super) noise_nm: Vec<f64>,
 }
@@ -45,13 +45,13 @@ pub struct PredictedError {
 impl ModelUncertainty {
     /// `influence` is K.
     pub(super) fn new(
-        columns: &Columns<'_>,
+        columns: &NuisanceColumns<'_>,
         noise_nm: Vec<f64>,
         solution: &JointSolution,
         influence: &DMatrix<f64>,
     ) -> Self {
-        let covariance = Rows::<f32>::from_rows(&solution.covariance, |k| k + 1);
-        let influence = Rows::<f32>::from_rows(influence, |_| influence.ncols());
+        let covariance = MatrixRows::<f32>::from_rows(&solution.covariance, |k| k + 1);
+        let influence = MatrixRows::<f32>::from_rows(influence, |_| influence.ncols());
         Self {
             observed: columns.observed().clone(),
             deviations: columns.deviations(),
@@ -126,13 +126,14 @@ impl ModelUncertainty {
         context: &'a Context<'a>,
         observations: &Observations,
         parameters: &'a DVector<f64>,
-    ) -> Option<Columns<'a>> {
+    ) -> Option<NuisanceColumns<'a>> {
         let width = parameters.len() + self.deviations.len();
         let fits = self.mean.len() == width
             && self.covariance.has_shape(width, |row| row + 1)
             && self.noise_nm.len() == observations.joints()
             && self.observed.belongs_to(context);
-        let columns = fits.then(|| Columns::new(context, parameters, self.observed.clone()))?;
+        let columns =
+            fits.then(|| NuisanceColumns::new(context, parameters, self.observed.clone()))?;
         columns.with_deviations(&self.deviations)
     }
 
@@ -160,7 +161,8 @@ impl ModelUncertainty {
         let Some(columns) = columns.filter(|_| shifted.nrows() == parameters.len()) else {
             return Ok(None);
         };
-        let along = Along::new(&columns, motion, auxiliary, observations)?.dense_columns();
+        let along =
+            NuisanceObservation::new(&columns, motion, auxiliary, observations)?.dense_columns();
         let mean = DVector::from_column_slice(&self.mean[shifted.nrows()..]);
         let posterior = self.covariance.symmetric_part(shifted.nrows()..self.mean.len());
         // Single precision may move a small eigenvalue below 0.
@@ -186,7 +188,7 @@ impl ModelUncertainty {
         let Some(columns) = self.columns(context, observations, parameters) else {
             return Ok(None);
         };
-        let along = Along::new(&columns, motion, auxiliary, observations)?;
+        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?;
         let solution = JointSolution {
             parameter_change: DVector::from_column_slice(&self.mean[..own]),
             nuisance_parameters: DVector::from_column_slice(&self.mean[own..]),
@@ -227,8 +229,8 @@ mod tests {
             observed: Observed::default(),
             deviations: vec![deviation; nuisance_parameters],
             mean: vec![2.0; 1 + nuisance_parameters],
-            covariance: Rows::from((0..=nuisance_parameters).map(row).collect::<Vec<_>>()),
-            influence: Rows::from(vec![vec![k; nuisance_parameters]]),
+            covariance: MatrixRows::from((0..=nuisance_parameters).map(row).collect::<Vec<_>>()),
+            influence: MatrixRows::from(vec![vec![k; nuisance_parameters]]),
             noise_nm: Vec::new(),
         }
     }
@@ -246,7 +248,7 @@ mod tests {
         // Different nuisance parameters: nothing cancels. One result contributes 8, the other (2 +
         // 2)² + 4 + 4.
         close(result(1.0, 1.0, 2).difference_deviations(&earlier), 32_f64.sqrt());
-        let silent = ModelUncertainty { influence: Rows::default(), ..earlier.clone() };
+        let silent = ModelUncertainty { influence: MatrixRows::default(), ..earlier.clone() };
         assert_eq!(silent.difference_deviations(&earlier), None);
         assert_eq!(earlier.difference_deviations(&silent), None);
     }

@@ -3,19 +3,19 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::rows::Rows;
+use super::rows::MatrixRows;
 
 /// Covariance of the parameters of a result, in their units and order, corrected for the colour of
 /// the residuals. It is used to find a consistent model and a payload. JSON stores the rows of its
 /// lower triangle, one text each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct ParameterCovariance(Rows<f64>);
+pub struct ParameterCovariance(MatrixRows<f64>);
 
 impl ParameterCovariance {
     /// Creates the covariance from a symmetric matrix.
     pub fn from_symmetric(matrix: &DMatrix<f64>) -> Self {
-        Self(Rows::lower_triangle(matrix))
+        Self(MatrixRows::lower_triangle(matrix))
     }
 
     /// Returns the covariance of this number of parameters (b × b). Returns `None` if the size

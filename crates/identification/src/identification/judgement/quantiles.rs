@@ -42,7 +42,7 @@ impl ResidualQuantiles {
             .filter(|sample| !experiment.is_held_out(*sample))
             .collect();
         let joints = experiment.joints();
-        let mut residuals = vec![Largest::new(samples.len()); joints];
+        let mut residuals = vec![LargestValues::new(samples.len()); joints];
         let mut group = MotionGroup::of_joints(joints);
         let mut next = 0;
         while let Some(&first) = samples.get(next) {
@@ -64,7 +64,7 @@ impl ResidualQuantiles {
         }
         Ok(residuals
             .into_iter()
-            .map(|residuals: Largest| {
+            .map(|residuals: LargestValues| {
                 let [of_99, of_999, of_9999] = residuals.quantiles();
                 ResidualQuantiles { of_99, of_999, of_9999 }
             })
@@ -74,14 +74,14 @@ impl ResidualQuantiles {
 
 /// The largest of many values, as many as the quantiles need.
 #[derive(Clone)]
-struct Largest {
+struct LargestValues {
     /// Number of all values.
     count: usize,
     /// The largest values and others, at most twice the needed number.
     values: Vec<f64>,
 }
 
-impl Largest {
+impl LargestValues {
     fn new(count: usize) -> Self {
         Self { count, values: Vec::with_capacity(2 * Self::needed_values(count)) }
     }

@@ -7,7 +7,7 @@ use crate::identification::problem::Context;
 
 /// Range of a joint's motion over the counted samples: minimum and maximum of each quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reached {
+pub struct ReachedRange {
     /// \[rad or m\].
     pub position: [f64; 2],
     /// \[rad/s or m/s\].
@@ -16,7 +16,7 @@ pub struct Reached {
     pub acceleration: [f64; 2],
 }
 
-impl Reached {
+impl ReachedRange {
     /// Returns the reached range of each joint.
     pub(super) fn from_context(context: &Context<'_>, motion: &Motion) -> Vec<Self> {
         let range = |value: &dyn Fn(usize) -> f64| {

@@ -11,22 +11,22 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Numbers in rows, in single or double precision. JSON stores each row as one text, because
 /// separate numbers would take three times the space in an indented file.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Rows<T>(Vec<Vec<T>>);
+pub(super) struct MatrixRows<T>(Vec<Vec<T>>);
 
 /// No rows, for any number type.
-impl<T> Default for Rows<T> {
+impl<T> Default for MatrixRows<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<T> From<Vec<Vec<T>>> for Rows<T> {
+impl<T> From<Vec<Vec<T>>> for MatrixRows<T> {
     fn from(rows: Vec<Vec<T>>) -> Self {
         Self(rows)
     }
 }
 
-impl Rows<f32> {
+impl MatrixRows<f32> {
     /// Takes the first `length(row)` numbers of each row of a matrix, in single precision.
     #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
     pub(super) fn from_rows(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
@@ -34,14 +34,14 @@ impl Rows<f32> {
     }
 }
 
-impl Rows<f64> {
+impl MatrixRows<f64> {
     /// Takes the lower triangle of a matrix.
     pub(super) fn lower_triangle(matrix: &DMatrix<f64>) -> Self {
         Self::from_matrix(matrix, |row| row + 1, |value| value)
     }
 }
 
-impl<T: Copy + Into<f64>> Rows<T> {
+impl<T: Copy + Into<f64>> MatrixRows<T> {
     fn from_matrix(
         matrix: &DMatrix<f64>,
         length: impl Fn(usize) -> usize,
@@ -74,7 +74,7 @@ impl<T: Copy + Into<f64>> Rows<T> {
     }
 }
 
-impl<T: LowerExp> Serialize for Rows<T> {
+impl<T: LowerExp> Serialize for MatrixRows<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.0.iter().map(|row: &Vec<T>| {
             let mut text = String::new();
@@ -87,7 +87,7 @@ impl<T: LowerExp> Serialize for Rows<T> {
     }
 }
 
-impl<'de, T: FromStr> Deserialize<'de> for Rows<T> {
+impl<'de, T: FromStr> Deserialize<'de> for MatrixRows<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let number = |text: &str| {
             text.parse()

@@ -22,7 +22,9 @@ use nalgebra::{DMatrix, DVector};
 use super::checks::FittedModel;
 use super::extrapolation::Extrapolation;
 use super::model_uncertainty::ModelUncertainty;
-use super::nuisance_parameters::{Along, Columns, NuisanceEstimate, Observed};
+use super::nuisance_parameters::{
+    NuisanceColumns, NuisanceEstimate, NuisanceObservation, Observed,
+};
 use super::reasons::Note;
 use crate::identification::problem::{IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
@@ -67,10 +69,10 @@ impl Uncertainty {
         let auxiliary = fitted.auxiliary_columns;
         let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
         let observed = Observed::new(context, motion, auxiliary, observations);
-        let columns = Columns::new(context, parameters, observed);
+        let columns = NuisanceColumns::new(context, parameters, observed);
         // Rows that an M-estimate removed from the equation do not inform the nuisance parameters
         // either.
-        let along = Along::new(&columns, motion, auxiliary, observations)?
+        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?
             .with_zero_rows(analysis.rows_without_equation());
         let products = analysis.products(&along);
         let solved = |floors: &[f64]| {

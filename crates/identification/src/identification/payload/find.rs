@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::equation::LoadSums;
 use super::error::PayloadError;
-use super::load::{Load, LoadBody, LoadParameter, Uncertain};
-use super::presence::{Comparison, Declared, Presence, cost_limit};
+use super::load::{Load, LoadBody, LoadParameter, UncertainValue};
+use super::presence::{Comparison, DeclaredLoad, Presence, cost_limit};
 use crate::feasibility::{Body, nearest_body};
 use crate::identification::judgement::ParameterCovariance;
 use crate::identification::observation::{
@@ -87,7 +87,7 @@ pub fn find_payload(
     experiment: &Experiment,
     options: &Options,
     arm: KnownArm<'_>,
-    declared: Declared,
+    declared: DeclaredLoad,
 ) -> Result<Payload, PayloadError> {
     let KnownArm { model, covariance } = arm;
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
@@ -140,7 +140,7 @@ pub fn find_payload(
 
     let after = arm.residuals(&sums.loaded_parameters(&parameters, &values));
     let load = Load::from_sums(&sums, &values, &covariance, limits);
-    let values_found = (0..values.len()).map(|k| Uncertain {
+    let values_found = (0..values.len()).map(|k| UncertainValue {
         value: values[k],
         standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
     });
@@ -280,7 +280,7 @@ fn load_body(
     load: &Load,
     values: &DVector<f64>,
     covariance: &DMatrix<f64>,
-    declared: Declared,
+    declared: DeclaredLoad,
     limits: &PayloadLimits,
 ) -> Result<Option<LoadBody>, PayloadError> {
     let (ten, _) = sums.load_parameters(values, covariance);

@@ -8,14 +8,14 @@ use crate::identification::problem::PayloadLimits;
 
 /// Value with its standard deviation, in one unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Uncertain {
+pub struct UncertainValue {
     /// The value.
     pub value: f64,
     /// Its standard deviation.
     pub standard_deviation: f64,
 }
 
-impl Uncertain {
+impl UncertainValue {
     /// Returns the distance from a given value, in standard deviations.
     pub fn deviations_from(&self, configured: f64) -> f64 {
         (self.value - configured) / self.standard_deviation
@@ -31,7 +31,7 @@ pub struct LoadParameter {
     pub unit: &'static str,
     /// Its value.
     #[serde(flatten)]
-    pub found: Uncertain,
+    pub found: UncertainValue,
 }
 
 /// Mass, centre and inertia from the record and the result. Values are `None` if they are
@@ -39,12 +39,12 @@ pub struct LoadParameter {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].
-    pub mass_kg: Option<Uncertain>,
+    pub mass_kg: Option<UncertainValue>,
     /// Centre of mass in the frame of the last link \[m\]; `None` without a mass that is seen.
-    pub centre_m: [Option<Uncertain>; 3],
+    pub centre_m: [Option<UncertainValue>; 3],
     /// Inertia about the centre of mass, xx xy xz yy yz zz, along the axes of that frame \[kg·m²\].
     /// Entry xy is minus the integral of xy.
-    pub inertia_kg_m2: [Option<Uncertain>; 6],
+    pub inertia_kg_m2: [Option<UncertainValue>; 6],
 }
 
 /// Body nearest to the estimate.
@@ -86,7 +86,7 @@ impl Load {
             };
             let variance: f64 = gradient.iter().map(both).sum();
             is_identifiable
-                .then(|| Uncertain { value, standard_deviation: variance.max(0.0).sqrt() })
+                .then(|| UncertainValue { value, standard_deviation: variance.max(0.0).sqrt() })
         };
         let m = ten[M_INDEX];
         let mass_kg = uncertain(m, &[(M_INDEX, 1.0)]);
@@ -120,7 +120,7 @@ impl Load {
     }
 }
 
-impl Uncertain {
+impl UncertainValue {
     /// True if the value is significantly above 0.
     pub fn is_seen(&self, limits: &PayloadLimits) -> bool {
         self.value > limits.deviations * self.standard_deviation

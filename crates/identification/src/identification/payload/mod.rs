@@ -9,5 +9,5 @@ mod presence;
 pub use equation::LoadSums;
 pub use error::PayloadError;
 pub use find::{KnownArm, Payload, find_payload};
-pub use load::{Load, LoadBody, LoadParameter, Uncertain};
-pub use presence::{Comparison, Declared, Distance, Presence};
+pub use load::{Load, LoadBody, LoadParameter, UncertainValue};
+pub use presence::{Comparison, DeclaredLoad, MahalanobisDistance, Presence};

@@ -6,13 +6,13 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::equation::LoadSums;
 use super::error::PayloadError;
-use super::load::Uncertain;
+use super::load::UncertainValue;
 use crate::identification::problem::PayloadLimits;
 
 /// Declared values of the load, which are compared with the estimate. If the estimate has no such
 /// value, the search for bodies starts there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Declared {
+pub struct DeclaredLoad {
     /// Mass \[kg\].
     pub mass_kg: Option<f64>,
     /// Centre of mass in the frame of the last link \[m\].
@@ -21,7 +21,7 @@ pub struct Declared {
 
 /// Distance of several values from others, by their covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Distance {
+pub struct MahalanobisDistance {
     /// χ².
     pub chi_squared: f64,
     /// Degrees of freedom of χ².
@@ -30,7 +30,7 @@ pub struct Distance {
     pub probability: f64,
 }
 
-impl Distance {
+impl MahalanobisDistance {
     pub(crate) fn mass_presence(
         values: &DVector<f64>,
         covariance: DMatrix<f64>,
@@ -60,17 +60,17 @@ pub struct Presence {
     /// `None` if the estimate is so negative that no mass agrees with it.
     pub mass_limit_kg: Option<f64>,
     /// Distance of all identifiable load values from zero.
-    pub from_none: Distance,
+    pub from_none: MahalanobisDistance,
 }
 
 impl Presence {
     pub(super) fn from_limit(
-        mass_kg: Option<Uncertain>,
+        mass_kg: Option<UncertainValue>,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
         limits: &PayloadLimits,
     ) -> Result<Self, PayloadError> {
-        let from_none = Distance::mass_presence(values, covariance.clone())?;
+        let from_none = MahalanobisDistance::mass_presence(values, covariance.clone())?;
         let seen = match mass_kg {
             Some(mass) => mass.is_seen(limits),
             None => from_none.is_significant(limits),
@@ -87,7 +87,7 @@ impl Presence {
 }
 
 /// Returns the quantile of a normal variable that is known to be non-negative.
-fn mass_limit(mass: Uncertain, limits: &PayloadLimits) -> f64 {
+fn mass_limit(mass: UncertainValue, limits: &PayloadLimits) -> f64 {
     let normal = Normal::standard();
     // Probability above the limit: this share of the probability above 0.
     let above = (1.0 - limits.mass_limit_probability) * normal.sf(-mass.deviations_from(0.0));
@@ -104,7 +104,7 @@ pub struct Comparison {
     /// declared moments, so this works for a mass that is not seen.
     pub centre_deviations: [Option<f64>; 3],
     /// Distance of all values together.
-    pub together: Distance,
+    pub together: MahalanobisDistance,
     /// True if the declared load lies within the uncertainty: such a distance is not rarer by
     /// chance than one of 3 σ.
     pub within: bool,
@@ -113,7 +113,7 @@ pub struct Comparison {
 impl Comparison {
     /// Returns `None` if no identifiable value is declared.
     pub(super) fn compare(
-        declared: Declared,
+        declared: DeclaredLoad,
         sums: &LoadSums,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
@@ -147,7 +147,7 @@ impl Comparison {
             of.as_ref()?;
             deviations.next()
         });
-        let together = Distance::mass_presence(&off, covariance.clone())?;
+        let together = MahalanobisDistance::mass_presence(&off, covariance.clone())?;
         let within = !together.is_significant(limits);
         Ok(Some(Self { mass_deviations, centre_deviations, together, within }))
     }

@@ -10,7 +10,7 @@ use didim_dynamics::robot::Robot;
 
 /// Parameters that keep their nominal values if they are not identified; the others are 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(try_from = "Raw", into = "Raw")]
+#[serde(try_from = "RawKeptParameters", into = "RawKeptParameters")]
 pub enum KeptParameters {
     /// All with a nominal value.
     All,
@@ -21,27 +21,27 @@ pub enum KeptParameters {
 /// As written in a file.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "\"all\", or a list of parameters such as [\"zz5r\", \"zz6\"]")]
-enum Raw {
+enum RawKeptParameters {
     #[schemars(extend("const" = "all"))]
     Word(String),
     Names(Vec<String>),
 }
 
-impl TryFrom<Raw> for KeptParameters {
+impl TryFrom<RawKeptParameters> for KeptParameters {
     type Error = String;
 
-    fn try_from(raw: Raw) -> Result<Self, String> {
+    fn try_from(raw: RawKeptParameters) -> Result<Self, String> {
         match raw {
-            Raw::Word(word) if word == "all" => Ok(Self::All),
-            Raw::Word(word) => {
+            RawKeptParameters::Word(word) if word == "all" => Ok(Self::All),
+            RawKeptParameters::Word(word) => {
                 Err(format!("\"{word}\" is neither \"all\" nor a list of parameters"))
             }
-            Raw::Names(names) => Ok(Self::Named(names)),
+            RawKeptParameters::Names(names) => Ok(Self::Named(names)),
         }
     }
 }
 
-impl From<KeptParameters> for Raw {
+impl From<KeptParameters> for RawKeptParameters {
     fn from(fixed: KeptParameters) -> Self {
         match fixed {
             KeptParameters::All => Self::Word("all".to_owned()),

@@ -5,11 +5,11 @@ use ratatui::text::Line;
 
 /// Text styles. Without colours only bold and dim are used.
 #[derive(Clone, Copy)]
-pub(super) struct Looks {
+pub(super) struct TextStyles {
     pub(super) has_colour: bool,
 }
 
-impl Looks {
+impl TextStyles {
     pub(super) fn in_colour(self, colour: Color) -> Style {
         if self.has_colour { Style::new().fg(colour) } else { Style::new() }
     }

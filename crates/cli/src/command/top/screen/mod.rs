@@ -12,7 +12,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use looks::{Looks, wrap_lines};
+use looks::{TextStyles, wrap_lines};
 
 use didim::service::status::Snapshot;
 use didim::service::status::render::{duration_text, without_control_characters};
@@ -43,7 +43,7 @@ pub(crate) struct View {
 
 /// Draws the view. Returns the largest scroll offset and the lines of a page scroll.
 pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
-    let (looks, width) = (Looks { has_colour: view.has_colour }, frame.area().width);
+    let (looks, width) = (TextStyles { has_colour: view.has_colour }, frame.area().width);
     let mut head = vec![title(view, looks)];
     head.extend(health_lines(view, looks, width));
     let [head_area, body, foot] = Layout::vertical([
@@ -58,7 +58,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
     (scrolls, body.height.saturating_sub(1).max(1))
 }
 
-fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u16 {
+fn draw_body(frame: &mut Frame<'_>, view: &View, looks: TextStyles, area: Rect) -> u16 {
     if view.shows_help {
         let lines = help_lines(looks, area.width);
         let scrolls = line_count(&lines).saturating_sub(area.height);
@@ -100,7 +100,7 @@ fn line_count(lines: &[Line<'_>]) -> u16 {
     u16::try_from(lines.len()).unwrap_or(u16::MAX)
 }
 
-fn title(view: &View, looks: Looks) -> Line<'static> {
+fn title(view: &View, looks: TextStyles) -> Line<'static> {
     let mut spans = vec![Span::styled("didim top", looks.heading())];
     if let Some(snapshot) = &view.snapshot {
         let (cell, version) = (
@@ -117,7 +117,7 @@ fn title(view: &View, looks: Looks) -> Line<'static> {
 }
 
 /// Returns the reasons for bad health, or a line that all is well.
-fn health_lines(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
+fn health_lines(view: &View, looks: TextStyles, width: u16) -> Vec<Line<'static>> {
     let mut reasons = Vec::new();
     if let Some((why, seconds)) = &view.unreachable {
         reasons.push(match view.snapshot {
@@ -189,7 +189,7 @@ const HELP_LINES: [(&str, &str); 14] = [
     ("error", "of the torque that the model predicts, relative to the measured"),
 ];
 
-fn help_lines(looks: Looks, width: u16) -> Vec<Line<'static>> {
+fn help_lines(looks: TextStyles, width: u16) -> Vec<Line<'static>> {
     let mut section = sections::Section::new(looks, width);
     HELP_LINES.iter().for_each(|(name, meaning)| section.add_row(name, meaning));
     section.lines

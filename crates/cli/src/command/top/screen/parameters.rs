@@ -2,7 +2,7 @@
 
 use ratatui::text::{Line, Span};
 
-use super::looks::Looks;
+use super::looks::TextStyles;
 use didim::archive::drift::ParameterDrift;
 use didim::archive::store::ParameterValue;
 use didim::service::status::Snapshot;
@@ -22,7 +22,7 @@ const WITHOUT_DEVIATIONS: u16 = 31;
 /// bands.
 pub(super) fn lines(
     snapshot: &Snapshot,
-    looks: Looks,
+    looks: TextStyles,
     width: u16,
     by_band: bool,
 ) -> Vec<Line<'static>> {
@@ -70,7 +70,7 @@ fn row(
     change: Option<&ParameterDrift>,
     bars: bool,
     alarmed: bool,
-    looks: Looks,
+    looks: TextStyles,
     width: u16,
 ) -> Line<'static> {
     let ParameterValue { name, value, standard_deviation, .. } = parameter;

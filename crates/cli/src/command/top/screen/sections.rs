@@ -3,7 +3,7 @@
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::looks::{Looks, wrap_lines};
+use super::looks::{TextStyles, wrap_lines};
 use didim::live::acquire::AcquisitionStatus;
 use didim::live::worker::{EstimationStatus, WindowState};
 use didim::service::status::Snapshot;
@@ -12,7 +12,7 @@ use didim::service::status::render::{Kind, Row, quantile_text, rows, without_con
 /// Width of the names.
 const NAME_WIDTH: u16 = 10;
 
-pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'static>> {
+pub(super) fn lines(snapshot: &Snapshot, looks: TextStyles, width: u16) -> Vec<Line<'static>> {
     let mut section = Section::new(looks, width);
     match &snapshot.acquisition {
         Some(status) => add_bus(&mut section, status),
@@ -32,12 +32,12 @@ pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'
 /// Lines with a name and its values.
 pub(super) struct Section {
     pub(super) lines: Vec<Line<'static>>,
-    looks: Looks,
+    looks: TextStyles,
     width: u16,
 }
 
 impl Section {
-    pub(super) fn new(looks: Looks, width: u16) -> Self {
+    pub(super) fn new(looks: TextStyles, width: u16) -> Self {
         Self { lines: Vec::new(), looks, width }
     }
 
@@ -192,7 +192,7 @@ mod tests {
             row("recordings kept", "3, 1.5 MB", Kind::Plain),
             row("recording failures", "2", Kind::Count),
         ];
-        let looks = Looks { has_colour: false };
+        let looks = TextStyles { has_colour: false };
         let mut section = Section::new(looks, 80);
         add_recording(&mut section, &rows);
         add_losses(&mut section, &rows);

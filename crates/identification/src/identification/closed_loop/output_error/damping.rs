@@ -10,7 +10,7 @@ use crate::regression::Observations;
 ///
 /// The normal matrix with columns of length 1 is good enough for a step; the result comes from the
 /// QR decomposition of Ψ.
-pub(super) struct Damped {
+pub(super) struct DampedProblem {
     /// D^{-1/2} N D^{-1/2}.
     normal: DMatrix<f64>,
     /// Lengths of the columns, the roots of D.
@@ -20,7 +20,7 @@ pub(super) struct Damped {
     undamped_step: DVector<f64>,
 }
 
-impl Damped {
+impl DampedProblem {
     pub(super) fn new(observations: &Observations, levels: &[f64], step: &DVector<f64>) -> Self {
         let mut columns = observations.matrix().dense();
         for (joint, level) in levels.iter().enumerate() {
@@ -64,7 +64,7 @@ mod tests {
         let observations = Observations::new(matrix.clone(), measured.clone(), 2).unwrap();
         let levels = [0.5, 2.0];
         let linear = observations.solve_weighted(&levels).unwrap().parameters;
-        let damped = Damped::new(&observations, &levels, &linear);
+        let damped = DampedProblem::new(&observations, &levels, &linear);
         // No damping is the linear step, to rounding.
         assert!((damped.step(0.0) - &linear).norm() < 1e-12 * linear.norm());
         // Much damping is −gradient/(λ D).

@@ -2,9 +2,9 @@
 
 use nalgebra::DVector;
 
-use super::damping::Damped;
+use super::damping::DampedProblem;
 use super::problem::{Point, Problem};
-use crate::feasibility::Possible;
+use crate::feasibility::ConsistentPoint;
 use crate::identification::closed_loop::consistent_parameters::ConsistentParameters;
 use crate::identification::closed_loop::convergence::Convergence;
 use crate::identification::problem::{IdentificationError, IterationError, Optimiser};
@@ -35,17 +35,17 @@ pub(super) struct Linearised {
     pub(super) observations: Observations,
     pub(super) solution: Solution,
     /// The bodies of the point and of the solution, where they are to be those of an arm.
-    pub(super) consistent_point: Option<Possible>,
-    pub(super) consistent_target: Option<Possible>,
+    pub(super) consistent_point: Option<ConsistentPoint>,
+    pub(super) consistent_target: Option<ConsistentPoint>,
 }
 
 /// Parameters to go to.
-pub(super) struct Place {
+pub(super) struct DescentPoint {
     pub(super) parameters: DVector<f64>,
-    pub(super) consistent_point: Option<Possible>,
+    pub(super) consistent_point: Option<ConsistentPoint>,
 }
 
-impl Place {
+impl DescentPoint {
     /// Whatever bodies have them.
     pub(super) fn new(parameters: DVector<f64>) -> Self {
         Self { parameters, consistent_point: None }
@@ -57,13 +57,13 @@ impl Place {
     }
 }
 
-impl From<Possible> for Place {
-    fn from(possible: Possible) -> Self {
+impl From<ConsistentPoint> for DescentPoint {
+    fn from(possible: ConsistentPoint) -> Self {
         Self { parameters: possible.parameters.clone(), consistent_point: Some(possible) }
     }
 }
 
-fn penalty(possible: Option<&Possible>) -> f64 {
+fn penalty(possible: Option<&ConsistentPoint>) -> f64 {
     possible.map_or(0.0, |possible| possible.penalty)
 }
 
@@ -123,7 +123,7 @@ impl<'p, 'a> Descent<'p, 'a> {
     pub(super) fn solve_at(
         &mut self,
         point: Point,
-        possible: Option<Possible>,
+        possible: Option<ConsistentPoint>,
         observations: Observations,
     ) -> Result<Linearised, Rejection> {
         let (solution, target) = self.solve(&observations).map_err(Rejection::Equation)?;
@@ -139,7 +139,7 @@ impl<'p, 'a> Descent<'p, 'a> {
     pub(super) fn solve(
         &mut self,
         observations: &Observations,
-    ) -> Result<(Solution, Option<Possible>), IdentificationError> {
+    ) -> Result<(Solution, Option<ConsistentPoint>), IdentificationError> {
         self.linear_steps += 1;
         let solved = observations.solve_weighted(&self.noise_levels);
         let mut solution = solved.map_err(|error| self.problem.regression_failure(error))?;
@@ -167,7 +167,7 @@ impl<'p, 'a> Descent<'p, 'a> {
     ) -> Result<(Linearised, u32), IdentificationError> {
         let Linearised { point, observations, solution, consistent_point: possible, .. } = from;
         let step = &solution.parameters - &point.parameters;
-        let damped = Damped::new(observations, &self.noise_levels, &step);
+        let damped = DampedProblem::new(observations, &self.noise_levels, &step);
         let before = self.criterion(&self.problem.residuals(point)) + penalty(possible.as_ref());
         let optimiser = self.problem.context.options.simulation.optimiser;
         let mut cause = None;
@@ -179,12 +179,12 @@ impl<'p, 'a> Descent<'p, 'a> {
                     let Some(place) = self.interpolate(from, part) else { continue };
                     place
                 }
-                Optimiser::GaussNewton => Place::new(&point.parameters + &step * part),
+                Optimiser::GaussNewton => DescentPoint::new(&point.parameters + &step * part),
                 Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => {
-                    Place::new(&point.parameters + &step)
+                    DescentPoint::new(&point.parameters + &step)
                 }
                 Optimiser::LevenbergMarquardt => {
-                    Place::new(&point.parameters + damped.step(self.damping))
+                    DescentPoint::new(&point.parameters + damped.step(self.damping))
                 }
             };
             self.trials += 1;
@@ -217,7 +217,7 @@ impl<'p, 'a> Descent<'p, 'a> {
 
     /// Returns a part of the step to physically consistent parameters, if the steps are restricted
     /// to them.
-    fn interpolate(&self, from: &Linearised, part: f64) -> Option<Place> {
+    fn interpolate(&self, from: &Linearised, part: f64) -> Option<DescentPoint> {
         let (possible, target) =
             (from.consistent_point.as_ref()?, from.consistent_target.as_ref()?);
         Some(self.consistent_parameters?.interpolate(possible, target, part)?.into())
@@ -227,7 +227,7 @@ impl<'p, 'a> Descent<'p, 'a> {
     /// than a criterion that is not below `before`.
     fn try_point(
         &mut self,
-        place: Place,
+        place: DescentPoint,
         before: f64,
         tries: u32,
     ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {

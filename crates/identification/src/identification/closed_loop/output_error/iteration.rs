@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::descent::{Descent, Linearised, MAX_TRIES, Place, Rejection};
+use super::descent::{Descent, DescentPoint, Linearised, MAX_TRIES, Rejection};
 use crate::identification::judgement::ConvergenceStep;
 use crate::identification::problem::{IdentificationError, IterationError};
 use crate::regression::{Observations, Solution};
@@ -79,7 +79,7 @@ impl Descent<'_, '_> {
     ) -> Result<Result<Linearised, Rejection>, IdentificationError> {
         self.trials += 1;
         let place = match self.consistent_parameters {
-            None => Place::new(start.clone()),
+            None => DescentPoint::new(start.clone()),
             Some(consistent_parameters) => consistent_parameters.start_parameters(start)?.into(),
         };
         let point = match self.problem.simulate(&place.parameters)? {

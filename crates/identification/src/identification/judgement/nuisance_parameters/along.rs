@@ -5,8 +5,8 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::columns::{AtStates, Columns, bend_of, curvature};
-use super::list::{Acts, Column, Motive, PRESLIDING_FACTORS};
+use super::columns::{ColumnsAtStates, NuisanceColumns, bend_of, curvature};
+use super::list::{Column, CouplingKind, NuisanceEffect, PRESLIDING_FACTORS};
 use crate::identification::observation::{
     AuxiliaryObservation, Motion, MotionGroup, States, hysteresis_along, hysteresis_from,
     torque_rates,
@@ -25,8 +25,8 @@ const MAX_STORED_VALUES: usize = 1 << 21;
 /// C (r × m), each column in its standard deviation beforehand. Functions that jump with the speed
 /// pass the filter themselves; smooth ones are computed from the filtered motion. For long records,
 /// columns are formed when they are needed.
-pub(in super::super) struct Along<'a> {
-    columns: &'a Columns<'a>,
+pub(in super::super) struct NuisanceObservation<'a> {
+    columns: &'a NuisanceColumns<'a>,
     auxiliary: &'a AuxiliaryObservation,
     /// The laws of each direction, the sign function of each joint, and where friction that lags
     /// stands over other ways, behind the filter.
@@ -42,9 +42,9 @@ pub(in super::super) struct Along<'a> {
     zero_rows: Vec<usize>,
 }
 
-impl<'a> Along<'a> {
+impl<'a> NuisanceObservation<'a> {
     pub(in super::super) fn new(
-        columns: &'a Columns<'a>,
+        columns: &'a NuisanceColumns<'a>,
         motion: &Motion,
         auxiliary: &'a AuxiliaryObservation,
         observations: &Observations,
@@ -109,16 +109,18 @@ impl<'a> Along<'a> {
     /// Returns true if a column acts on a joint.
     fn acts_on(&self, column: &Column, joint: usize) -> bool {
         match &column.effect {
-            Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
+            NuisanceEffect::Bend { direction, .. } | NuisanceEffect::Curvature { direction } => {
                 self.columns.directions[*direction].joint_shares[joint] != 0.0
             }
-            Acts::Neighbour { row: own, .. }
-            | Acts::Gain(Some(own))
-            | Acts::Delay(own)
-            | Acts::PreslidingDistance { joint: own, .. }
-            | Acts::KnownTorque { joint: own, .. } => *own == joint,
-            Acts::Gain(None) | Acts::Zero(_) | Acts::Geometry(_) => true,
-            Acts::LeftOut(index) => self.auxiliary.left_out.acts_on(joint, *index),
+            NuisanceEffect::Neighbour { row: own, .. }
+            | NuisanceEffect::Gain(Some(own))
+            | NuisanceEffect::Delay(own)
+            | NuisanceEffect::PreslidingDistance { joint: own, .. }
+            | NuisanceEffect::KnownTorque { joint: own, .. } => *own == joint,
+            NuisanceEffect::Gain(None) | NuisanceEffect::Zero(_) | NuisanceEffect::Geometry(_) => {
+                true
+            }
+            NuisanceEffect::LeftOut(index) => self.auxiliary.left_out.acts_on(joint, *index),
         }
     }
 
@@ -134,27 +136,29 @@ impl<'a> Along<'a> {
         let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
         let share = |direction: usize| self.columns.directions[direction].joint_shares[joint];
         Some(match column.effect {
-            Acts::Bend { direction, bend } => {
+            NuisanceEffect::Bend { direction, bend } => {
                 (share(direction), law(EXTRA_LAWS * direction + bend))
             }
-            Acts::Curvature { direction } => {
+            NuisanceEffect::Curvature { direction } => {
                 (share(direction), law(EXTRA_LAWS * direction + EXTRA_LAWS - 1))
             }
-            Acts::Neighbour { of, by: Motive::Sign, .. } => {
+            NuisanceEffect::Neighbour { of, by: CouplingKind::Sign, .. } => {
                 (1.0, law(EXTRA_LAWS * self.columns.directions.len() + of))
             }
-            Acts::PreslidingDistance { number, .. } => {
+            NuisanceEffect::PreslidingDistance { number, .. } => {
                 (1.0, law(EXTRA_LAWS * self.columns.directions.len() + self.joints() + number))
             }
-            Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
-            Acts::Delay(_) => (1.0, &self.torque_rates.as_slice()[of_joint]),
-            Acts::LeftOut(index) => (1.0, self.auxiliary.left_out.column_of(joint, index)?),
+            NuisanceEffect::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
+            NuisanceEffect::Delay(_) => (1.0, &self.torque_rates.as_slice()[of_joint]),
+            NuisanceEffect::LeftOut(index) => {
+                (1.0, self.auxiliary.left_out.column_of(joint, index)?)
+            }
             _ => return None,
         })
     }
 
     /// At the states of the record, unless what follows from them is kept.
-    fn for_each_state(&self, visit: impl FnMut(usize, &mut AtStates<'_>)) {
+    fn for_each_state(&self, visit: impl FnMut(usize, &mut ColumnsAtStates<'_>)) {
         if self.state_columns.is_empty() {
             self.columns.for_each_state(&self.motion, visit);
         }
@@ -171,7 +175,7 @@ impl<'a> Along<'a> {
     }
 }
 
-impl FurtherColumns for Along<'_> {
+impl FurtherColumns for NuisanceObservation<'_> {
     fn count(&self) -> usize {
         self.columns.columns.len()
     }
@@ -242,21 +246,23 @@ impl FurtherColumns for Along<'_> {
 /// Returns true if a column follows from the filtered state of the arm.
 fn is_of_states(column: &Column) -> bool {
     match column.effect {
-        Acts::Neighbour { by, .. } => !matches!(by, Motive::Sign),
-        Acts::KnownTorque { .. } | Acts::Zero(_) | Acts::Geometry(_) => true,
-        Acts::Bend { .. }
-        | Acts::Curvature { .. }
-        | Acts::PreslidingDistance { .. }
-        | Acts::Gain(_)
-        | Acts::Delay(_)
-        | Acts::LeftOut(_) => false,
+        NuisanceEffect::Neighbour { by, .. } => !matches!(by, CouplingKind::Sign),
+        NuisanceEffect::KnownTorque { .. }
+        | NuisanceEffect::Zero(_)
+        | NuisanceEffect::Geometry(_) => true,
+        NuisanceEffect::Bend { .. }
+        | NuisanceEffect::Curvature { .. }
+        | NuisanceEffect::PreslidingDistance { .. }
+        | NuisanceEffect::Gain(_)
+        | NuisanceEffect::Delay(_)
+        | NuisanceEffect::LeftOut(_) => false,
     }
 }
 
 /// Returns the columns that are not smooth over the motion, after the parallel filter: the laws of
 /// each direction, and each joint's sign function.
 fn law_columns(
-    columns: &Columns<'_>,
+    columns: &NuisanceColumns<'_>,
     motion: &Motion,
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let joints = motion.position.ncols();
@@ -302,7 +308,10 @@ fn law_columns(
 }
 
 /// The motion behind the parallel filter.
-fn decimated_motion(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, IdentificationError> {
+fn decimated_motion(
+    columns: &NuisanceColumns<'_>,
+    motion: &Motion,
+) -> Result<Motion, IdentificationError> {
     let joints = motion.position.ncols();
     let mut group = MotionGroup::of_joints(joints);
     let mut part = |which: usize| {

@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::list::{Acts, Column, Direction, GEOMETRY_STEP, Motive, Observed, Sizes};
+use super::list::{
+    Column, CouplingKind, Direction, GEOMETRY_STEP, NuisanceEffect, Observed, PriorSizes,
+};
 use super::{NuisanceEstimate, NuisanceParameter, Quantity};
 use crate::identification::observation::{
     InverseDynamics, Motion, MotionGroup, States, regressor_rows,
@@ -20,7 +22,7 @@ use didim_dynamics::robot::{JointIndex, JointKind};
 const MIN_IDENTIFIABLE: f64 = 0.1;
 
 /// Nuisance parameters of a fitted model, each column in its prior standard deviations.
-pub(in super::super) struct Columns<'a> {
+pub(in super::super) struct NuisanceColumns<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) columns: Vec<Column>,
     pub(super) directions: Vec<Direction>,
@@ -30,7 +32,7 @@ pub(in super::super) struct Columns<'a> {
     observed: Observed,
 }
 
-impl<'a> Columns<'a> {
+impl<'a> NuisanceColumns<'a> {
     /// The observed columns have to fit the context.
     pub(in super::super) fn new(
         context: &'a Context<'a>,
@@ -40,7 +42,7 @@ impl<'a> Columns<'a> {
         let selected = context.selection.columns();
         let left_out = context.base.columns().iter().filter(|own| !selected.contains(own));
         let left_out = left_out.copied().collect();
-        let sizes = Sizes { context, parameters, observed: &observed };
+        let sizes = PriorSizes { context, parameters, observed: &observed };
         let directions = sizes.motion_directions();
         let columns = sizes.columns(&directions);
         Self { context, columns, directions, left_out, parameters, observed }
@@ -92,7 +94,7 @@ impl<'a> Columns<'a> {
             }
         });
         for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
-            if let Acts::LeftOut(index) = column.effect {
+            if let NuisanceEffect::LeftOut(index) = column.effect {
                 to.axpy(column.deviation, &left_out.column(index), 0.0);
             }
         }
@@ -104,7 +106,7 @@ impl<'a> Columns<'a> {
     pub(super) fn for_each_state(
         &self,
         states: &Motion,
-        mut visit: impl FnMut(usize, &mut AtStates<'_>),
+        mut visit: impl FnMut(usize, &mut ColumnsAtStates<'_>),
     ) {
         let (count, joints) = states.position.shape();
         let mut group = MotionGroup::of_joints(joints);
@@ -115,7 +117,13 @@ impl<'a> Columns<'a> {
             let (context, directions) = (self.context, self.directions.as_slice());
             visit(
                 first,
-                &mut AtStates { context, directions, dynamics: &mut dynamics, state, predicted },
+                &mut ColumnsAtStates {
+                    context,
+                    directions,
+                    dynamics: &mut dynamics,
+                    state,
+                    predicted,
+                },
             );
         }
     }
@@ -194,16 +202,16 @@ impl<'a> Columns<'a> {
 
     /// The unit of a column's coefficient, where it is a quantity, and how many there are to one of
     /// SI.
-    fn unit(&self, acts: &Acts) -> Option<(f64, &'static str)> {
+    fn unit(&self, acts: &NuisanceEffect) -> Option<(f64, &'static str)> {
         let degrees = 1.0_f64.to_degrees();
         match acts {
-            Acts::Gain(_) | Acts::KnownTorque { .. } => Some((1.0, "1")),
-            Acts::Delay(_) => Some((1.0, "s")),
-            Acts::Zero(joint) => match self.context.model.chain()[*joint].kind {
+            NuisanceEffect::Gain(_) | NuisanceEffect::KnownTorque { .. } => Some((1.0, "1")),
+            NuisanceEffect::Delay(_) => Some((1.0, "s")),
+            NuisanceEffect::Zero(joint) => match self.context.model.chain()[*joint].kind {
                 JointKind::Revolute => Some((degrees, "deg")),
                 JointKind::Prismatic => Some((1.0, "m")),
             },
-            Acts::Geometry(_) => {
+            NuisanceEffect::Geometry(_) => {
                 let is_same = |column: &&Column| core::ptr::eq(&column.effect, acts);
                 match self.columns.iter().find(is_same)?.nuisance {
                     NuisanceParameter::Twist(_) => Some((degrees, "deg")),
@@ -216,7 +224,7 @@ impl<'a> Columns<'a> {
 }
 
 /// Some neighbouring states of the arm, with what the columns have in common there.
-pub(super) struct AtStates<'s> {
+pub(super) struct ColumnsAtStates<'s> {
     context: &'s Context<'s>,
     directions: &'s [Direction],
     dynamics: &'s mut InverseDynamics,
@@ -225,27 +233,29 @@ pub(super) struct AtStates<'s> {
     predicted: [Group; MAX_JOINTS],
 }
 
-impl AtStates<'_> {
+impl ColumnsAtStates<'_> {
     /// The torque of each joint that a unit of a column makes; none where that is no matter of the
     /// state alone.
     pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
         let (States { q, dq, ddq, .. }, model) = (self.state, &self.context.model);
         let mut torque = [Lanes::zero(); MAX_JOINTS];
         match &column.effect {
-            Acts::Bend { direction, bend } => {
+            NuisanceEffect::Bend { direction, bend } => {
                 torque = self.law_column(*direction, |of, u| bend_of(of, *bend, u));
             }
-            Acts::Curvature { direction } => torque = self.law_column(*direction, curvature),
-            Acts::Neighbour { row, of, by } => {
+            NuisanceEffect::Curvature { direction } => {
+                torque = self.law_column(*direction, curvature)
+            }
+            NuisanceEffect::Neighbour { row, of, by } => {
                 torque[*row] = match by {
-                    Motive::Speed => dq[*of],
-                    Motive::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
-                    Motive::Acceleration => ddq[*of],
+                    CouplingKind::Speed => dq[*of],
+                    CouplingKind::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
+                    CouplingKind::Acceleration => ddq[*of],
                 };
             }
-            Acts::Gain(None) => torque = self.predicted,
-            Acts::Gain(Some(joint)) => torque[*joint] = self.predicted[*joint],
-            Acts::KnownTorque { joint, over_range } => {
+            NuisanceEffect::Gain(None) => torque = self.predicted,
+            NuisanceEffect::Gain(Some(joint)) => torque[*joint] = self.predicted[*joint],
+            NuisanceEffect::KnownTorque { joint, over_range } => {
                 let q = q[*joint];
                 let mut known_torque_nm = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
                 if *over_range {
@@ -256,14 +266,16 @@ impl AtStates<'_> {
                 }
                 torque[*joint] = -known_torque_nm;
             }
-            Acts::Zero(shifted) => {
+            NuisanceEffect::Zero(shifted) => {
                 let mut q: Vec<Group> = q.to_vec();
                 q[*shifted] += Lanes::constant(GEOMETRY_STEP);
                 torque = self.step_to(model, &q);
             }
-            Acts::Geometry(model) => torque = self.step_to(model, q),
+            NuisanceEffect::Geometry(model) => torque = self.step_to(model, q),
             // Where a joint has gone on for long, whatever the way.
-            Acts::PreslidingDistance { .. } | Acts::Delay(_) | Acts::LeftOut(_) => return None,
+            NuisanceEffect::PreslidingDistance { .. }
+            | NuisanceEffect::Delay(_)
+            | NuisanceEffect::LeftOut(_) => return None,
         }
         Some(torque)
     }

@@ -47,11 +47,11 @@ pub(super) struct Column {
     pub(super) nuisance: NuisanceParameter,
     /// Its standard deviation beforehand, in the unit of the column's coefficient.
     pub(super) deviation: f64,
-    pub(super) effect: Acts,
+    pub(super) effect: NuisanceEffect,
 }
 
 /// Origin of a column's torque. Joints are counted from 0.
-pub(super) enum Acts {
+pub(super) enum NuisanceEffect {
     /// tanh(u/w) less the model's own sign function, with u the speed along a direction.
     Bend { direction: usize, bend: usize },
     /// |u| u over the highest speed.
@@ -60,7 +60,7 @@ pub(super) enum Acts {
     /// number among all such.
     PreslidingDistance { joint: usize, number: usize },
     /// On `row`, as a neighbour moves.
-    Neighbour { row: usize, of: usize, by: Motive },
+    Neighbour { row: usize, of: usize, by: CouplingKind },
     /// The predicted torque of one joint, or of all.
     Gain(Option<usize>),
     /// The rate of a joint's predicted torque.
@@ -78,7 +78,7 @@ pub(super) enum Acts {
 
 /// The acting quantity of a neighbour's motion.
 #[derive(Clone, Copy)]
-pub(super) enum Motive {
+pub(super) enum CouplingKind {
     Speed,
     Sign,
     Acceleration,
@@ -139,7 +139,7 @@ impl Observed {
                     .fold(0.0, f64::max)
             })
             .collect();
-        let highest = |(_, shares): (Moving, Vec<f64>)| {
+        let highest = |(_, shares): (MovingPart, Vec<f64>)| {
             highest_speed(motion, context.experiment.counted_samples(), &shares)
         };
         let highest_speed = speed_shares(context.robot).map(highest).collect();
@@ -175,13 +175,13 @@ impl Observed {
 }
 
 /// Size of each joint's own effects, from the estimate or, if there is none, from nominal sizes.
-pub(super) struct Sizes<'a> {
+pub(super) struct PriorSizes<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) parameters: &'a DVector<f64>,
     pub(super) observed: &'a Observed,
 }
 
-impl Sizes<'_> {
+impl PriorSizes<'_> {
     fn parameter_value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
         let column = self.context.robot.parameters().column(kind, JointIndex::new(joint))?;
         let index = self.context.selection.columns().iter().position(|own| *own == column)?;
@@ -217,9 +217,9 @@ impl Sizes<'_> {
         let speeds = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
         let moving = speeds.filter(|(_, highest)| **highest > 0.0);
         moving
-            .map(|((of, shares), highest): ((Moving, Vec<f64>), &f64)| {
+            .map(|((of, shares), highest): ((MovingPart, Vec<f64>), &f64)| {
                 let (nuisance, coulomb, viscous) = match of {
-                    Moving::Motor(motor) => {
+                    MovingPart::Motor(motor) => {
                         let value = |kind| self.parameter_value(kind, motor).unwrap_or_default();
                         let friction = [ParameterKind::FcMotor, ParameterKind::FvMotor].map(value);
                         (
@@ -228,12 +228,12 @@ impl Sizes<'_> {
                             friction[1],
                         )
                     }
-                    Moving::Joint(joint) => {
+                    MovingPart::Joint(joint) => {
                         let nuisance = NuisanceParameter::JointFriction(JointIndex::new(joint));
                         (nuisance, self.coulomb_friction(joint), self.viscous_friction(joint))
                     }
                 };
-                let (Moving::Joint(index) | Moving::Motor(index)) = of;
+                let (MovingPart::Joint(index) | MovingPart::Motor(index)) = of;
                 let sign = self.context.robot.sign_model(index);
                 Direction {
                     joint_shares: shares,
@@ -252,70 +252,67 @@ impl Sizes<'_> {
         let context = self.context;
         let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
         let mut columns = Vec::new();
-        let mut add = |nuisance, deviation: f64, acts| {
-            columns.push(Column { nuisance, deviation, effect: acts });
+        let mut add = |nuisance, deviation: f64, effect| {
+            columns.push(Column { nuisance, deviation, effect });
         };
         for (index, direction) in directions.iter().enumerate() {
             for bend in 0..BEND_SPEEDS.len() {
-                let acts = Acts::Bend { direction: index, bend };
+                let acts = NuisanceEffect::Bend { direction: index, bend };
                 add(direction.nuisance, BEND_SHARE * direction.coulomb, acts);
             }
-            let acts = Acts::Curvature { direction: index };
+            let acts = NuisanceEffect::Curvature { direction: index };
             add(direction.nuisance, CURVATURE_SHARE * direction.viscous, acts);
         }
         for (number, (joint, _)) in context.model.hysteresis().enumerate() {
-            let size =
-                BEND_SHARE * self.parameter_value(ParameterKind::Fh, joint).unwrap_or_default();
+            let hysteresis = self.parameter_value(ParameterKind::Fh, joint);
+            let size = BEND_SHARE * hysteresis.unwrap_or_default();
             for factor_index in 0..PRESLIDING_FACTORS.len() {
                 let number = PRESLIDING_FACTORS.len() * number + factor_index;
-                let acts = Acts::PreslidingDistance { joint, number };
+                let acts = NuisanceEffect::PreslidingDistance { joint, number };
                 add(NuisanceParameter::JointFriction(JointIndex::new(joint)), size, acts);
             }
         }
         for row in 0..joints {
             for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
                 let Some(of) = of else { continue };
-                let nuisance = NuisanceParameter::Coupling {
-                    joint: JointIndex::new(row),
-                    neighbour: JointIndex::new(of),
-                };
+                let [joint, neighbour] = [row, of].map(JointIndex::new);
+                let nuisance = NuisanceParameter::Coupling { joint, neighbour };
                 let value = |kind| self.parameter_value(kind, row).unwrap_or_default();
                 let sizes = [
-                    (Motive::Speed, self.viscous_friction(row)),
-                    (Motive::Sign, value(ParameterKind::Fc)),
-                    (Motive::Acceleration, value(ParameterKind::Ia)),
+                    (CouplingKind::Speed, self.viscous_friction(row)),
+                    (CouplingKind::Sign, value(ParameterKind::Fc)),
+                    (CouplingKind::Acceleration, value(ParameterKind::Ia)),
                 ];
                 for (by, size) in sizes {
-                    add(nuisance, COUPLING_SHARE * size, Acts::Neighbour { row, of, by });
+                    add(nuisance, COUPLING_SHARE * size, NuisanceEffect::Neighbour { row, of, by });
                 }
             }
         }
-        add(NuisanceParameter::CommonGain, tolerances.torque_gain, Acts::Gain(None));
+        add(NuisanceParameter::CommonGain, tolerances.torque_gain, NuisanceEffect::Gain(None));
         for joint in 0..joints {
             let index = JointIndex::new(joint);
-            let (gain, delay) = (Acts::Gain(Some(joint)), Acts::Delay(joint));
+            let (gain, delay) = (NuisanceEffect::Gain(Some(joint)), NuisanceEffect::Delay(joint));
             add(NuisanceParameter::TorqueGain(index), tolerances.torque_gain, gain);
             add(NuisanceParameter::TorqueDelay(index), tolerances.torque_delay_s, delay);
             if context.robot.known_torques()[joint].is_some() {
                 for over_range in [false, true] {
-                    let acts = Acts::KnownTorque { joint, over_range };
+                    let acts = NuisanceEffect::KnownTorque { joint, over_range };
                     add(NuisanceParameter::KnownTorque(index), tolerances.known_torque, acts);
                 }
             }
             let link = context.model.chain()[joint];
-            let zero = match link.kind {
-                JointKind::Revolute => tolerances.zero_deg.to_radians(),
-                JointKind::Prismatic => tolerances.length_m,
+            let turns = link.kind == JointKind::Revolute;
+            let zero = if turns { tolerances.zero_deg.to_radians() } else { tolerances.length_m };
+            add(NuisanceParameter::Zero(index), zero, NuisanceEffect::Zero(joint));
+            let geometry = |other| {
+                NuisanceEffect::Geometry(Box::new(context.model.clone().with_joint(joint, other)))
             };
-            add(NuisanceParameter::Zero(index), zero, Acts::Zero(joint));
-            let geometry =
-                |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
             let twist = geometry(Joint { alpha: rotate_angle(link.alpha, GEOMETRY_STEP), ..link });
             add(NuisanceParameter::Twist(index), tolerances.twist_deg.to_radians(), twist);
             let distance = geometry(Joint { d_m: link.d_m + GEOMETRY_STEP, ..link });
             add(NuisanceParameter::Distance(index), tolerances.length_m, distance);
             // That of a prismatic joint is its zero.
-            if link.kind == JointKind::Revolute {
+            if turns {
                 let offset = geometry(Joint { r_m: link.r_m + GEOMETRY_STEP, ..link });
                 add(NuisanceParameter::Offset(index), tolerances.length_m, offset);
             }
@@ -323,7 +320,11 @@ impl Sizes<'_> {
         let left_out = &self.observed.left_out_shares;
         let least = self.observed.least_share();
         for (index, share) in left_out.iter().enumerate().filter(|(_, share)| **share > least) {
-            add(NuisanceParameter::LeftOutParameters, LEFT_OUT_SHARE / share, Acts::LeftOut(index));
+            add(
+                NuisanceParameter::LeftOutParameters,
+                LEFT_OUT_SHARE / share,
+                NuisanceEffect::LeftOut(index),
+            );
         }
         columns
     }
@@ -336,22 +337,22 @@ fn rotate_angle(angle: Angle, by: f64) -> Angle {
 
 /// The moving part along a direction, counted from 0.
 #[derive(Clone, Copy)]
-enum Moving {
+enum MovingPart {
     Joint(usize),
     Motor(usize),
 }
 
 /// Directions along which friction may act: of every joint, and of every motor that is geared to
 /// several; with how much each joint's speed adds to it.
-fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ {
+fn speed_shares(robot: &Robot) -> impl Iterator<Item = (MovingPart, Vec<f64>)> + '_ {
     let (joints, transmission) = (robot.joints(), robot.transmission());
     let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
     let of_motor =
-        move |motor| (Moving::Motor(motor), transmission.direction(motor)[..joints].to_vec());
+        move |motor| (MovingPart::Motor(motor), transmission.direction(motor)[..joints].to_vec());
     (0..joints)
         .map(move |joint| {
             let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
-            (Moving::Joint(joint), shares)
+            (MovingPart::Joint(joint), shares)
         })
         .chain(coupled.map(of_motor))
 }

@@ -10,8 +10,8 @@ use core::fmt;
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 use serde::{Serialize, Serializer};
 
-pub(super) use along::Along;
-pub(super) use columns::Columns;
+pub(super) use along::NuisanceObservation;
+pub(super) use columns::NuisanceColumns;
 pub(super) use list::Observed;
 
 /// Assumption of the model that may be wrong.
