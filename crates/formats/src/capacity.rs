@@ -5,23 +5,24 @@ use crate::free_memory::free_memory;
 /// Largest memory of one value of a sample during its identification \[B\]. Six axes with position
 /// and torque take at most 430 bytes (`tests/memory.rs`).
 const BYTES_A_VALUE: usize = 36;
-/// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
+/// Number of samples if the free memory is unknown: 12 minutes at 5 kHz.
 const DEFAULT_SAMPLES: usize = 3_600_000;
 
 /// Number of samples that the free memory holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capacity {
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
 }
 
 impl Capacity {
-    /// For samples of so many values, positions and torques of all axes.
+    /// Returns the capacity for samples with this number of values (positions and torques of all
+    /// axes).
     pub fn of_values(values: usize) -> Self {
         Self::of_bytes(values.saturating_mul(BYTES_A_VALUE))
     }
 
-    /// For samples that take so many bytes.
+    /// Returns the capacity for samples of this size \[bytes\].
     pub fn of_bytes(bytes: usize) -> Self {
         Self::of_free(free_memory(), bytes)
     }

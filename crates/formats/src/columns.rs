@@ -2,7 +2,7 @@
 
 use crate::measurement::Side;
 
-/// Stands for the number of the axis, from 1, in a column's name.
+/// Placeholder for the number of the axis, from 1, in a column's name.
 pub const AXIS_PLACEHOLDER: &str = "{axis}";
 /// The same, counted from 0.
 pub const INDEX_PLACEHOLDER: &str = "{index}";
@@ -14,7 +14,7 @@ pub enum Quantity {
     Position,
     /// Torques or forces.
     Torque,
-    /// Positions that are asked for.
+    /// Commanded positions.
     Reference,
 }
 
@@ -36,7 +36,7 @@ pub struct AxisColumns {
     /// Their name, with [`AXIS_PLACEHOLDER`] or [`INDEX_PLACEHOLDER`] in place of the number; or
     /// one name for each axis.
     pub names: Vec<String>,
-    /// SI value of a 1 in each column, its sign included \[rad, m, N·m or N\]; one per axis.
+    /// SI value of a 1 in each column, including its sign \[rad, m, N·m or N\]; one per axis.
     pub scales: Vec<f64>,
 }
 
@@ -47,7 +47,7 @@ pub enum TimeColumns {
     Numbers {
         /// Its name.
         column: String,
-        /// Seconds to a 1.
+        /// Seconds per unit.
         second: f64,
     },
     /// A column of dates with their time of day (ISO 8601).
@@ -87,12 +87,12 @@ pub struct Columns {
     pub position: AxisColumns,
     /// Torques or forces.
     pub torque: AxisColumns,
-    /// Positions that are asked for, where they are recorded.
+    /// Commanded positions, if they are recorded.
     pub reference: Option<AxisColumns>,
 }
 
 impl Columns {
-    /// A time alone.
+    /// Creates columns with only a time.
     pub fn of_time(time: TimeColumns) -> Self {
         let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
         Self {

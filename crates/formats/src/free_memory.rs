@@ -9,7 +9,7 @@ use sysinfo::{
 pub(crate) fn free_memory() -> u64 {
     let of_memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
     let Ok(mut system) = System::new_with_specifics(of_memory) else { return 0 };
-    // A container, a unit or a shell may have less than the machine.
+    // The limit of a container, a unit or a shell may be below that of the machine.
     let process = Pid::from_u32(std::process::id());
     let nothing = ProcessRefreshKind::nothing();
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[process]), false, nothing);

@@ -37,7 +37,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Motor-side signals of consecutive samples; a reference only when every sample has one.
+    /// Creates a measurement from the motor-side signals of consecutive samples. It has a reference
+    /// only if every sample has one.
     pub fn from_samples(samples: &[JointSample], axes: usize, sample_rate_hz: f64) -> Self {
         let column = |of: fn(&JointSample) -> &[f64; MAX_JOINTS]| -> Vec<Vec<f64>> {
             (0..axes.min(MAX_JOINTS))

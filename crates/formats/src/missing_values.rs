@@ -1,5 +1,4 @@
-//! Rows and messages that miss a value: an empty field, null or NaN in place of a number. They are
-//! no samples.
+//! Rows and messages with a missing value: an empty field, null or NaN. They are not samples.
 
 use core::fmt;
 
@@ -12,7 +11,7 @@ pub struct MissingValues {
     pub total: usize,
     /// `rows` or `messages`.
     pub row_kind: &'static str,
-    /// The first of them, in words.
+    /// Description of the first one.
     pub first_missing: String,
 }
 
@@ -23,7 +22,7 @@ impl fmt::Display for MissingValues {
     }
 }
 
-/// Complete rows of a table with others.
+/// Complete rows of a table that also has incomplete ones.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CompleteRows {
     /// Their numbers, from 0.
@@ -35,7 +34,7 @@ pub(crate) struct CompleteRows {
 }
 
 impl CompleteRows {
-    /// Finds them; `None` if no value is missing. Columns without rows are skipped.
+    /// Finds the complete rows; `None` if no value is missing. Columns without rows are skipped.
     pub(crate) fn find(columns: &[Vec<f64>]) -> Option<Self> {
         let lacks = |row: usize| {
             columns.iter().position(|column| column.get(row).is_some_and(|value| value.is_nan()))
@@ -69,7 +68,7 @@ impl DisjointColumns {
         let values = |column: &[f64]| column.iter().filter(|value| !value.is_nan()).count();
         let asked = || columns.iter().zip(names).filter(|(column, _)| !column.is_empty());
         let (fewest, name) = asked().min_by_key(|(column, _)| values(column))?;
-        // The time, which is in all rows, usually comes first.
+        // The time usually comes first, and it is in all rows.
         let together = |other: &[f64]| {
             fewest.iter().zip(other).filter(|(a, b)| !a.is_nan() && !b.is_nan()).count()
         };

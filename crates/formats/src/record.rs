@@ -1,4 +1,4 @@
-//! A record: its whole pieces between losses, and what had to be done to it.
+//! A record: its pieces without gaps, and the changes that were made.
 
 use core::fmt;
 
@@ -9,13 +9,13 @@ use crate::missing_values::MissingValues;
 use crate::start::RecordingStart;
 use crate::uniform::{Resampled, UniformPiece};
 
-/// Pieces that are listed for people.
+/// Maximum number of listed pieces.
 const MAX_LISTED_PIECES: usize = 6;
 
-/// A stretch of a record in which nothing is missing and no drive changes its mode.
+/// A part of a record without missing samples and without a mode change of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// When it begins, after the first sample of the record \[s\].
+    /// Start time after the first sample of the record \[s\].
     pub begins_s: f64,
     /// Its samples.
     pub measurement: Measurement,
@@ -25,19 +25,19 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Samples without readings.
+    /// Creates a piece without readings.
     pub fn new(begins_s: f64, measurement: Measurement) -> Self {
         Self { begins_s, measurement, readings: Vec::new() }
     }
 
-    /// The time of a sample, after the first of the record \[s\].
+    /// Returns the time of a sample after the first of the record \[s\].
     pub fn time_s(&self, sample: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
         let sample = sample as f64;
         self.begins_s + sample / self.measurement.signals.sample_rate_hz
     }
 
-    /// The time of its last sample, after the first of the record \[s\].
+    /// Returns the time of its last sample after the first of the record \[s\].
     pub fn ends_s(&self) -> f64 {
         self.time_s(self.measurement.samples().saturating_sub(1))
     }
@@ -52,7 +52,7 @@ pub struct Record {
     pub resampled: Resampled,
     /// Rows left out because they lack a value.
     pub missing_values: Option<MissingValues>,
-    /// When its first sample was recorded, where its stamps say so.
+    /// Recording time of its first sample, if its stamps show it.
     pub recording_start: Option<RecordingStart>,
 }
 
@@ -70,7 +70,7 @@ impl Record {
         Self { recording_start: start, ..self }
     }
 
-    /// All of it, where nothing is missing.
+    /// Returns the complete record if nothing is missing.
     pub fn into_whole(mut self) -> Option<Measurement> {
         let last = self.segments.pop();
         last.filter(|_| self.segments.is_empty()).map(|piece| piece.measurement)
@@ -86,7 +86,7 @@ impl Record {
 }
 
 impl From<Measurement> for Record {
-    /// One whole piece.
+    /// Creates a record of one piece.
     fn from(measurement: Measurement) -> Self {
         let parts = vec![Piece::new(0.0, measurement)];
         Self {

@@ -23,20 +23,21 @@ const FIRST_MS: i128 = 946_684_800_000;
 const LAST_MS: i128 = 253_402_300_799_999;
 
 impl RecordingStart {
-    /// That of a stamp in nanoseconds after 1970-01-01T00:00:00Z; nothing where it cannot be one.
+    /// Creates the start from a stamp in nanoseconds after 1970-01-01T00:00:00Z; `None` if it is
+    /// not plausible.
     pub fn of_unix_ns(stamp_ns: i128) -> Option<Self> {
         let ms = (stamp_ns + 500_000).div_euclid(1_000_000);
         let unix_ms = u64::try_from(ms).ok()?;
         (FIRST_MS..=LAST_MS).contains(&ms).then_some(Self { unix_ms })
     }
 
-    /// For people: `2026-11-22 07:17:29.250 UTC`, or that it is not known.
+    /// Formats the start: `2026-11-22 07:17:29.250 UTC`, or that it is not known.
     pub fn display_text(start: Option<Self>) -> String {
         let text = |start: Self| start.to_string().replace('T', " ").replace('Z', " UTC");
         start.map_or_else(|| "not known".to_owned(), text)
     }
 
-    /// For tables, to the minute: `2026-11-22 07:17`, or that it is not known.
+    /// Formats the start for tables, to the minute: `2026-11-22 07:17`, or that it is not known.
     pub fn minute(start: Option<Self>) -> String {
         Self::display_text(start).chars().take("2026-11-22 07:17".len()).collect()
     }

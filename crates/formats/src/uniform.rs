@@ -1,15 +1,15 @@
-//! From rows with jittering times to a uniform grid.
+//! Resampling of rows with jittering times to a uniform grid.
 
 use crate::time_limits::TimeLimits;
 use core::fmt;
 use core::ops::Range;
 
-/// Times this near are on the grid \[s\].
+/// Distance below which a time is on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
-/// A cubic takes four points.
+/// Number of points of a cubic.
 const MIN_CUBIC_POINTS: usize = 4;
 
-/// Why rows form no record of a rate.
+/// Reason why rows form no record with this rate.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TimesError {
     /// All times are the same. Take another source of the time, or the rows as they come.
@@ -24,12 +24,12 @@ pub enum TimesError {
         joints, or a clock that was set; record one of them"
     )]
     Backwards {
-        /// When, after the first \[s\].
+        /// Time after the first row \[s\].
         time_s: f64,
         /// Number of the row, from 1.
         row: usize,
     },
-    /// Another rate than stated.
+    /// The rate differs from the configured one.
     #[error(
         "{found_hz:.2} samples a second, and {stated_hz} are stated; state the rate that was \
         recorded (rate_hz)"
@@ -37,7 +37,7 @@ pub enum TimesError {
     Rate {
         /// Rate by the mean distance \[Hz\].
         found_hz: f64,
-        /// As stated \[Hz\].
+        /// Configured rate \[Hz\].
         stated_hz: f64,
     },
     /// Too few rows.
@@ -45,15 +45,15 @@ pub enum TimesError {
     TooShort,
 }
 
-/// Returns the rate of times \[Hz\], by the mean of the distances that no loss has stretched;
-/// `None` if they do not advance. If many are stretched, and most of the time lies between these
-/// rows, they come in bursts, and the mean of all counts.
+/// Returns the rate of times \[Hz\] from the mean of the distances without losses; `None` if the
+/// times do not advance. If many distances are longer and cover most of the time, the rows come in
+/// bursts, and all distances count.
 pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
-    // They are sorted, so that these are the last ones. Each counts with the usual length: a pause
-    // does not count.
+    // The distances are sorted, so the long ones are at the end. Each counts with the usual length,
+    // so that a pause has no weight.
     let plain =
         steps.partition_point(|step| *step < TimeLimits::DEFAULT.missing_row_periods * median);
     let (near, distant) = steps.split_at(plain);
@@ -78,11 +78,11 @@ pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
 pub struct Resampled {
     /// Deviation of the times from the grid: root mean square \[s\].
     pub rms_s: f64,
-    /// At most \[s\].
+    /// Largest deviation of a time from the grid \[s\].
     pub largest_s: f64,
-    /// Rows that repeated the previous one, or came right behind it.
+    /// Number of rows that repeat the previous one or follow it immediately.
     pub repeated_rows: usize,
-    /// Rows that are missing alone, and are interpolated.
+    /// Number of single missing rows that are interpolated.
     pub interpolated_rows: usize,
 }
 
@@ -117,14 +117,14 @@ impl fmt::Display for Resampled {
 
 /// Columns of one length, with the times of their rows.
 pub(crate) struct TimedRows {
-    /// After any instant \[s\].
+    /// Time of each row after any instant \[s\].
     pub(crate) times_s: Vec<f64>,
     pub(crate) columns: Vec<Vec<f64>>,
 }
 
-/// A whole piece on the grid.
+/// A piece without gaps on the grid.
 pub(crate) struct UniformPiece {
-    /// After the first row of all \[s\].
+    /// Start time after the first row of the record \[s\].
     pub(crate) begins_s: f64,
     pub(crate) columns: Vec<Vec<f64>>,
 }
@@ -203,9 +203,9 @@ impl TimedRows {
     }
 }
 
-/// Removes rows that came twice or right behind another, and states that were sent again: a single
-/// row that equals the one before in all columns, where most columns change from one row to the
-/// next. Returns their number as well.
+/// Removes rows with the time of another row or immediately after it. It also removes repeated
+/// states: single rows that equal the previous one, if most columns usually change between rows.
+/// Returns the remaining rows and the number of removed ones.
 fn without_repeats(rows: TimedRows, period_s: f64) -> (TimedRows, usize) {
     let (count, times_s) = (rows.times_s.len(), &rows.times_s);
     let moves = |row: usize| 2 * rows.changed_columns(row) > rows.columns.len();

@@ -1,11 +1,11 @@
 //! Text within XML.
 
-/// A text within quotes.
+/// Escapes text for an attribute.
 pub(crate) fn escape_attribute(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// A line within a comment, where two hyphens may not stand together.
+/// Converts a line to the content of a comment, which may not contain two hyphens in a row.
 pub(crate) fn within_comment(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
     for letter in line.chars() {

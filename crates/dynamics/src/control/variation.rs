@@ -13,14 +13,14 @@ pub(crate) struct CommandVariation {
     period_s: f64,
     joints: Vec<Gains>,
     width: usize,
-    /// δI, and δq of the sample before, n × b each.
+    /// δI, and δq of the previous sample, n × b each.
     integral_variation: Vec<f64>,
     last_position: Vec<f64>,
     is_started: bool,
 }
 
 impl CommandVariation {
-    /// In `width` directions.
+    /// Creates the variation of the commands in `width` directions.
     pub(crate) fn new(config: &ControllerConfig, width: usize) -> Self {
         let size = config.joints.len() * width;
         Self {

@@ -32,8 +32,8 @@ impl Model {
         self.direct_dynamics_without(ws, parameters, &[], q, dq, tau, ddq)
     }
 
-    /// Computes the same with `less` subtracted from the diagonal of the mass matrix, one inertia
-    /// per joint or none at all. It is the inertia that moves separately.
+    /// Computes the same with `less` subtracted from the diagonal of the mass matrix: the inertia
+    /// of each joint that moves separately. An empty slice subtracts nothing.
     pub(crate) fn direct_dynamics_without<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -69,7 +69,7 @@ impl Model {
         tau: &[T],
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
-        // Bound that the compiler sees.
+        // The bound lets the compiler omit checks.
         let n = self.joints().min(MAX_JOINTS);
         let mut friction = self.friction_torques(ws, parameters, dq);
         self.take_off_known(q, &mut friction);

@@ -55,7 +55,7 @@ const MAX_SIGNS: usize = MAX_JOINTS;
 /// Terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]
 pub(super) struct DriveTerms {
-    /// By row.
+    /// Inertia terms of each row.
     inertia: Vec<Vec<LinearTerm>>,
     viscous: Vec<LinearTerm>,
     coulomb: Vec<SharedSignTerms>,
@@ -64,7 +64,7 @@ pub(super) struct DriveTerms {
     loads: Vec<LawTerm>,
     /// Terms with hysteresis at reversals.
     hysteresis: Vec<LawTerm>,
-    /// Column and row.
+    /// Column and row of each offset.
     offset: Vec<(usize, usize)>,
 }
 
@@ -314,7 +314,8 @@ impl DriveTerms {
         self.hysteresis.iter().map(|term| (term.joint, term.column))
     }
 
-    /// Returns the drives of the parameters that have a place, with places instead of columns.
+    /// Returns the terms of the parameters that have a new column in `places`, with the new
+    /// columns.
     pub(super) fn with_columns(&self, places: &[Option<usize>]) -> Self {
         let terms = |terms: &[LinearTerm]| {
             let selected = terms
@@ -376,7 +377,8 @@ impl DriveTerms {
     }
 }
 
-/// Returns the non-zero entries of s sᵀ: all off the diagonal, and those on it that are `kept`.
+/// Returns the non-zero entries of s sᵀ: all off-diagonal ones, and those diagonal entries for
+/// which `fixed(joint)` is true.
 fn outer_product(
     joints: usize,
     s: &[f64; MAX_JOINTS],

@@ -13,7 +13,7 @@ use crate::numeric::Scalar;
      that joint {joint} moves, first of all its drive inertia"
 )]
 pub struct NotPositiveDefinite {
-    /// Last joint that has no inertia while all joints after it are free.
+    /// Joint nearest to the tip whose inertia, with all joints after it free, is not positive.
     pub joint: JointIndex,
 }
 
@@ -50,7 +50,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
         row: &mut [T; MAX_JOINTS],
     ) -> Result<(), NotPositiveDefinite> {
         let Self { unit, inverse } = self;
-        // U D before it is divided by D.
+        // The entries are those of U D; they are divided by D below.
         for j in (i + 1..n).rev() {
             for k in j + 1..n {
                 row[j] -= row[k] * unit[j][k];

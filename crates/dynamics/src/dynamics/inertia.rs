@@ -46,13 +46,13 @@ impl<T: Scalar> Inertia<T> {
         ]
     }
 
-    /// J z.
+    /// Returns the inertia times the z axis, J z.
     #[inline(always)]
     pub(super) fn about_z(&self) -> Vector3<T> {
         Vector3::new(self.xz, self.yz, self.zz)
     }
 
-    /// J v.
+    /// Returns the inertia times a vector, J v.
     #[inline(always)]
     pub(super) fn inertia_times_vector(&self, v: Vector3<T>) -> Vector3<T> {
         Vector3::new(

@@ -23,7 +23,7 @@ impl Model {
         let n = self.joints().min(MAX_JOINTS);
         T::sin_cos_each(&angles[..n], &mut sines[..n], &mut cosines[..n]);
         let poses = ws.poses.iter_mut().zip(&self.chain).zip(q);
-        // By reference, because arrays that are passed by value are copied.
+        // Arrays are passed by reference, because passing them by value would copy them.
         for (((pose, joint), q), (sin, cos)) in poses.zip(sines.iter().zip(&cosines)) {
             *pose = Pose::new(joint, *q, (*sin, *cos));
         }

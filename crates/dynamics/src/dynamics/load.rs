@@ -32,8 +32,8 @@ impl Model {
         self
     }
 
-    /// Returns the load on each joint in these poses \[N·m or N\], if friction grows with it. It is
-    /// the load of these parameters, unless the model has those of an arm.
+    /// Returns the load on each joint in these poses \[N·m or N\] if friction grows with it. The
+    /// load is computed from `parameters`, unless the model has a fixed arm.
     #[inline(always)]
     pub(super) fn loads<T: Scalar>(
         &self,

@@ -12,9 +12,10 @@ use crate::robot::{
 /// Source of the load that friction grows with.
 #[derive(Clone, Debug)]
 pub(super) enum FrictionLoad {
-    /// Parameters that torques are computed with: the arm's own load.
+    /// The load of the parameters with which the torques are computed.
     OfParameters,
-    /// Arm with these standard parameters. Torques are then linear in the parameters.
+    /// The load of an arm with these standard parameters. Torques are then linear in the
+    /// parameters.
     Of(Vec<f64>),
 }
 
@@ -32,7 +33,7 @@ pub struct Model {
     /// Known torque of each joint; empty if no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
-    /// State of friction with hysteresis before a motion; none without such friction.
+    /// Hysteresis state before a motion; `None` without friction with hysteresis.
     history: Option<Hysteresis>,
 }
 
@@ -125,7 +126,7 @@ impl Model {
         self.history.clone()
     }
 
-    /// Joint, counted from 0, and column of the coefficient of all friction that lags at reversals.
+    /// Returns joint (counted from 0) and column of each hysteresis coefficient.
     pub fn hysteresis(&self) -> impl Iterator<Item = (usize, usize)> {
         self.drives.hysteresis()
     }
@@ -136,7 +137,7 @@ impl Model {
         Some(self.known_torques.get(joint)?.as_ref()?.torque(position))
     }
 
-    /// Takes off the torques what the drives need not give.
+    /// Subtracts the known torques, which the drives do not have to produce.
     #[inline(always)]
     pub(super) fn take_off_known<T: Scalar>(&self, q: &[T], torques: &mut [T; MAX_JOINTS]) {
         for ((tables, q), torque) in self.known_torques.iter().zip(q).zip(torques) {
@@ -154,7 +155,7 @@ impl Model {
         Inertia::from_parameters(&ten)
     }
 
-    /// Returns the number of links up to the last one with inertia. Links beyond take no torque.
+    /// Returns the number of links up to the last one with inertia. Links after it need no torque.
     pub(super) fn heavy_links<T: Scalar>(&self, parameters: &[T]) -> usize {
         let has_inertia =
             |first: &usize| parameters[*first..*first + 10].iter().any(|value| !value.is_zero());

@@ -12,7 +12,8 @@ use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::robot::JointKind;
 
-/// A velocity or an acceleration: of turning, and of the body's point at the base's origin.
+/// A spatial velocity or acceleration: the angular part, and the linear part of the body's point at
+/// the base's origin.
 #[derive(Clone, Copy, Debug)]
 struct Twist {
     angular: Vector3<f64>,
@@ -32,7 +33,7 @@ impl Twist {
         Self { angular: self.angular.scale(factor), linear: self.linear.scale(factor) }
     }
 
-    /// v × m: the rate of change of a motion m that moves along with v.
+    /// Returns v × m: the rate of change of a motion m that moves along with v.
     fn cross(self, m: Self) -> Self {
         Self {
             angular: self.angular.cross(m.angular),
@@ -40,7 +41,7 @@ impl Twist {
         }
     }
 
-    /// v ×* f: how a wrench f changes that is carried along with v.
+    /// Returns v ×* f: the rate of change of a wrench f that moves along with v.
     fn cross_wrench(self, f: Wrench<f64>) -> Wrench<f64> {
         Wrench {
             moment: self.angular.cross(f.moment) + self.linear.cross(f.force),
@@ -48,7 +49,7 @@ impl Twist {
         }
     }
 
-    /// The power of a wrench.
+    /// Returns the power of a wrench.
     fn dot(self, f: Wrench<f64>) -> f64 {
         self.angular.dot(f.moment) + self.linear.dot(f.force)
     }
@@ -63,10 +64,10 @@ struct MovingAxis {
     acceleration: Twist,
 }
 
-/// Links as one body: inertia, what moves them, and what their inertia changes by as they move.
+/// Several links as one body: inertia, wrench, and rate of change of the inertia as they move.
 ///
-/// The change of a link's wrench with its velocity, the acceleration I w − I (v × w) being another
-/// term, is 2 B w = v ×* I w − I (v × w) + w ×* (I v), which for w = (c, b) comes to
+/// The derivative of a link's wrench with respect to its velocity, apart from the acceleration term
+/// I w − I (v × w), is 2 B w = v ×* I w − I (v × w) + w ×* (I v). For w = (c, b) it is
 ///
 /// ```text
 /// 2 B w = −2 (D c, p × c)     D = ω× P + h× u×,     P = ½ tr(J) 1 − J
@@ -112,13 +113,13 @@ impl MovingBody {
         }
     }
 
-    /// 2 B w.
+    /// Returns 2 B w.
     fn double_coriolis(&self, w: Twist) -> Wrench<f64> {
         let ([x, y, z], c) = (self.coriolis, w.angular.scale(-2.0));
         Wrench { moment: x.scale(c.x) + y.scale(c.y) + z.scale(c.z), force: self.momentum.cross(c) }
     }
 
-    /// (2 B)ᵀ s, which has no force.
+    /// Returns (2 B)ᵀ s, whose force is zero.
     fn double_coriolis_transposed(&self, s: Twist) -> Vector3<f64> {
         let ([x, y, z], c) = (self.coriolis, s.angular);
         let product = Vector3::new(x.dot(c), y.dot(c), z.dot(c));
@@ -132,7 +133,7 @@ const UNIT_VECTORS: [Vector3<f64>; 3] = [
     Vector3 { x: 0.0, y: 0.0, z: 1.0 },
 ];
 
-/// I w = (J c + h × b, m b − h × c) for w = (c, b).
+/// Returns I w = (J c + h × b, m b − h × c) for w = (c, b).
 fn inertia_times_twist(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
     let h = inertia.first_moment;
     Wrench {

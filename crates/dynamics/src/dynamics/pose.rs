@@ -12,8 +12,8 @@ pub(super) struct Pose<T> {
     sin_theta: T,
     /// The origin, (d, −r sin α, r cos α).
     pub(super) origin: Vector3<T>,
-    /// True if the origin can differ from that of the previous link. On most arms with a spherical
-    /// wrist it does not for half of the links.
+    /// True if the origin can differ from that of the previous link. With a spherical wrist, half
+    /// of the links share their origin with the previous one.
     pub(super) has_offset: bool,
 }
 
@@ -55,7 +55,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// A vector of the link, in the frame of the previous link.
+    /// Converts a vector from the frame of the link to that of the previous link.
     #[inline(always)]
     pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
         let x = self.cos_theta * v.x - self.sin_theta * v.y;
@@ -64,7 +64,7 @@ impl<T: Scalar> Pose<T> {
         Vector3::new(x, y, z)
     }
 
-    /// A vector of the previous link, in the frame of the link.
+    /// Converts a vector from the frame of the previous link to that of the link.
     #[inline(always)]
     pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
         let (y, z) = self.alpha.rotate_back(v.y, v.z);
@@ -76,7 +76,7 @@ impl<T: Scalar> Pose<T> {
     }
 }
 
-/// A constant rotation about x. Most arms have quarter turns only, which take no products.
+/// A constant rotation about x. Most arms have only quarter turns, which need no multiplication.
 #[derive(Clone, Copy, Debug)]
 enum RotationAboutX<T> {
     None,
@@ -98,7 +98,7 @@ impl<T: Scalar> RotationAboutX<T> {
         }
     }
 
-    /// (y, z) after the rotation.
+    /// Returns (y, z) after the rotation.
     #[inline(always)]
     fn rotate(self, y: T, z: T) -> (T, T) {
         match self {
@@ -110,7 +110,7 @@ impl<T: Scalar> RotationAboutX<T> {
         }
     }
 
-    /// (y, z) before the rotation.
+    /// Returns (y, z) before the rotation.
     #[inline(always)]
     fn rotate_back(self, y: T, z: T) -> (T, T) {
         match self {

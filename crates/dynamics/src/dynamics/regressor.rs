@@ -12,7 +12,7 @@ use crate::numeric::Scalar;
 use crate::robot::JointKind;
 
 impl Model {
-    /// These columns of the regressor, in this order, each at most once.
+    /// Prepares these columns of the regressor, in this order, each at most once.
     pub fn regressor_columns(&self, columns: &[usize]) -> RegressorColumns {
         let parameters = self.parameter_names().len();
         RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, true)
@@ -24,7 +24,7 @@ impl Model {
         RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, false)
     }
 
-    /// The matrix Y(q, q̇, q̈) with τ = Y φ: n × p, row-major, row = joint, columns as
+    /// Computes the matrix Y(q, q̇, q̈) with τ = Y φ: n × p, row-major, row = joint, columns as
     /// [`parameter_names`](Self::parameter_names).
     ///
     /// # Panics
@@ -40,8 +40,8 @@ impl Model {
         self.selected_regressor(ws, &self.all_columns, q, dq, ddq, out);
     }
 
-    /// The wanted columns of the [`regressor`](Self::regressor) alone, n × b, row-major, or their
-    /// [`entries`](RegressorColumns::entries).
+    /// Computes only the selected columns of the [`regressor`](Self::regressor), n × b, row-major,
+    /// or their [`entries`](RegressorColumns::entries).
     ///
     /// # Panics
     /// When a slice is not of the model's size: n entries for q, dq and ddq, and for `out` as many
@@ -69,9 +69,9 @@ impl Model {
     /// Computes the same with the poses in the workspace, and with the loads if friction grows with
     /// them.
     ///
-    /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns the
-    /// link with c, both in the link's frame, and τ_i is the sum over the links of c · N_l + b ·
-    /// F_l.
+    /// The method is virtual power. A unit velocity of joint i gives the origin of link l the
+    /// velocity b and the link the angular velocity c, both in the link's frame. τ_i is the sum of
+    /// c · N_l + b · F_l over the links.
     #[inline(always)]
     pub(super) fn regressor_of_poses<T: Scalar>(
         &self,
@@ -174,11 +174,11 @@ impl<T: Scalar> Axis<T> {
     }
 }
 
-/// xx, xy, xz, yy, yz and zz come first of a link's ten parameters.
+/// Number of inertia components, xx, xy, xz, yy, yz and zz, the first of a link's ten parameters.
 const INERTIA_COMPONENTS: usize = 6;
 
-/// N of a link whose only parameter is this component of J, 1: J ω̇ + ω × J ω
-/// (see [`Inertia::wrench`](super::inertia::Inertia::wrench)).
+/// Returns the moment N of a link with this component of J equal to 1 and all other parameters 0: J
+/// ω̇ + ω × J ω (see [`Inertia::wrench`](super::inertia::Inertia::wrench)).
 #[inline(always)]
 fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vector3<T> {
     let Motion { angular_velocity: w, angular_acceleration: dw, .. } = *motion;
@@ -192,8 +192,8 @@ fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vecto
     }
 }
 
-/// N and F of a link whose only parameter is mx, my, mz or m, 1:
-/// N = ms × a, F = m a + ω̇ × ms + ω × (ω × ms).
+/// Returns moment N and force F of a link with one of mx, my, mz and m equal to 1 and all other
+/// parameters 0: N = ms × a, F = m a + ω̇ × ms + ω × (ω × ms).
 #[inline(always)]
 fn unit_mass_wrench<T: Scalar>(component: usize, motion: &Motion<T>) -> Wrench<T> {
     let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;

@@ -8,17 +8,18 @@ use crate::robot::SignModel;
 #[derive(Clone, Debug)]
 pub struct RegressorColumns {
     pub(super) width: usize,
-    /// Joint and column of what is wanted, in its order: a matrix row by row, entries column by
-    /// column.
+    /// Joint and column of each value to compute, in the order of the result: a matrix row by row,
+    /// entries column by column.
     pub(super) entries: Vec<(usize, usize)>,
     pub(super) is_matrix: bool,
-    /// Wanted parameters of each link, of its ten, with the place of the first of their entries.
+    /// Selected parameters of each link, as an index among its ten, with the place of the first
+    /// entry of each.
     pub(super) links: Vec<Vec<(usize, usize)>>,
-    /// Distance from there to the entry of the next joint.
+    /// Distance between the entries of one parameter at successive joints.
     pub(super) joint_stride: usize,
-    /// The drives' parameters by their columns among the wanted.
+    /// Terms of the drives, with their columns among the selected ones.
     pub(super) drives: DriveTerms,
-    /// Place of the entry of joint and column, row by row.
+    /// Position of each entry in the result, row by row.
     pub(super) entry_positions: Vec<usize>,
 }
 
@@ -43,7 +44,8 @@ impl RegressorColumns {
         let places: Vec<_> = (0..parameters).map(place).collect();
         let drives = drives.with_columns(&places);
 
-        // A joint feels only what hangs on it, and the drives that act on it.
+        // The torque of a joint depends only on the links after it and on the drives that act on
+        // it.
         let mut differs = vec![false; joints * width];
         for (link, wanted) in links.iter().enumerate() {
             for (row, (_, column)) in
@@ -79,7 +81,7 @@ impl RegressorColumns {
         }
     }
 
-    /// Joint and column of the entries, in the order in which they are computed.
+    /// Returns joint and column of the entries, in the order in which they are computed.
     pub fn entries(&self) -> &[(usize, usize)] {
         &self.entries
     }

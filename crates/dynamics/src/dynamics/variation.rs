@@ -40,13 +40,14 @@ impl VariationWorkspace {
 }
 
 impl Model {
-    /// ∂q̈/∂θ (n × b) of the parameters that the workspace is for, from the derivative of τ = φ θ
-    /// along the motion (q, q̇, q̈), with the dependence of the motion on θ:
+    /// Computes ∂q̈/∂θ (n × b) for the parameters of the workspace. It follows from the derivative
+    /// of τ = φ θ along the motion (q, q̇, q̈), which itself depends on θ:
     ///
     /// M δq̈ = δτ − φ δθ − ∂(φθ)/∂q δq − ∂(φθ)/∂q̇ δq̇
     ///
-    /// `solved` is where [`direct_dynamics`](Self::direct_dynamics) found this q̈ with these
-    /// `parameters`: the poses of the links are there, and the factorised mass matrix.
+    /// `solved` is the workspace in which [`direct_dynamics`](Self::direct_dynamics) computed this
+    /// q̈ with these `parameters`. It contains the poses of the links and the factorised mass
+    /// matrix.
     pub(crate) fn acceleration_variation(
         &self,
         ws: &mut VariationWorkspace,
@@ -61,7 +62,7 @@ impl Model {
         let loads = self.loads(&solved.poses, Some(parameters), q);
         self.regressor_of_poses(solved, columns, loads.as_ref(), dq, ddq, regressor);
         self.add_load_sensitivities(solved, columns, parameters, [q, dq], regressor);
-        // Rows of many parameters.
+        // A row has one entry per parameter, which suits vector instructions.
         with_vector_instructions(
             #[inline(always)]
             || {

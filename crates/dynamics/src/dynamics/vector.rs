@@ -1,7 +1,7 @@
 //! Three-dimensional vectors over any [`Scalar`].
 //!
-//! nalgebra's vectors ask more of their entries (equality, a numeric tower) than SIMD lanes and
-//! dual numbers can give.
+//! nalgebra's vectors require more of their entries (equality, a numeric tower) than SIMD lanes and
+//! dual numbers have.
 
 use core::ops::{Add, Sub};
 
@@ -46,7 +46,7 @@ impl<T: Scalar> Vector3<T> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    /// v × (0, 0, z), without the products that are 0.
+    /// Returns v × (0, 0, z), without the products that are 0.
     #[inline(always)]
     pub(super) fn cross_along_z(self, z: T) -> Self {
         Self::new(self.y * z, -(self.x * z), T::zero())

@@ -6,15 +6,15 @@ use super::pose::Pose;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 
-/// Scratch memory of all algorithms; one serves robots of every size.
+/// Scratch memory of all algorithms, large enough for every robot.
 #[derive(Clone, Debug)]
 pub struct Workspace<T> {
     pub(super) poses: [Pose<T>; MAX_JOINTS],
     pub(super) motions: [Motion<T>; MAX_JOINTS],
-    /// Hysteresis of the friction at every joint, −1 to 1. `None` at a state without a history: the
-    /// joint has slid for long.
+    /// Hysteresis of the friction at every joint, −1 to 1. `None` for a state without a history:
+    /// every joint is past its presliding distance.
     pub(super) hysteresis: Option<[T; MAX_JOINTS]>,
-    /// Factor of the mass matrix of the last direct dynamics without an error.
+    /// Factor of the mass matrix of the last successful direct dynamics.
     pub(super) factor: MassMatrixFactor<T>,
 }
 
@@ -35,7 +35,7 @@ impl<T: Scalar> Workspace<T> {
     }
 
     /// Sets the hysteresis of the friction at every joint, −1 to 1, until it is set again. `None`
-    /// is for states without a history, where joints have slid for long.
+    /// is for states without a history, where every joint is past its presliding distance.
     pub fn set_hysteresis(&mut self, shares: Option<[T; MAX_JOINTS]>) {
         self.hysteresis = shares;
     }

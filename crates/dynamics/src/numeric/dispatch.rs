@@ -1,13 +1,13 @@
-//! Vector instructions where the processor has them.
+//! Vector instructions, if the processor has them.
 //!
 //! The released program runs on every x86-64 processor, and finds out at run time what this one can
 //! do (function multiversioning). Results may differ between processors by rounding.
 
-/// Calls `work` with AVX2 where the processor has it; `work` and all that is inlined into it are
+/// Calls `work` with AVX2 if the processor has it. `work` and everything inlined into it are
 /// compiled for both cases.
 ///
-/// A closure is handed over as `#[inline(always)] || …`: one that is not inlined is compiled for
-/// the baseline alone.
+/// Pass a closure as `#[inline(always)] || …`: a closure that is not inlined is compiled for the
+/// baseline only.
 #[inline(always)]
 #[allow(unsafe_code, reason = "a function with a target feature is called")]
 pub fn with_vector_instructions<R>(work: impl FnOnce() -> R) -> R {
@@ -26,12 +26,12 @@ pub fn with_vector_instructions<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
-/// Lanes of the widest vector register that is looked for, AVX2's. Sums over lanes have other bits
-/// with another width.
+/// Number of lanes of an AVX2 register, the widest that is used. Another width would change the
+/// rounding of sums over lanes.
 pub const WIDTH: usize = 4;
 
-/// Returns `value` of each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
-/// that it has the vector instructions of its caller.
+/// Returns `value` of each lane, in order. Unlike `core::array::from_fn` it is always inlined, and
+/// so compiled with the vector instructions of its caller.
 #[inline(always)]
 pub fn from_lanes<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
     let mut values = [0.0; L];

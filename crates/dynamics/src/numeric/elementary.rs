@@ -9,7 +9,8 @@ use core::f64::consts::{FRAC_2_PI, LOG2_E};
 
 use super::dispatch::from_lanes;
 
-/// Beyond this angle \[rad\] the library computes: the reduction would lose digits.
+/// Angle \[rad\] beyond which the standard library is used, because the range reduction would lose
+/// digits.
 const LARGEST_ANGLE: f64 = 1e5;
 
 /// 1.5 · 2⁵²: added to a number of at most 2⁵¹, it leaves the nearest whole number in the lowest
@@ -59,13 +60,13 @@ const EXP_COEFFICIENTS: [f64; 12] = [
     1.0 / 6_227_020_800.0,
 ];
 
-/// c₀ + x (c₁ + x (c₂ + …))
+/// Returns c₀ + x (c₁ + x (c₂ + …)).
 #[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, c| value * x + c)
 }
 
-/// Sines and cosines, each within 2.5e-16 of the true one.
+/// Returns sines and cosines, each within 2.5e-16 of the exact value.
 #[inline(always)]
 pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L]) {
     // The steps run for all lanes one after the other, which lets a compiler find vector
@@ -105,7 +106,7 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
         #[inline(always)]
         |l| in_quadrant(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
     );
-    // NaN has given NaN already.
+    // A NaN among the angles has already produced NaN.
     if angles.iter().any(|x| x.abs() > LARGEST_ANGLE) {
         for ((sine, cosine), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
             if x.abs() > LARGEST_ANGLE {
@@ -125,16 +126,16 @@ fn in_quadrant(own: f64, other: f64, quarters: u64, sign: u64) -> f64 {
     f64::from_bits((own ^ ((own ^ other) & odd)) ^ ((sign & 2) << 62))
 }
 
-/// Beyond, the hyperbolic tangent is ±1 to the last bit.
+/// Argument beyond which the hyperbolic tangent is ±1 to the last bit.
 const TANH_SATURATION: f64 = 20.0;
 
-/// Hyperbolic tangents, each within 5e-16 of the true one relative to it.
+/// Returns hyperbolic tangents with relative errors of at most 5e-16.
 #[inline(always)]
 pub(crate) fn tanh<const L: usize>(values: &[f64; L]) -> [f64; L] {
     let twice = from_lanes::<L>(
         #[inline(always)]
         |l| {
-            // Not `min`, which would lose a NaN.
+            // `min` would lose a NaN.
             let size = values[l].abs();
             2.0 * if size > TANH_SATURATION { TANH_SATURATION } else { size }
         },

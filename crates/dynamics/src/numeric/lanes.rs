@@ -1,4 +1,4 @@
-//! Several numbers at once (SIMD): the same computation on as many motions or parameter sets.
+//! Several numbers at once (SIMD): one computation on several motions or parameter sets.
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -6,9 +6,9 @@ use super::dispatch::{from_lanes, with_vector_instructions};
 use super::elementary;
 use super::scalar::Scalar;
 
-/// `L` numbers that go through the same computation. Every lane has the bits that `f64` gives, for
-/// which a compiler finds vector instructions. Aligned, so that no register's worth of them lies in
-/// two lines of the cache, which storing takes twice as long for.
+/// `L` numbers that go through the same computation. Every lane has the bits of the same
+/// computation in `f64`. The compiler uses vector instructions. The alignment keeps a vector
+/// register within one cache line; a store across two lines takes twice as long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const L: usize>(pub [f64; L]);
@@ -140,7 +140,7 @@ impl<const L: usize> Scalar for Lanes<L> {
     }
     #[inline(always)]
     fn all_positive(self) -> bool {
-        // No branch for each lane.
+        // The fold has no branch per lane.
         self.0.iter().fold(true, |all, value| all & (*value > 0.0))
     }
 }

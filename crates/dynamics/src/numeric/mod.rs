@@ -1,5 +1,5 @@
-//! Numbers side by side: one source for `f64` and for lanes of vector registers, compiled for the
-//! vector instructions that the processor has.
+//! Arithmetic with one source for `f64` and for vector lanes, compiled for the vector instructions
+//! of the processor.
 
 mod dispatch;
 mod elementary;

@@ -23,7 +23,7 @@ pub trait Scalar:
     + SubAssign
     + MulAssign
 {
-    /// The constant `value` in every lane, with no derivative.
+    /// Returns the constant `value` in every lane, with derivative 0.
     fn constant(value: f64) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
@@ -33,15 +33,15 @@ pub trait Scalar:
     fn is_zero(self) -> bool {
         false
     }
-    /// Sines and cosines of several angles, which may be faster together; as many of each as
-    /// angles.
+    /// Computes sines and cosines of several angles, which may be faster together. All slices have
+    /// the same length.
     #[inline(always)]
     fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
         for ((angle, sin), cos) in angles.iter().zip(sines).zip(cosines) {
             (*sin, *cos) = angle.sin_cos();
         }
     }
-    /// Hyperbolic tangents of several values in place, which may be faster together.
+    /// Replaces several values by their hyperbolic tangents, which may be faster together.
     #[inline(always)]
     fn tanh_each(values: &mut [Self]) {
         for value in values {
@@ -52,12 +52,12 @@ pub trait Scalar:
     fn sign(self) -> Self;
     /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
     fn dead_band_sign(self, threshold: f64) -> Self;
-    /// A function of one number, given by its value and its derivative, in every lane.
+    /// Applies a function of one number, given by its value and its derivative, in every lane.
     fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self;
     /// True if every lane is above 0; false for NaN.
     fn all_positive(self) -> bool;
 
-    /// Does `work`, a computation over this type, with the vector instructions that it has use for.
+    /// Runs `work`, a computation over this type, with the vector instructions that it can use.
     #[inline(always)]
     fn vectorised<R>(work: impl FnOnce() -> R) -> R {
         work()
@@ -69,7 +69,7 @@ pub trait Scalar:
     }
 }
 
-/// Numbers that go through an elementary function at once.
+/// Number of values that an elementary function processes at once.
 const GROUP_SIZE: usize = WIDTH;
 
 /// Returns [`GROUP_SIZE`] of the numbers from `start` on, with zeros beyond the end.
@@ -84,7 +84,7 @@ fn load_lanes(values: &[f64], start: usize) -> [f64; GROUP_SIZE] {
     window
 }
 
-/// Writes a window back, without the part beyond the end.
+/// Writes a group of lanes back, without the part beyond the end.
 #[inline(always)]
 fn set_window(values: &mut [f64], start: usize, window: &[f64; GROUP_SIZE]) {
     let values = &mut values[start..];
@@ -144,7 +144,7 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sign(self) -> Self {
-        // Without a branch, which no processor could predict.
+        // The computation has no branch, because no processor could predict it.
         let [above, below] = [self > 0.0, self < 0.0].map(|is| if is { 1.0 } else { 0.0 });
         above - below
     }

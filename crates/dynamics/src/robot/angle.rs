@@ -10,8 +10,8 @@ pub struct Angle {
 }
 
 impl Angle {
-    /// The angle of `degrees`. In radians 90° has no exact value and its cosine would be 6e-17,
-    /// which makes parameters without any effect look as if they had one.
+    /// Creates an angle from degrees. In radians 90° is not exact and its cosine would be 6e-17;
+    /// parameters without effect would then seem to have one.
     pub fn from_degrees(degrees: f64) -> Self {
         if degrees % 90.0 == 0.0 {
             let turn = degrees.rem_euclid(360.0);

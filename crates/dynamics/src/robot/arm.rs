@@ -56,8 +56,8 @@ impl Robot {
         self
     }
 
-    /// Returns the same robot with each nominal parameter, if it has any, multiplied by the factor
-    /// of its name; asked for in the order of [`NominalParameters::given_values`].
+    /// Returns the same robot with each nominal parameter, if it has any, multiplied by
+    /// `factor(name)`. The names are passed in the order of [`NominalParameters::given_values`].
     #[must_use]
     pub fn with_scaled_nominal(mut self, factor: impl FnMut(&str) -> f64) -> Self {
         let table = &self.parameters;
@@ -119,8 +119,8 @@ impl Robot {
         &self.own_friction
     }
 
-    /// The friction of a joint, counted from 0, as its `[[joint]]` states it in a file whose
-    /// `[friction]` has no further law for all joints.
+    /// Returns the friction of a joint, counted from 0, as a line of its `[[joint]]`. It assumes
+    /// that `[friction]` of the file has no further law for all joints.
     pub fn own_friction_toml(&self, joint: usize) -> String {
         let JointFriction { sign, laws } = &self.own_friction[joint];
         let mut parts: Vec<String> = laws.iter().map(ToString::to_string).collect();

@@ -1,4 +1,4 @@
-//! The shape of a link, as far as collisions go.
+//! Shape of a link for collision checks.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -8,15 +8,16 @@ use super::{Joint, JointKind};
 /// All points within a radius of a segment, in the frame of its link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// One end of the segment \[m\].
+    /// One end of the segment Radius \[m\].
     pub from_m: [f64; 3],
-    /// The other \[m\]; the same one for a ball.
+    /// The other end \[m\]; equal to the first one for a ball.
     pub to_m: [f64; 3],
     /// \[m\].
     pub radius_m: f64,
 }
 
-/// A capsule of a file. Without ends it reaches from the frame of its link to that of the next.
+/// A capsule in a file. Without ends it reaches from the frame of its link to that of the next
+/// link.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCapsule {
@@ -33,7 +34,8 @@ pub(super) struct RawCapsule {
 }
 
 impl RawCapsule {
-    /// Places it on a link with a next joint, or without one.
+    /// Converts it to a capsule of a link; `next` is the joint on that link, `None` for the last
+    /// link.
     pub(super) fn of_link(self, next: Option<&Joint>) -> Result<Capsule, String> {
         let Self { from_m, to_m, radius_m } = self;
         if !(radius_m.is_finite() && radius_m > 0.0) {

@@ -67,7 +67,7 @@ pub enum RobotError {
         /// Line, counted from 1.
         line: usize,
     },
-    /// A limit leaves no room to move.
+    /// The limits of a position leave no range.
     #[error("line {line}: `{min}` of joint {joint} is not below `{max}`; swap or correct them")]
     LimitOrder {
         /// Joint.
@@ -97,7 +97,7 @@ pub enum RobotError {
         /// Fault of the matrix.
         source: TransmissionError,
     },
-    /// Coulomb friction without a sign model, or what needs Coulomb friction without it.
+    /// Coulomb friction without a sign model, or a term that needs Coulomb friction without it.
     #[error(
         "line {line}: give `sign` in [friction] if and only if `coulomb` is true, and `sign`, \
          `load`, `stribeck_rad_s` or `hysteresis_rad` of a joint only then"

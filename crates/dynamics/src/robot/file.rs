@@ -1,4 +1,4 @@
-//! From a robot file to a valid [`Robot`].
+//! Conversion of a robot file to a valid [`Robot`].
 
 use std::collections::BTreeMap;
 
@@ -220,7 +220,7 @@ struct RawFriction {
     hysteresis_rad: Option<f64>,
 }
 
-/// The text, to turn the reader's byte offsets into lines.
+/// Text of the file, which converts byte offsets to line numbers.
 #[derive(Clone, Copy)]
 struct FileText<'a>(&'a str);
 
@@ -249,7 +249,7 @@ impl Robot {
         schema_for!(RawRobot)
     }
 
-    /// The robot that a TOML text describes; `config/robots/tx40.toml` shows every key.
+    /// Reads a robot from TOML text; `config/robots/tx40.toml` shows every key.
     ///
     /// # Errors
     /// [`RobotError`]: the line, and what stands there.
@@ -326,7 +326,7 @@ impl Robot {
     }
 }
 
-/// The key of a limit that fits the kind of joint, and what it holds.
+/// Returns the key of a limit that fits the kind of joint, with its value.
 fn limit_for_kind<'a, V>(
     text: FileText<'_>,
     joint: JointIndex,
@@ -355,7 +355,8 @@ fn read_joint(
     let joint_line = text.line_of(raw);
     let raw = raw.get_ref();
     let kind = raw.r#type;
-    // The limit's key that fits the kind of joint, its value and its line; the other is an error.
+    // Returns key, value and line of the limit that fits the kind of joint. The key of the other
+    // kind is an error.
     let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
         let (key, value) = limit_for_kind(text, joint, kind, revolute, prismatic, joint_line)?;
@@ -510,7 +511,8 @@ fn read_nominal(
     values: &BTreeMap<Spanned<String>, Spanned<f64>>,
 ) -> Result<NominalParameters, RobotError> {
     let mut by_column: Vec<Option<(String, f64)>> = vec![None; table.names().len()];
-    // In the order of the file: of two values for one parameter, the second is the error.
+    // The values are read in the order of the file. If one parameter has two values, the second is
+    // the error.
     let mut values: Vec<_> = values.iter().collect();
     values.sort_by_key(|(key, _)| key.span().start);
     for (key, value) in values {

@@ -16,9 +16,9 @@ use crate::numeric::Scalar;
 #[serde(try_from = "RawSignModel", into = "RawSignModel")]
 #[schemars(!try_from, !into, tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum SignModel {
-    /// −1, 0 or 1: the textbook's law, which takes the sign of noise at rest.
+    /// −1, 0 or 1: the textbook law. At rest it takes the sign of the noise.
     Sign,
-    /// The sign from a threshold on, 0 below it: for recordings with idle parts.
+    /// The sign of speeds from a threshold on, 0 below it: for recordings with parts at rest.
     DeadBand {
         /// The speed of the joint below which there is no friction \[rad/s\]; greater than 0. For a
         /// prismatic joint it is in m/s.
@@ -33,7 +33,7 @@ pub enum SignModel {
 }
 
 impl SignModel {
-    /// The model's value at a speed.
+    /// Returns the model's value at a speed.
     #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T) -> T {
         match self {
@@ -52,7 +52,7 @@ impl SignModel {
         }
     }
 
-    /// The model's values in place of several speeds.
+    /// Replaces several speeds by the model's values.
     #[inline(always)]
     pub(crate) fn replace_speeds<T: Scalar>(self, speeds: &mut [T]) {
         match self {
@@ -95,7 +95,7 @@ pub struct JointFriction {
 }
 
 impl JointFriction {
-    /// The way over which a term turns that lags at reversals \[rad or m\].
+    /// Returns the presliding distance of the hysteresis term, if there is one \[rad or m\].
     pub fn presliding_distance(&self) -> Option<f64> {
         self.laws.iter().find_map(|law| match law {
             FrictionLaw::Hysteresis { way_rad } => Some(*way_rad),
@@ -103,7 +103,8 @@ impl JointFriction {
         })
     }
 
-    /// Itself, where what lags at reversals turns within the range of this joint, counted from 1.
+    /// Returns itself if the presliding distance is within the range of this joint, whose number
+    /// counts from 1.
     pub(super) fn turning_within(self, joint: &Joint, number: usize) -> Result<Self, String> {
         let range = joint.limits.position_max - joint.limits.position_min;
         let unit = joint.kind.position_unit();
@@ -118,7 +119,7 @@ impl JointFriction {
         }
     }
 
-    /// Adds a term, in place of another of its kind.
+    /// Returns the same friction with this term; it replaces a term of the same kind.
     #[must_use]
     pub fn with_law(&self, law: FrictionLaw) -> Self {
         let mut laws = self.laws.clone();
@@ -153,7 +154,7 @@ impl JointFriction {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionLaw {
-    /// `fvq` q̇·|q̇|: viscous friction that bends, as that of grease which warms in the gap.
+    /// `fvq` q̇·|q̇|: nonlinear viscous friction, such as that of grease which warms in the gap.
     Quadratic,
     /// `fvc` q̇³.
     Cubic,
@@ -163,22 +164,24 @@ pub enum FrictionLaw {
     /// that the drive holds where the arm rests at q (after Bittencourt, Wernholt, Sander-Tavallaey
     /// and Brogårdh 2010).
     Load,
-    /// `fs` exp(−(q̇/vs)²) sign(q̇): what falls as motion begins (Bo and Pavelescu 1982, δ = 2).
+    /// `fs` exp(−(q̇/vs)²) sign(q̇): friction that falls as motion begins (Bo and Pavelescu 1982, δ
+    /// = 2).
     Stribeck {
         /// vs \[rad/s or m/s\].
         speed_rad_s: f64,
     },
-    /// `fh` z: what lags at reversals, a spring that slips (Maxwell slip, as in Al-Bender, Lampaert
-    /// and Swevers, *The generalized Maxwell-slip model*, 2005). z goes from −1 to 1 over a way,
-    /// and stays there until the joint turns: see [`Hysteresis`](super::Hysteresis).
+    /// `fh` z: friction with hysteresis at reversals, a spring that slips (Maxwell slip, as in
+    /// Al-Bender, Lampaert and Swevers, *The generalized Maxwell-slip model*, 2005). z goes from −1
+    /// to 1 over the presliding distance, and stays there until the joint reverses: see
+    /// [`Hysteresis`](super::Hysteresis).
     Hysteresis {
-        /// The way after a reversal over which it turns \[rad or m\].
+        /// Presliding distance: the travel after a reversal over which z changes \[rad or m\].
         way_rad: f64,
     },
 }
 
 impl FrictionLaw {
-    /// Its coefficient.
+    /// Returns the kind of its coefficient.
     pub fn kind(self) -> ParameterKind {
         match self {
             Self::Quadratic => ParameterKind::FvQuadratic,
@@ -227,7 +230,7 @@ fn smooth_magnitude<T: Scalar>(speed: T) -> T {
     speed * speed.sign()
 }
 
-/// exp(−(v/vs)²), by (1 − t)/(1 + t) with t = tanh(½ (v/vs)²).
+/// Returns exp(−(v/vs)²), computed as (1 − t)/(1 + t) with t = tanh(½ (v/vs)²).
 #[inline(always)]
 fn stribeck_bell<T: Scalar>(speed: T, width: f64) -> T {
     let x = speed / T::constant(width);
@@ -340,7 +343,7 @@ pub(super) struct RawJointFriction {
 }
 
 impl RawJointFriction {
-    /// Takes omitted keys from another.
+    /// Returns the same with omitted keys taken from `all`.
     pub(super) fn with_defaults(self, all: &Self) -> Self {
         Self {
             sign: self.sign.or(all.sign),

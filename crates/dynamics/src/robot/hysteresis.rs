@@ -1,4 +1,4 @@
-//! The state of friction that lags at reversals.
+//! State of friction with hysteresis at reversals.
 
 use super::{JointFriction, Robot};
 use crate::MAX_JOINTS;
@@ -8,7 +8,8 @@ use crate::MAX_JOINTS;
 /// the joint, and then slides. It depends on the positions of reversals and not on the speed.
 #[derive(Clone, Debug)]
 pub struct Hysteresis {
-    /// The way over which it turns \[rad or m\]; 0 at joints without, where it stands at 0.
+    /// Presliding distance of each joint \[rad or m\]; 0 at joints without hysteresis, whose state
+    /// stays 0.
     presliding_distances: Vec<f64>,
     /// Position \[rad or m\] and share of each joint at the last sample; empty before the first.
     states: Vec<(f64, f64)>,
@@ -40,14 +41,14 @@ impl Hysteresis {
         self
     }
 
-    /// Midway between both directions, at these positions \[rad or m\].
+    /// Sets the state midway between both directions, at these positions \[rad or m\].
     pub fn restart_at(&mut self, q: &[f64]) {
         self.states.clear();
         self.states.extend(q.iter().map(|q| (*q, 0.0)));
     }
 
-    /// Remembers where it stands at the positions \[rad or m\] of a sample. Between two samples a
-    /// joint moves one way: its reversals are at samples.
+    /// Updates the state of each joint to its position \[rad or m\] at a sample. Between two
+    /// samples a joint is assumed to move in one direction, so its reversals are at samples.
     pub fn settle(&mut self, q: &[f64]) {
         for ((presliding_distance, states), q) in
             self.presliding_distances.iter().zip(&mut self.states).zip(q)
@@ -67,7 +68,8 @@ impl Hysteresis {
         shares
     }
 
-    /// Advances to the positions \[rad or m\] of the next sample. The first sample finds it midway.
+    /// Advances to the positions \[rad or m\] of the next sample. At the first sample the state is
+    /// midway.
     pub fn advance_to(&mut self, q: &[f64]) -> [f64; MAX_JOINTS] {
         if self.states.is_empty() {
             self.restart_at(q);

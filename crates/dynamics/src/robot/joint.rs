@@ -16,7 +16,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// The SI unit of its position.
+    /// Returns the SI unit of its position.
     pub fn position_unit(self) -> &'static str {
         match self {
             Self::Revolute => "rad",
@@ -24,7 +24,7 @@ impl JointKind {
         }
     }
 
-    /// The SI unit of its velocity.
+    /// Returns the SI unit of its velocity.
     pub fn velocity_unit(self) -> &'static str {
         match self {
             Self::Revolute => "rad/s",
@@ -32,7 +32,7 @@ impl JointKind {
         }
     }
 
-    /// The SI unit of what the drive exerts.
+    /// Returns the SI unit of the drive's torque or force.
     pub fn torque_unit(self) -> &'static str {
         match self {
             Self::Revolute => "N·m",
@@ -63,7 +63,7 @@ pub struct Limits {
 /// of link j−1 is RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// Decides which of θ and r the joint moves.
+    /// Kind of the joint: a revolute one changes θ, a prismatic one changes r.
     pub kind: JointKind,
     /// α, from z of the previous link to z of this one about the previous x.
     pub alpha: Angle,

@@ -12,7 +12,7 @@ use crate::numeric::Scalar;
 pub enum KnownTorque {
     /// Linear between points \[(rad, N·m) or (m, N)\], in the order of the positions.
     Table(Vec<[f64; 2]>),
-    /// A cylinder or spring between the link and what carries the joint.
+    /// A cylinder or spring between the link and the part that carries the joint.
     Counterbalance(Counterbalance),
 }
 
@@ -24,13 +24,13 @@ pub enum KnownTorque {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Counterbalance {
-    /// a, from the axis to the end on what carries the joint \[m\].
+    /// a, from the axis to the end on the part that carries the joint \[m\].
     pub base_radius_m: f64,
-    /// b, from the axis to the end on the link \[m\]; another than a.
+    /// b, from the axis to the end on the link \[m\]; not equal to a.
     pub link_radius_m: f64,
     /// q₀, the position of the joint at which the ends are closest \[°\].
     pub closest_deg: f64,
-    /// F₀, negative where it pushes \[N\].
+    /// F₀, negative if it pushes \[N\].
     pub pull_n: f64,
     /// l₀, the length at which it pulls with F₀ \[m\].
     pub length_m: f64,
@@ -48,19 +48,20 @@ pub struct Counterbalance {
 }
 
 impl Counterbalance {
-    /// The torque on the joint, and how it grows with the position.
+    /// Returns the torque on the joint and its derivative with respect to the position.
     fn torque_and_slope(&self, position_rad: f64) -> [f64; 2] {
         let (a, b) = (self.base_radius_m, self.link_radius_m);
         let (sin, cos) = (position_rad - self.closest_deg.to_radians()).sin_cos();
         let length = (a * a + b * b - 2.0 * a * b * cos).sqrt();
         let [pull, stiffness] = self.pull_and_slope(length - self.length_m);
-        // dl/dβ, and d²l/dβ².
+        // `lever` is dl/dβ.
         let lever = a * b * sin / length;
         let lever_rate = (a * b * cos - lever * lever) / length;
         [-pull * lever, -stiffness * lever * lever - pull * lever_rate]
     }
 
-    /// F at a length over l₀ \[N at m\], and how it grows with the length.
+    /// Returns F \[N\] at a length `longer_m` above l₀, and its derivative with respect to the
+    /// length.
     fn pull_and_slope(&self, longer_m: f64) -> [f64; 2] {
         match (self.stiffness_n_m, self.gas_length_m) {
             (Some(stiffness), _) => [self.pull_n + stiffness * longer_m, stiffness],
@@ -89,7 +90,7 @@ impl Counterbalance {
                 return Err(format!("`{key}` is {value}; give a positive number"));
             }
         }
-        // At length 0 the pull has no direction.
+        // At length 0 the direction of the force is undefined.
         if (a - b).abs() < 1e-9 {
             return Err(
                 "`base_radius_m` and `link_radius_m` are equal; their ends would meet".into()
@@ -108,8 +109,8 @@ impl Counterbalance {
 }
 
 impl KnownTorque {
-    /// The torque at a position \[N·m at rad, or N at m\], and how it grows with it. Beyond the
-    /// points of a table it is that of the nearest one.
+    /// Returns the torque at a position \[N·m at rad, or N at m\] and its derivative. Beyond the
+    /// points of a table it is the torque of the nearest point.
     pub fn torque_and_slope(&self, position: f64) -> [f64; 2] {
         match self {
             Self::Counterbalance(own) => own.torque_and_slope(position),
@@ -127,7 +128,7 @@ impl KnownTorque {
         }
     }
 
-    /// The torque at one position or at several side by side.
+    /// Returns the torque at one position, or at several in parallel.
     #[inline(always)]
     pub(crate) fn torque<T: Scalar>(&self, position: T) -> T {
         position.apply(|position| self.torque_and_slope(position))

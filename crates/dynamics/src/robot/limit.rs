@@ -1,4 +1,4 @@
-//! A limit of a robot's file that no source may give.
+//! A limit in a robot file that may be unknown.
 
 use core::fmt;
 use std::borrow::Cow;
@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
-/// The word that leaves a limit open.
+/// The word for an unknown limit.
 const UNKNOWN_LIMIT: &str = "unknown";
 
 /// A number, or the word for an unknown one.

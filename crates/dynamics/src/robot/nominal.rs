@@ -2,8 +2,8 @@
 
 use super::ParameterTable;
 
-/// Nominal parameter values. A set of base parameters stands for an arm with the same dynamics in
-/// which every parameter that is not listed is 0; so does a set of essential parameters.
+/// Nominal parameter values. A set of base or essential parameters represents an arm with the same
+/// dynamics whose other parameters are 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NominalParameters {
     given_values: Vec<(String, f64)>,
@@ -15,8 +15,8 @@ impl NominalParameters {
         Self { given_values: listed, standard_parameters: standard }
     }
 
-    /// The same parameters, each multiplied by the factor of its name; `column` finds a name's
-    /// place in the model.
+    /// Returns the same parameters, each multiplied by `factor(name)`; `column` finds the column of
+    /// a name.
     pub(super) fn scaled(
         mut self,
         column: impl Fn(&str) -> Option<usize>,
@@ -34,7 +34,7 @@ impl NominalParameters {
         self
     }
 
-    /// The values of those parameters that another table has.
+    /// Returns the values of the parameters that another table also has.
     pub(super) fn for_table(mut self, table: &ParameterTable) -> Self {
         self.standard_parameters = vec![0.0; table.names().len()];
         self.given_values.retain(|(name, value)| {
@@ -50,7 +50,7 @@ impl NominalParameters {
         &self.given_values
     }
 
-    /// The value listed under this very name.
+    /// Returns the value listed under exactly this name.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.given_values.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }

@@ -33,15 +33,16 @@ pub enum ParameterKind {
     FvQuadratic,
     /// Fvc, friction of the joint with the cube of its speed \[N·m·s³/rad³, or N·s³/m³\].
     FvCubic,
-    /// Fva, by how much viscous friction differs between the directions \[N·m·s/rad, or N·s/m\].
+    /// Fva, difference of viscous friction between the directions \[N·m·s/rad, or N·s/m\].
     FvAsymmetric,
     /// Fc, Coulomb friction of the joint \[N·m, or N\].
     Fc,
-    /// Fcl, by which share of the joint's static load Coulomb friction grows \[1\].
+    /// Fcl, Coulomb friction per unit of the joint's static load \[1\].
     FcLoad,
-    /// Fs, by how much friction falls as the joint begins to move (Stribeck) \[N·m, or N\].
+    /// Fs, decrease of friction as the joint begins to move (Stribeck) \[N·m, or N\].
     Fs,
-    /// Fh, friction of the joint that turns over a way after a reversal (hysteresis) \[N·m, or N\].
+    /// Fh, friction of the joint that changes over the presliding distance after a reversal
+    /// (hysteresis) \[N·m, or N\].
     Fh,
     /// Offset of the joint's torque \[N·m, or N\].
     Off,
@@ -66,8 +67,8 @@ impl ParameterKind {
         Self::M,
     ];
 
-    /// The SI unit of a parameter of this kind at a joint of that one. One into which others are
-    /// regrouped has the unit of the parameter that gives the name.
+    /// Returns the SI unit of a parameter of this kind at a joint of the given kind. A regrouped
+    /// parameter has the unit of the parameter that it is named after.
     pub fn unit(self, joint: JointKind) -> &'static str {
         use JointKind::{Prismatic, Revolute};
 

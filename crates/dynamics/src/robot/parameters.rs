@@ -1,4 +1,4 @@
-//! The standard parameters of an arm: which there are, in which order, and what they are called.
+//! The standard parameters of an arm: their order and their names.
 
 use core::fmt;
 
@@ -85,8 +85,8 @@ impl ParameterTable {
         self.parameters.iter().position(|p| *p == Parameter { kind, joint })
     }
 
-    /// The column of a standard name (`zz1`) or of a base parameter's (`zz1r`), whose value
-    /// stands at the column of the parameter it is named after.
+    /// The column of a standard name (`zz1`) or of a base parameter's (`zz1r`), whose column is
+    /// that of the parameter it is named after.
     pub fn find(&self, name: &str) -> Option<usize> {
         let standard = name.strip_suffix('r').unwrap_or(name);
         self.names.iter().position(|own| own == standard)

@@ -67,7 +67,7 @@ struct MatrixPair {
 }
 
 impl Transmission {
-    /// The transmission of `joints` joints from the rows of R.
+    /// Creates the transmission of `joints` joints from the rows of R.
     pub fn new(joints: usize, rows: &[Vec<f64>]) -> Result<Self, TransmissionError> {
         if rows.len() != joints {
             return Err(TransmissionError::RowCount { found: rows.len(), expected: joints });
@@ -99,7 +99,7 @@ impl Transmission {
         })
     }
 
-    /// Joint positions, velocities or accelerations from those of the motors: R⁻¹ q_motor.
+    /// Computes joint positions, velocities or accelerations from those of the motors: R⁻¹ q_motor.
     ///
     /// # Panics
     /// When a slice does not have one entry per joint; so do the other three.
@@ -107,22 +107,22 @@ impl Transmission {
         self.multiply(&self.inverse.transposed, motor, joint);
     }
 
-    /// Motor positions, velocities or accelerations from those of the joints: R q_joint.
+    /// Computes motor positions, velocities or accelerations from those of the joints: R q_joint.
     pub fn motor_position(&self, joint: &[f64], motor: &mut [f64]) {
         self.multiply(&self.ratio.transposed, joint, motor);
     }
 
-    /// Joint torques from motor torques: Rᵀ τ_motor.
+    /// Computes joint torques from motor torques: Rᵀ τ_motor.
     pub fn joint_torque(&self, motor: &[f64], joint: &mut [f64]) {
         self.multiply(&self.ratio.matrix, motor, joint);
     }
 
-    /// Motor torques from joint torques: R⁻ᵀ τ_joint.
+    /// Computes motor torques from joint torques: R⁻ᵀ τ_joint.
     pub fn motor_torque(&self, joint: &[f64], motor: &mut [f64]) {
         self.multiply(&self.inverse.matrix, joint, motor);
     }
 
-    /// Row `motor` of R (counted from 0): how far that motor turns per unit of each joint.
+    /// Returns row `motor` of R, counted from 0: the motion of that motor per unit of each joint.
     pub fn row(&self, motor: usize) -> &[f64] {
         &self.ratio.matrix[motor][..self.joints]
     }
@@ -132,14 +132,15 @@ impl Transmission {
         self.row(motor).iter().enumerate().any(|(i, ratio)| i != motor && *ratio != 0.0)
     }
 
-    /// s = row `motor` of R divided by its diagonal entry: the motor's motion seen at its joint,
-    /// s · q, which is q of that joint when nothing is coupled.
+    /// Returns s, row `motor` of R divided by its diagonal entry. s · q is the motor's motion on
+    /// the side of its joint; without couplings it is q of that joint.
     pub fn direction(&self, motor: usize) -> [f64; MAX_JOINTS] {
         let ratio = &self.ratio.matrix[motor];
         ratio.map(|entry| entry / ratio[motor])
     }
 
-    /// Σ_j of row j of `transposed` times entry j: all entries of the product at once.
+    /// Computes the product as Σ_j (row j of `transposed`) · entry j, which forms all entries in
+    /// parallel.
     fn multiply(&self, transposed: &Matrix, from: &[f64], to: &mut [f64]) {
         self.check_lengths(from, to);
         let mut product = [0.0; MAX_JOINTS];

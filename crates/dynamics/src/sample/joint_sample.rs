@@ -28,7 +28,7 @@ pub struct JointSample {
 }
 
 impl JointSample {
-    /// A sample of zeros at the given cycle and instant.
+    /// Creates a sample of zeros at the given cycle and instant.
     pub fn zero(sequence: u64, stamp_ns: u64) -> Self {
         Self {
             sequence,
@@ -49,7 +49,7 @@ pub enum Reading {
     Temperature,
     /// Supply or DC link voltage \[V\], in steps of 0.1 V.
     SupplyVoltage,
-    /// The drive's mode, a number of its own.
+    /// The mode of the drive, a number defined by its manufacturer.
     Mode,
     /// The stiffness that a command asks for \[N·m/rad\], in steps of 1/64.
     Stiffness,
@@ -73,7 +73,7 @@ impl Reading {
         Self::TorqueTarget,
     ];
 
-    /// Its unit; none of a mode.
+    /// Returns its unit; empty for a mode.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Temperature => "degC",
@@ -86,7 +86,7 @@ impl Reading {
         }
     }
 
-    /// Steps in a unit.
+    /// Returns the number of steps in one unit.
     pub const fn steps_per_unit(self) -> f64 {
         match self {
             Self::Temperature | Self::SupplyVoltage => 10.0,
@@ -99,9 +99,10 @@ impl Reading {
     }
 }
 
-/// The readings that the frames of one bus cycle brought; those of most cycles bring none.
+/// The additional readings in the frames of one bus cycle. Most cycles have none.
 ///
-/// They are as fine as drives tell them and no finer: every sample of a window has room for them.
+/// They have the resolution of the drives and no more, because every sample of a window stores
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Readings {
     /// Value of each [`Reading`] and joint, in steps; 0 if there is none.
@@ -123,13 +124,13 @@ impl Readings {
         self.joints[reading as usize] |= 1 << joint;
     }
 
-    /// In steps, where there is one.
+    /// Returns a value in steps, if there is one.
     pub fn get(&self, reading: Reading, joint: usize) -> Option<i16> {
         let steps = self.steps[reading as usize].get(joint)?;
         (self.joints[reading as usize] & (1 << joint) != 0).then_some(*steps)
     }
 
-    /// Takes what later ones have.
+    /// Replaces the values that `later` contains.
     pub fn update(&mut self, later: &Self) {
         for reading in Reading::ALL {
             let (own, joints) = (&mut self.steps[reading as usize], later.joints[reading as usize]);

@@ -10,8 +10,8 @@ pub struct SignalTiming {
     /// instant itself. A torque command that is held until the next sample has one period here.
     #[serde(default)]
     pub hold_s: f64,
-    /// The value acts this much later than the sample's instant \[s\]; negative when it acted
-    /// before, as an old measurement does.
+    /// Delay of the value after the sample's instant \[s\]; negative if it is valid earlier, as an
+    /// old measurement is.
     #[serde(default)]
     pub delay_s: f64,
 }
@@ -20,7 +20,8 @@ impl SignalTiming {
     /// The signal describes the instant of its sample.
     pub const INSTANTANEOUS: Self = Self { hold_s: 0.0, delay_s: 0.0 };
 
-    /// The mean age of the logged value \[s\]: what the identification has to shift the signal by.
+    /// Returns the mean delay of the logged value \[s\], by which the identification shifts the
+    /// signal.
     pub fn mean_delay_s(self) -> f64 {
         self.delay_s + 0.5 * self.hold_s
     }

@@ -1,4 +1,4 @@
-//! Checks of what a file says, each naming what is wrong.
+//! Checks of values from a file; each error names the value.
 
 use super::error::SetupError;
 

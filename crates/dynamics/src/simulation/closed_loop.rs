@@ -1,4 +1,4 @@
-//! The loop, and its start.
+//! The simulated loop and its creation.
 
 use crate::MAX_JOINTS;
 use crate::control::{
@@ -25,18 +25,19 @@ use super::{InitialState, SimulationConfig, StepOutput, Unmodelled};
 pub struct ClosedLoop<R> {
     pub(super) plant: Plant<R>,
     pub(super) sampled_control: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
-    /// The same for the derivatives of the commands, where they are asked for.
+    /// The same for the derivatives of the commands, if they are requested.
     pub(super) command_variation: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
     pub(super) encoders: Encoders,
     pub(super) disturbance: DisturbanceTorque,
     pub(super) torque_measurement: WhiteNoise,
-    /// Logged over commanded torque of every motor.
+    /// Ratio of logged to commanded torque of each motor.
     pub(super) torque_gain: Option<Vec<f64>>,
     pub(super) period_s: f64,
     pub(super) controller: ControllerConfig,
     pub(super) config: SimulationConfig,
     initial_state: InitialState,
-    /// With the rate of the state just after the sample of `output`.
+    /// Memory of the integration; it contains the rate of the state just after the sample of
+    /// `output`.
     pub(super) stages: RungeKuttaStages,
     /// The state at the sample of `output`.
     pub(super) state: Vec<f64>,
@@ -49,7 +50,7 @@ pub struct ClosedLoop<R> {
 }
 
 impl<R: Reference> ClosedLoop<R> {
-    /// A loop of `robot` with these standard parameters (in the order of
+    /// Creates a loop of `robot` with these standard parameters (in the order of
     /// [`Model::parameter_names`]) under `controller`, following `reference`, at time 0.
     ///
     /// # Errors
@@ -185,7 +186,7 @@ impl<R: Reference> ClosedLoop<R> {
         if let Some(own) = &mut self.plant.hysteresis {
             own.restart_at(q);
         }
-        // No spring is loaded.
+        // The springs of flexible joints start without load.
         let (q_f, dq_f) = flexible.split_at_mut(modes);
         q_f.copy_from_slice(&q[..modes]);
         dq_f.copy_from_slice(&dq[..modes]);
@@ -214,12 +215,12 @@ impl<R: Reference> ClosedLoop<R> {
             .map_err(|error| SetupError::FlexibleInertia { joint: error.joint })
     }
 
-    /// Period of the samples \[s\].
+    /// Returns the period of the samples \[s\].
     pub fn period_s(&self) -> f64 {
         self.period_s
     }
 
-    /// The model that is simulated.
+    /// Returns the simulated model.
     pub fn model(&self) -> &Model {
         &self.plant.model
     }

@@ -32,7 +32,7 @@ pub struct SimulationConfig {
     pub divergence: DivergenceLimits,
 }
 
-/// Bounds that only an unstable loop passes.
+/// Bounds that only an unstable loop exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DivergenceLimits {
@@ -43,7 +43,7 @@ pub struct DivergenceLimits {
 }
 
 impl Default for DivergenceLimits {
-    /// A turn of error and several times the speed of any arm's joint.
+    /// An error of one turn, and several times the speed of any arm's joint.
     fn default() -> Self {
         Self { position_error_rad: core::f64::consts::TAU, velocity_rad_s: 100.0 }
     }
@@ -55,7 +55,7 @@ pub enum InitialState {
     /// On the reference, with its velocity.
     #[default]
     OnReference,
-    /// Anywhere.
+    /// At a given position and velocity.
     At {
         /// Joint positions \[rad\].
         position_rad: Vec<f64>,

@@ -1,4 +1,4 @@
-//! The torque on the joints that no command contains.
+//! Disturbance torque on the joints, which no command contains.
 
 use crate::MAX_JOINTS;
 
@@ -42,7 +42,7 @@ impl DisturbanceTorque {
         torque
     }
 
-    /// Back to the first sample's noise.
+    /// Returns to the noise of the first sample.
     pub(super) fn restart(&mut self) {
         self.white.restart();
         self.previous = None;

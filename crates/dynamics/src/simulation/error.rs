@@ -8,7 +8,7 @@ use crate::control::ControlError;
 /// Why a closed loop cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetupError {
-    /// The controller's data make no sense.
+    /// The data of the controller are invalid.
     #[error(transparent)]
     Control(#[from] ControlError),
     /// A list does not fit the arm. Give one value per joint (or motor, or parameter).
@@ -21,7 +21,7 @@ pub enum SetupError {
         /// Length of the list.
         found: usize,
     },
-    /// A value makes no sense. Correct the named key.
+    /// A value is invalid. Correct the named key.
     #[error("{what} = {value} must be {expected}")]
     BadValue {
         /// Name of the value.
@@ -37,14 +37,15 @@ pub enum SetupError {
          {joint}; hang less inertia on its spring, or on one of the joints after it"
     )]
     FlexibleInertia {
-        /// The last joint that has no inertia left while all joints after it are free.
+        /// The joint nearest to the tip whose remaining inertia, with all joints after it free, is
+        /// not positive.
         joint: JointIndex,
     },
-    /// The loop is not differentiable, or not known to the derivatives. Remedy: leave it out of the
-    /// loop whose sensitivities are wanted.
+    /// A part of the loop is not differentiable, or its derivatives are not implemented. Remedy:
+    /// leave it out of a loop with sensitivities.
     #[error("a loop with {what} has no sensitivities; leave them out")]
     NoSensitivity {
-        /// The part that the loop has.
+        /// Name of this part.
         what: &'static str,
     },
 }
@@ -71,7 +72,8 @@ pub enum SimulationError {
          the parameters belong to no arm"
     )]
     NotPositiveDefinite {
-        /// The last joint that has no inertia while all joints after it are free.
+        /// The joint nearest to the tip whose inertia, with all joints after it free, is not
+        /// positive.
         joint: JointIndex,
         /// Time of the simulation \[s\].
         time_s: f64,

@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::checked::{check_length, check_not_negative, check_positive};
 use super::error::SetupError;
 
-/// A part of a joint's inertia that hangs on a spring and a damper (Spong, Hutchinson and
-/// Vidyasagar, *Robot Modeling and Control*, on joint elasticity), such as what is behind a belt or
-/// a gear:
+/// A part of a joint's inertia behind a spring and a damper, such as a belt or a gear (Spong,
+/// Hutchinson and Vidyasagar, *Robot Modeling and Control*, on joint elasticity):
 ///
 /// J_f q̈_f = −k (q_f − q) − d (q̇_f − q̇), and the joint feels −J_f q̈_f,
 ///
@@ -29,7 +28,8 @@ pub struct FlexibleMode {
 }
 
 impl FlexibleMode {
-    /// q̈_f where the joint is at q with q̇ and the flexible part at q_f with q̇_f.
+    /// Returns q̈_f for the joint at q with velocity q̇ and the flexible part at q_f with velocity
+    /// q̇_f.
     pub(super) fn acceleration(&self, q: f64, dq: f64, q_f: f64, dq_f: f64) -> f64 {
         let omega = core::f64::consts::TAU * self.frequency_hz;
         omega * (omega * (q - q_f) + 2.0 * self.damping_ratio * (dq - dq_f))

@@ -4,32 +4,33 @@ use crate::control::split_delay;
 
 /// Holds every command for one period, beginning a delay after it was computed.
 ///
-/// The delay is a number of whole periods and a rest. Between t_k and t_k + rest the arm still
-/// feels the command before; then the one computed the whole number of periods ago. Before the
-/// first command arrives, it acts already: the loop has been at rest before time 0.
+/// The delay is a number of full periods plus a remainder. Between t_k and t_k + remainder the
+/// previous command still acts, then the command that was computed the full number of periods ago.
+/// Before the first command is due, it already acts: the loop has been at rest before time 0.
 #[derive(Clone, Debug)]
 pub(super) struct CommandHold<C> {
-    /// Commands, newest first: one more than the whole periods of the delay, and one for the
-    /// fraction.
+    /// Commands, newest first: one more than the full periods of the delay, and one for the
+    /// remainder.
     commands: Vec<C>,
     rest_s: f64,
     is_started: bool,
 }
 
 impl<C: Clone> CommandHold<C> {
-    /// `none` is a command of the size of all.
+    /// Creates a hold; `none` is a placeholder command with the size of all later ones.
     pub(super) fn new(delay_s: f64, period_s: f64, none: C) -> Self {
         let (periods, rest_s) = split_delay(delay_s, period_s);
         Self { commands: vec![none; periods + 2], rest_s, is_started: false }
     }
 
-    /// Takes the command of a new sample.
+    /// Adds the command of a new sample.
     pub(super) fn push(&mut self, command: &C) {
         if !self.is_started {
             self.commands.iter_mut().for_each(|held_command| held_command.clone_from(command));
             self.is_started = true;
         }
-        // The oldest comes first, where it is overwritten; a rotation would move memory by calls.
+        // The oldest command moves to the front and is overwritten. `rotate_right` would call a
+        // memory move for each command.
         for k in (1..self.commands.len()).rev() {
             self.commands.swap(k - 1, k);
         }
@@ -43,18 +44,18 @@ impl<C: Clone> CommandHold<C> {
         self.rest_s
     }
 
-    /// The command that acts before the rest is over.
+    /// Returns the command that acts during the remainder.
     pub(super) fn before_rest(&self) -> &C {
         &self.commands[self.commands.len() - 1]
     }
 
-    /// The command that acts after the rest, to the end of the period.
+    /// Returns the command that acts after the remainder, to the end of the period.
     pub(super) fn after_rest(&self) -> &C {
-        // Never fewer than two.
+        // There are at least two commands.
         &self.commands[self.commands.len() - 2]
     }
 
-    /// The command that acts just after the newest sample.
+    /// Returns the command that acts just after the newest sample.
     pub(super) fn at_sample(&self) -> &C {
         if self.rest_s > 0.0 { self.before_rest() } else { self.after_rest() }
     }

@@ -1,4 +1,4 @@
-//! Friction that lags at reversals.
+//! Friction with hysteresis at reversals.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ impl SlipElements {
         Self { torques_nm, state: Hysteresis::new(elements.iter().map(presliding).collect()) }
     }
 
-    /// Takes their friction at these positions off the torques \[N·m, or N\].
+    /// Subtracts their friction at these positions from the torques \[N·m, or N\].
     pub(super) fn take_off(&self, q: &[f64], torques: &mut [f64; MAX_JOINTS]) {
         let shares = self.state.shares(q);
         for ((torque, own), share) in torques.iter_mut().zip(&self.torques_nm).zip(shares) {

@@ -27,7 +27,7 @@ impl RungeKuttaStages {
         Self { rates: core::array::from_fn(|_| vec![0.0; states]), stage: vec![0.0; states] }
     }
 
-    /// The rate at the start of the step.
+    /// Returns the rate at the start of the step.
     pub(super) fn first_rate(&self) -> &[f64] {
         &self.rates[0]
     }
@@ -105,7 +105,7 @@ impl RungeKuttaStages {
     }
 }
 
-/// stage = y + h k
+/// Computes stage = y + h k.
 fn add_scaled(stage: &mut [f64], y: &[f64], h: f64, k: &[f64]) {
     for ((stage, y), k) in stage.iter_mut().zip(y).zip(k) {
         *stage = y + h * k;

@@ -1,5 +1,5 @@
-//! Several loops in step, their dynamics in the lanes of vector instructions (SIMD over
-//! simulations).
+//! Several loops simulated in parallel: their dynamics use the lanes of vector instructions (SIMD
+//! over simulations).
 
 use crate::MAX_JOINTS;
 use crate::dynamics::Workspace;
@@ -14,8 +14,8 @@ use super::reference_point::ReferencePoint;
 use super::{ClosedLoop, StepOutput};
 
 /// Up to [`WIDTH`] loops of one robot with one schedule (timing, integrator and substeps), at time
-/// 0, rigid and without sensitivities; parameters, gains, references, noise and starts may differ.
-/// Each does bit by bit what it does alone; together they take a fraction of the time.
+/// 0, rigid and without sensitivities. Parameters, gains, references, noise and starts may differ.
+/// Each loop gives the same bits as alone, in a fraction of the time.
 pub struct Lockstep<R> {
     loops: Vec<ClosedLoop<R>>,
     dynamics: ParallelDynamics,
@@ -25,7 +25,7 @@ pub struct Lockstep<R> {
     is_started: bool,
 }
 
-/// The direct dynamics of all loops at once; lanes without a loop do what the last one does.
+/// The direct dynamics of all loops at once; lanes without a loop repeat the last one.
 struct ParallelDynamics {
     workspace: Workspace<Lanes<WIDTH>>,
     parameters: Vec<Lanes<WIDTH>>,
@@ -70,7 +70,7 @@ impl<R: Reference> Lockstep<R> {
         }
     }
 
-    /// The next sample of every loop, as [`ClosedLoop::step`].
+    /// Simulates the next sample of every loop, as [`ClosedLoop::step`].
     ///
     /// # Errors
     /// The first one that a loop meets. The simulation has ended then.
@@ -102,7 +102,7 @@ impl<R: Reference> Lockstep<R> {
         Ok(())
     }
 
-    /// The samples of the last [`step`](Self::step).
+    /// Returns the samples of the last [`step`](Self::step).
     pub fn outputs(&self) -> impl Iterator<Item = &StepOutput> {
         self.loops.iter().map(ClosedLoop::output)
     }
@@ -160,7 +160,7 @@ fn reference_points<R>(
 }
 
 impl ParallelDynamics {
-    /// ẏ = f(t, y) of every loop along its reference.
+    /// Computes ẏ = f(t, y) of every loop along its reference.
     fn compute_rates<R: Reference>(
         &mut self,
         loops: &mut [ClosedLoop<R>],

@@ -5,7 +5,7 @@ use crate::robot::Transmission;
 
 use super::white_noise::WhiteNoise;
 
-/// Encoders on the motors, with noise and a grid.
+/// Encoders on the motors, with noise and quantisation.
 #[derive(Clone, Debug)]
 pub(super) struct Encoders {
     transmission: Transmission,
@@ -38,7 +38,7 @@ impl Encoders {
         (motor, joint)
     }
 
-    /// Back to the first sample's noise.
+    /// Returns to the noise of the first sample.
     pub(super) fn restart(&mut self) {
         self.noise.restart();
     }

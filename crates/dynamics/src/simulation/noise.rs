@@ -7,8 +7,8 @@ use super::disturbance::DisturbanceTorque;
 use super::error::SetupError;
 use super::white_noise::WhiteNoise;
 
-/// Normal noise, one standard deviation per motor or joint; an absent list is no noise. It is drawn
-/// anew for every sample, but for a disturbance with a correlation time.
+/// Normal noise, one standard deviation per motor or joint; an absent list means no noise. Every
+/// sample has its own value; a disturbance with a correlation time depends on the previous one.
 ///
 /// Torque noise exists in two kinds. A *disturbance* is a torque that the arm feels and the log
 /// does not show: friction that no model has, ripple of the current loop. *Measurement* noise is
@@ -17,7 +17,7 @@ use super::white_noise::WhiteNoise;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseConfig {
-    /// Chooses the sequence.
+    /// Seed of the random sequence.
     pub seed: u64,
     /// Noise of each motor's measured angle, before the encoder's grid \[rad\]; inside the loop.
     #[serde(default)]
@@ -36,7 +36,7 @@ pub struct NoiseConfig {
 }
 
 impl NoiseConfig {
-    /// No noise of any kind yet.
+    /// Creates a configuration without noise.
     pub fn with_seed(seed: u64) -> Self {
         Self {
             seed,
@@ -76,7 +76,7 @@ pub(super) struct Noises {
 }
 
 impl Noises {
-    /// The noises of a loop with this period \[s\].
+    /// Creates the noises of a loop with this period \[s\].
     pub(super) fn new(config: Option<&NoiseConfig>, period_s: f64) -> Self {
         let [motor_position, white, torque_measurement] = [0, 1, 2].map(|stream| {
             let list = config.and_then(|config| config.deviation_lists()[stream].1.cloned());

@@ -31,8 +31,8 @@ pub struct StepOutput {
     /// True joint accelerations just after the sample \[rad/s²\]; with a sampled controller they
     /// jump at the samples.
     pub true_acceleration_rad_s2: [f64; MAX_JOINTS],
-    /// The torque on the joints just after the sample, disturbance included and what the model does
-    /// not know taken off: unmodelled friction, ripple, flexible parts \[N·m\].
+    /// The torque on the joints just after the sample, including the disturbance and less the
+    /// unmodelled torques: friction, ripple, flexible parts \[N·m\].
     pub true_torque_nm: [f64; MAX_JOINTS],
     /// Hysteresis of the model's friction, −1 to 1; `None` without any.
     pub hysteresis: Option<[f64; MAX_JOINTS]>,
@@ -43,7 +43,7 @@ pub struct StepOutput {
 pub struct Record {
     /// Samples per second.
     pub sample_rate_hz: f64,
-    /// See [`StepOutput`] for this and the following.
+    /// Measured motor angles \[rad\].
     pub motor_position_rad: DMatrix<f64>,
     /// Measured joint positions \[rad\].
     pub joint_position_rad: DMatrix<f64>,
@@ -85,7 +85,7 @@ impl Record {
         self.joint_position_rad.nrows()
     }
 
-    /// The motor side as a log has it, with the reference.
+    /// Returns the motor-side signals as in a log, with the reference.
     pub fn motor_signals(&self) -> Signals {
         let columns = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
             matrix.column_iter().map(|column| column.iter().copied().collect()).collect()

@@ -12,30 +12,30 @@ use super::reference_point::ReferencePoint;
 use super::variation::PlantVariation;
 use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
 
-/// The arm, and the controller where it acts at every instant.
+/// The arm, and the controller if it is continuous.
 ///
 /// State: y = (q, q̇) under a sampled controller, (q, q̇, integrals) under a continuous one, then
-/// (q_f, q̇_f) where joints are flexible, then its derivatives with respect to parameters where
-/// they are asked for, a row per entry of y.
+/// (q_f, q̇_f) if joints are flexible. If derivatives with respect to parameters are requested,
+/// they follow, one row per entry of y.
 pub(super) struct Plant<R> {
     pub(super) model: Model,
     pub(super) workspace: Workspace<f64>,
     pub(super) parameters: Vec<f64>,
     pub(super) reference: R,
     pub(super) continuous: Option<ContinuousController>,
-    /// Command that acts, where the controller is sampled \[N·m\].
+    /// Command that acts, if the controller is sampled \[N·m\].
     pub(super) command: [f64; MAX_JOINTS],
-    /// Torque that no command contains \[N·m\].
+    /// Disturbance torque, which no command contains \[N·m\].
     pub(super) disturbance: [f64; MAX_JOINTS],
-    /// Friction that the model does not know, one per joint; empty without any.
+    /// Unmodelled Stribeck friction, one per joint; empty without any.
     pub(super) unmodelled_stribeck: Vec<Stribeck>,
     /// Growth of Coulomb friction with a joint's load, and its sign; empty without any.
     pub(super) load_friction: Vec<(f64, SignModel)>,
-    /// Friction that lags at reversals and the model does not know.
+    /// Unmodelled friction with hysteresis at reversals.
     pub(super) unmodelled_hysteresis: SlipElements,
-    /// Hysteresis that the model knows; `None` without any.
+    /// Hysteresis of the model's friction; `None` without any.
     pub(super) hysteresis: Option<Hysteresis>,
-    /// Ripple, one per motor; empty without any.
+    /// Torque ripple, one per motor; empty without any.
     pub(super) cogging: Vec<Cogging>,
     pub(super) transmission: Transmission,
     /// Flexible parts, one per joint; empty when all are rigid.
@@ -62,7 +62,7 @@ impl<R: Reference> Plant<R> {
         if self.continuous.is_some() { self.joints } else { 0 }
     }
 
-    /// ẏ = f(t, y).
+    /// Computes ẏ = f(t, y).
     pub(super) fn rate(
         &mut self,
         time_s: f64,
@@ -120,7 +120,8 @@ impl<R: Reference> Plant<R> {
         Ok(())
     }
 
-    /// The torque that is left for the model, and all rates but q̈, which follows from it.
+    /// Computes the torque that remains for the model, and all rates except q̈, which follows from
+    /// that torque.
     pub(super) fn drive_rates(
         &mut self,
         reference: &ReferencePoint,
@@ -154,13 +155,13 @@ impl<R: Reference> Plant<R> {
         self.workspace.set_hysteresis(self.hysteresis.as_ref().map(|own| own.shares(q)));
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
-        // Last, because it depends on all others.
+        // The load friction comes last, because it depends on all other torques.
         self.add_load_friction(q, dq);
         dq_rate.copy_from_slice(dq);
         Ok(())
     }
 
-    /// Remembers where friction stands that lags at reversals, at the state of a sample.
+    /// Updates the hysteresis of friction to the state of a sample.
     pub(super) fn settle(&mut self, state: &[f64]) {
         let (q, derivatives) = (&state[..self.joints], &state[self.state_count()..]);
         self.unmodelled_hysteresis.state.settle(q);
@@ -170,7 +171,7 @@ impl<R: Reference> Plant<R> {
         }
     }
 
-    /// The motors' ripple, which joints feel as they feel any torque of the motors.
+    /// Adds the motors' ripple, which acts on the joints like any motor torque.
     fn add_cogging(&mut self, q: &[f64]) {
         if self.cogging.is_empty() {
             return;
@@ -204,7 +205,8 @@ impl<R: Reference> Plant<R> {
         }
     }
 
-    /// The rates of the flexible parts' state (q_f, q̇_f), and what the joints feel of them.
+    /// Computes the rates of the flexible parts' state (q_f, q̇_f), and adds their torque on the
+    /// joints.
     fn add_flexible(&mut self, q: &[f64], dq: &[f64], state: &[f64], rate: &mut [f64]) {
         let modes = self.flexible.len();
         let (q_f, dq_f) = state.split_at(modes);
@@ -245,7 +247,7 @@ impl<R: Reference> Plant<R> {
         Ok(())
     }
 
-    /// A stage that is not finite would look like a singular mass matrix.
+    /// Checked here, because a stage that is not finite would look like a singular mass matrix.
     fn check_finite(&self, time_s: f64, q: &[f64], dq: &[f64]) -> Result<(), SimulationError> {
         for (j, (q, dq)) in q.iter().zip(dq).enumerate() {
             for (quantity, value) in

@@ -33,7 +33,7 @@ impl ReferencePoint {
         }
     }
 
-    /// q_r − q.
+    /// Returns q_r − q.
     pub(super) fn error(&self, position: &[f64]) -> [f64; MAX_JOINTS] {
         let mut error = self.position;
         for (error, q) in error.iter_mut().zip(position) {

@@ -1,4 +1,4 @@
-//! The loop, stepped sample by sample.
+//! Simulation of the loop, sample by sample.
 
 use crate::MAX_JOINTS;
 use crate::trajectory::Reference;
@@ -23,15 +23,15 @@ impl<R: Reference> ClosedLoop<R> {
         match self.try_step() {
             Ok(()) => Ok(&self.output),
             Err(error) => {
-                // Some of the state may be of the sample that failed, some of the one before.
+                // The state may be a mixture of the failed sample and the previous one.
                 self.failure = Some(error);
                 Err(error)
             }
         }
     }
 
-    /// The sample of the last [`step`](Self::step); zeros before the first, undefined after an
-    /// error.
+    /// Returns the sample of the last [`step`](Self::step); zeros before the first, undefined after
+    /// an error.
     pub fn output(&self) -> &StepOutput {
         &self.output
     }
@@ -80,7 +80,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.sampled_control.as_ref().map_or(0.0, |(_, hold)| hold.rest_s())
     }
 
-    /// Lets a command act, with its derivatives.
+    /// Applies a command and its derivatives.
     pub(super) fn apply_command(
         &mut self,
         command_of: impl Fn(&CommandHold<[f64; MAX_JOINTS]>) -> &[f64; MAX_JOINTS],
@@ -110,7 +110,7 @@ impl<R: Reference> ClosedLoop<R> {
         stages.advance_over(integrator, substeps, (start_s, length_s), at_sample, y, rate)
     }
 
-    /// Measures at the state that was reached, and commands.
+    /// Measures the current state and computes the command.
     pub(super) fn measure_and_command(
         &mut self,
         index: u64,
@@ -145,7 +145,7 @@ impl<R: Reference> ClosedLoop<R> {
         transmission.motor_position(&reference.position[..n], &mut output.motor_reference_rad[..n]);
     }
 
-    /// Reports what follows from the rate of the state.
+    /// Fills the output from the rate of the state.
     pub(super) fn fill_output(&mut self) {
         let n = self.plant.joints;
         let output = &mut self.output;
@@ -170,7 +170,7 @@ impl<R: Reference> ClosedLoop<R> {
         output.hysteresis = self.plant.workspace.hysteresis();
     }
 
-    /// Time of a sample \[s\]; a product, so that it does not drift.
+    /// Returns the time of a sample \[s\]. It is a product, so that it does not drift.
     pub(super) fn time_s(&self, index: u64) -> f64 {
         #[allow(clippy::cast_precision_loss, reason = "exact up to 2^53 samples, 57 000 years")]
         let index = index as f64;

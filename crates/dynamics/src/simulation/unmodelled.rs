@@ -1,4 +1,4 @@
-//! Errors of the simulated arm that no model knows, added on purpose.
+//! Unmodelled effects of the simulated arm, added on purpose.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +7,8 @@ use super::error::SetupError;
 use super::flexible::{self, FlexibleMode};
 use super::hysteresis::{self, MaxwellSlip};
 
-/// Model errors, each absent unless configured. The arm has them; an identification with its
-/// [`Model`](crate::dynamics::Model) does not know them.
+/// Model errors, each absent unless configured. The simulated arm has them; its
+/// [`Model`](crate::dynamics::Model) does not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Unmodelled {
@@ -19,9 +19,9 @@ pub struct Unmodelled {
     /// \[rad/s, or m/s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coulomb_width_rad_s: Option<f64>,
-    /// Coulomb friction that grows with the load, one per joint: by this share of |τ|, where τ is
-    /// the torque that the joint's links and rotor take \[1\]; 0 is none, and below 1. The sign is
-    /// that of the joint's Coulomb friction.
+    /// Coulomb friction that grows with the load, one per joint: this share of |τ|, where τ is the
+    /// torque that the joint's links and rotor need \[1\]; 0 to below 1. The sign is that of the
+    /// joint's Coulomb friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_friction: Option<Vec<f64>>,
     /// Friction hysteresis at reversals, in addition to the model's friction, one element per
@@ -34,8 +34,8 @@ pub struct Unmodelled {
     /// Torque ripple, one per motor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cogging: Option<Vec<Cogging>>,
-    /// Logged torque over commanded torque, one per motor: 1.05 is a drive gain that is taken for
-    /// 5 % larger than it is. The controller and the arm do not feel it.
+    /// Logged torque over commanded torque, one per motor: 1.05 means that the configured drive
+    /// gain is 5 % too large. Controller and arm are not affected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_gain: Option<Vec<f64>>,
 }
@@ -46,7 +46,7 @@ pub struct Unmodelled {
 pub struct Stribeck {
     /// fs, its size at low speed \[N·m, or N\]; 0 is none.
     pub torque_nm: f64,
-    /// vs, the speed at which 1/e of it is left \[rad/s, or m/s\].
+    /// vs, the speed at which it has fallen to 1/e \[rad/s, or m/s\].
     pub velocity_rad_s: f64,
     /// w, the width of the change of sign \[rad/s, or m/s\]; well below vs.
     pub width_rad_s: f64,
@@ -66,7 +66,7 @@ pub struct Cogging {
 }
 
 impl Cogging {
-    /// The torque that drives the motor at this angle \[N·m\].
+    /// Returns the torque on the motor at this angle \[N·m\].
     pub fn torque(&self, motor_position_rad: f64) -> f64 {
         let angle = f64::from(self.periods_per_turn) * motor_position_rad + self.phase_rad;
         self.torque_nm * angle.sin()
@@ -74,7 +74,7 @@ impl Cogging {
 }
 
 impl Stribeck {
-    /// The friction at a velocity, positive against a positive velocity \[N·m, or N\].
+    /// Returns the friction at a velocity, positive against a positive velocity \[N·m, or N\].
     pub fn torque(&self, velocity_rad_s: f64) -> f64 {
         let slow = velocity_rad_s / self.velocity_rad_s;
         self.torque_nm * (-slow * slow).exp() * (velocity_rad_s / self.width_rad_s).tanh()

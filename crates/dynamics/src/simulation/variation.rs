@@ -27,7 +27,7 @@ pub(super) struct PlantVariation {
     workspace: VariationWorkspace,
     width: usize,
     joints: usize,
-    /// The law, where the controller acts at every instant.
+    /// The law of a continuous controller.
     continuous_law: Option<CommandVariation>,
     /// ∂τ/∂θ of the command that acts.
     torque: Vec<f64>,
@@ -36,7 +36,7 @@ pub(super) struct PlantVariation {
     hysteresis_offsets: Vec<f64>,
     /// Derivative of the hysteresis with respect to the position of every joint \[1/rad or 1/m\].
     hysteresis_slopes: Vec<f64>,
-    /// ∂τ/∂θ less what that friction takes.
+    /// ∂τ/∂θ less the derivative of the friction with hysteresis.
     torque_derivatives: Vec<f64>,
 }
 
@@ -68,8 +68,8 @@ impl PlantVariation {
         self.hysteresis_offsets.fill(0.0);
     }
 
-    /// Sets the state after sliding: friction that slides does not depend on the parameters, and
-    /// changes from here on.
+    /// Sets the hysteresis state after sliding: sliding friction does not depend on the parameters,
+    /// and changes from this state on.
     pub(super) fn settle(&mut self, shares: [f64; MAX_JOINTS], derivatives: &[f64]) {
         let rows = self
             .hysteresis_offsets
@@ -84,7 +84,8 @@ impl PlantVariation {
         }
     }
 
-    /// Leaves of the torque's derivatives what friction that lags does not take, where it turns.
+    /// Subtracts the derivative of friction with hysteresis from those of the torque, for joints
+    /// within their presliding distance.
     fn take_off_hysteresis(
         &mut self,
         model: &Model,
@@ -105,13 +106,13 @@ impl PlantVariation {
         }
     }
 
-    /// Lets a command act that a sampled controller has computed.
+    /// Applies a command of a sampled controller.
     pub(super) fn apply(&mut self, torque: &[f64]) {
         self.torque.copy_from_slice(torque);
     }
 
-    /// The rates of the derivatives at this motion (q, q̇, q̈), whose acceleration was `solved`
-    /// with these parameters. `error` is q_r − q under a continuous controller.
+    /// Computes the rates of the derivatives at this motion (q, q̇, q̈), whose acceleration was
+    /// `solved` with these parameters. `error` is q_r − q under a continuous controller.
     pub(super) fn rate(
         &mut self,
         model: &Model,

@@ -20,7 +20,7 @@ impl WhiteNoise {
         Self { initial_random: random.clone(), random, standard_deviation }
     }
 
-    /// Back to the first sample.
+    /// Returns to the first sample.
     pub(super) fn restart(&mut self) {
         self.random.clone_from(&self.initial_random);
     }

@@ -64,7 +64,7 @@ pub enum TrajectoryError {
         /// The move.
         number: usize,
     },
-    /// A joint's limits make no sense.
+    /// The limits of a joint are invalid.
     #[error("limits of joint {joint}: {key} = {value} must be {expected}")]
     BadLimit {
         /// The joint.
@@ -82,7 +82,7 @@ pub enum TrajectoryError {
         /// The problem.
         reason: &'static str,
     },
-    /// A generator of random moves got a value that makes no sense.
+    /// A value of the random move generator is invalid.
     #[error("random moves: {key} must be {expected}")]
     BadGenerator {
         /// The field.

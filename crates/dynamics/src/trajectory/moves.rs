@@ -1,4 +1,4 @@
-//! A motion as it stands in a file.
+//! A motion as written in a file.
 
 use serde::{Deserialize, Serialize};
 

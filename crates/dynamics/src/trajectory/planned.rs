@@ -26,8 +26,8 @@ struct Segment {
 impl Trajectory {
     /// Plans `sequence` for an arm with the given limits, one entry per joint.
     ///
-    /// A move takes the time that its slowest joint needs within its part of the limits; every
-    /// joint follows the same path parameter, so velocities are in proportion to the distances.
+    /// The duration of a move is that of its slowest joint within its share of the limits. All
+    /// joints follow the same path parameter, so velocities are proportional to distances.
     ///
     /// # Errors
     /// [`TrajectoryError`] names the move and the joint.
@@ -88,7 +88,7 @@ impl Trajectory {
         self.duration_s
     }
 
-    /// When each move begins \[s\].
+    /// Returns the start time of each move \[s\].
     pub fn move_starts_s(&self) -> impl Iterator<Item = f64> + '_ {
         self.segments.iter().skip(1).map(|segment| segment.start_s)
     }
@@ -118,7 +118,7 @@ impl Reference for Trajectory {
             .zip(&segment.end_position)
             .take(self.joints);
         for (((q, dq), ddq), ((from, distance), to)) in out.zip(distance_of_joint) {
-            // At rest exactly on the target, so that a motion can end where it starts.
+            // The arm rests exactly on the target, so that a motion can end where it starts.
             *q = if s < 1.0 { from + s * distance } else { *to };
             *dq = ds * distance;
             *ddq = dds * distance;

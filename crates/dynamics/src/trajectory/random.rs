@@ -13,19 +13,19 @@ use super::{JointLimits, Move, MoveSequence, TrajectoryError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomMoves {
-    /// Chooses the sequence.
+    /// Seed of the random sequence.
     pub seed: u64,
     /// Number of moves, at least two; the last leads back to the start.
     pub moves: usize,
     /// Part of each joint's range, around its middle, that targets are drawn from: 0 to 1.
     pub range_fraction: f64,
-    /// Longest way of each joint in one move \[rad\].
+    /// Largest distance of each joint in one move \[rad\].
     pub reach_rad: Vec<f64>,
     /// Largest part of the velocity limits of a move, 0 to 1; the smallest is half of it.
     pub velocity_fraction: f64,
     /// Largest part of the acceleration limits of a move, 0 to 1; the smallest is half of it.
     pub acceleration_fraction: f64,
-    /// Stay after every move \[s\].
+    /// Dwell after every move \[s\].
     pub dwell_s: f64,
 }
 
@@ -70,7 +70,7 @@ impl RandomMoves {
                     0.5 * self.range_fraction * (limit.position_max_rad - limit.position_min_rad);
                 let step = reach * unit.sample(&mut random);
                 let target = *q + step;
-                // A way that leads out of the range is taken in the other direction.
+                // A move that would leave the range goes in the other direction.
                 let inside = (target - middle(limit)).abs() <= half;
                 let target = if inside { target } else { *q - step };
                 *q = target.clamp(middle(limit) - half, middle(limit) + half);

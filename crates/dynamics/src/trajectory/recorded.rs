@@ -17,9 +17,9 @@ pub enum ReferenceInterpolation {
     Cubic,
     /// A straight line: velocity d/T of the interval that begins, acceleration 0.
     Linear,
-    /// The target itself until the next: velocity d/T of the interval that has ended, which is all
-    /// that a drive knows then, and acceleration 0. Under a continuous controller this delays the
-    /// reference by half a period.
+    /// The target itself until the next: velocity d/T of the interval that has ended (a drive knows
+    /// no later one), and acceleration 0. Under a continuous controller this delays the reference
+    /// by half a period.
     Hold,
 }
 
@@ -75,7 +75,8 @@ impl SampledReference {
         self
     }
 
-    /// Returns the same reference, this much later \[s\]; before, the first sample stands still.
+    /// Returns the same reference delayed by this time \[s\]; before its start, the first sample is
+    /// held.
     #[must_use]
     pub fn with_delay_s(mut self, delay_s: f64) -> Self {
         self.delay_s = delay_s;
@@ -109,7 +110,7 @@ impl Reference for SampledReference {
         let exactly = (time_s - self.delay_s) * self.sample_rate_hz;
         let nearest = exactly.round();
         let at_samples = if (exactly - nearest).abs() < SAME_SAMPLE { nearest } else { exactly };
-        // The last sample begins no interval: stand still outside the record.
+        // The last sample begins no interval. Outside the record the reference stands still.
         #[allow(clippy::cast_precision_loss, reason = "a record has far fewer samples than 2^52")]
         let outside = at_samples < 0.0 || at_samples >= last as f64;
         let k = if at_samples < 0.0 { 0 } else { last };
@@ -153,7 +154,7 @@ impl Reference for SampledReference {
     }
 }
 
-/// Column `k`.
+/// Returns column `k`.
 fn sample_column(signals: &DMatrix<f64>, k: usize) -> &[f64] {
     let joints = signals.nrows();
     &signals.as_slice()[k * joints..(k + 1) * joints]

@@ -18,7 +18,7 @@ pub(super) struct Trapezoid {
 }
 
 impl Trapezoid {
-    /// The fastest profile within ṡ ≤ `velocity` and |s̈| ≤ `acceleration`, both positive.
+    /// Creates the fastest profile within ṡ ≤ `velocity` and |s̈| ≤ `acceleration`, both positive.
     pub(super) fn new(velocity: f64, acceleration: f64) -> Self {
         if velocity * velocity < acceleration {
             let ramp_s = velocity / acceleration;
@@ -34,8 +34,8 @@ impl Trapezoid {
         self.duration_s
     }
 
-    /// s, ṡ and s̈ at a time since the start \[s\]; at rest outside the move. At a switch of the
-    /// acceleration the value is that of the phase that begins.
+    /// Returns s, ṡ and s̈ at a time since the start \[s\]; at rest outside the move. At a switch
+    /// of the acceleration the value is that of the phase that begins.
     pub(super) fn evaluate(&self, time_s: f64) -> (f64, f64, f64) {
         let left_s = self.duration_s - time_s;
         if time_s < 0.0 {

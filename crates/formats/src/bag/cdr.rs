@@ -1,11 +1,11 @@
 //! Messages of ROS 2 in CDR (XCDR1): a header of four bytes with the byte order, then the fields,
 //! each aligned to its size from there on.
 
-/// A message that ends too early, or has lengths that it has no bytes for.
+/// A message that ends too early, or declares more data than it has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct MalformedMessage;
 
-/// `sensor_msgs/msg/JointState`, but for its velocities.
+/// `sensor_msgs/msg/JointState` without the velocities.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct JointState {
     pub(super) stamp_ns: u64,
@@ -45,7 +45,7 @@ impl<'a> CdrReader<'a> {
         Ok(u32::from_le_bytes(self.take_bytes()?))
     }
 
-    /// Reads a count of entries, each of which takes at least this number of bytes.
+    /// Reads a number of entries. Each entry takes at least `least` bytes, which bounds the count.
     fn take_count(&mut self, least: usize) -> Result<usize, MalformedMessage> {
         let count = self.take_u32()? as usize;
         let fits =
@@ -57,7 +57,7 @@ impl<'a> CdrReader<'a> {
         let length = self.take_count(1)?;
         let text = &self.bytes[self.offset..self.offset + length];
         self.offset += length;
-        // Its length counts the zero at the end.
+        // The length of a text includes its terminating zero.
         let text = text.strip_suffix(&[0]).unwrap_or(text);
         Ok(String::from_utf8_lossy(text).into_owned())
     }

@@ -10,7 +10,7 @@ use super::messages::{
 };
 use crate::uniform::mean_rate_hz;
 
-/// Stamps of a topic from which its rate is estimated.
+/// Maximum number of stamps from which the rate of a topic is estimated.
 const MAX_RATE_STAMPS: usize = 1 << 20;
 const STRING_TYPE: &str = "std_msgs/msg/String";
 const ROBOT_DESCRIPTION: &str = "robot_description";
@@ -23,14 +23,14 @@ pub struct BagTopic {
     /// Joints that these messages name, sorted. A topic with several publishers has one entry for
     /// each of their sets.
     pub joints: Vec<String>,
-    /// Joints of them without a finite effort in any message.
+    /// Joints whose effort is not finite in any message.
     pub without_effort: Vec<String>,
-    /// Messages.
+    /// Number of messages.
     pub messages: usize,
-    /// Messages a second by the stamps in them, from the mean distance; none where they do not
-    /// advance \[Hz\].
+    /// Messages per second by the mean distance of their stamps \[Hz\]; `None` if the stamps do not
+    /// advance.
     pub header_hz: Option<f64>,
-    /// The same by the times at which they were recorded \[Hz\].
+    /// The same by their recording times \[Hz\].
     pub log_hz: Option<f64>,
 }
 

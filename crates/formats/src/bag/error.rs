@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::uniform::TimesError;
 
-/// Why a bag is no measurement. Every variant names the file; times are those of the messages
-/// \[s\].
+/// Reason why a bag cannot be read as a measurement. Every variant names the file; times are those
+/// of the messages \[s\].
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
     /// The file cannot be opened or read: check the path and its permissions.
@@ -27,7 +27,7 @@ pub enum BagError {
         /// Error of the reader.
         problem: String,
     },
-    /// Another storage of ROS 2.
+    /// The bag uses the SQLite storage of ROS 2.
     #[error(
         "{}: a bag in SQLite; write it anew with `ros2 bag convert` to the storage mcap",
         file.display()
@@ -61,7 +61,7 @@ pub enum BagError {
         /// Its number in the topic, from 1.
         number: usize,
     },
-    /// Nobody tells of all these joints together.
+    /// No topic has all these joints in one message.
     #[error(
         "{}: no topic has all of the joints {wanted} in its messages; found {found}",
         file.display()
@@ -69,12 +69,12 @@ pub enum BagError {
     NoTopic {
         /// The file.
         file: PathBuf,
-        /// Those asked for.
+        /// The requested joints.
         wanted: String,
         /// Topics of joint states, with their joints.
         found: String,
     },
-    /// Several topics do. Name one.
+    /// Several topics have these joints. Name one.
     #[error(
         "{}: several topics have these joints: {topics}; name one as `topic` in [data.bag]",
         file.display()
@@ -82,7 +82,7 @@ pub enum BagError {
     Topics {
         /// The file.
         file: PathBuf,
-        /// Them.
+        /// The topics.
         topics: String,
     },
     /// No message has positions or efforts.
@@ -104,7 +104,7 @@ pub enum BagError {
         /// `position` or `effort`.
         what: &'static str,
     },
-    /// Messages of two publishers by turns.
+    /// Two publishers send different states of a joint alternately.
     #[error("{}: joint {joint} on {topic} jumps to and fro in {jumps} of {messages} messages: two \
         publishers send different states of it, as a joint_state_publisher next to the drives \
         does. Record with one of them alone, or name the `topic` that is of the drives in \

@@ -5,12 +5,12 @@ use std::io::{self, Read};
 
 /// The first bytes of a file.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
-/// The longest record or chunk that is read \[bytes\].
+/// Largest accepted record or chunk \[bytes\].
 const MAX_RECORD: u64 = 64 << 20;
 
-/// Parts of a file that are used.
+/// Records of a file that are used.
 pub(super) enum McapRecord<'a> {
-    /// A type of messages.
+    /// A message type.
     Schema { id: u16, name: &'a str },
     /// A topic.
     Channel { id: u16, schema: u16, topic: &'a str },
@@ -18,7 +18,7 @@ pub(super) enum McapRecord<'a> {
     Message { channel: u16, log_ns: u64, data: &'a [u8] },
 }
 
-/// Why a file cannot be read to its end.
+/// Reason why a file cannot be read to its end.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum McapFault {
     #[error(transparent)]
@@ -39,7 +39,7 @@ pub(super) enum McapFault {
     Crc,
 }
 
-/// Hands every part to `take`, in the order of the file.
+/// Passes every record to `take`, in the order of the file.
 pub(super) fn read<E: From<McapFault>>(
     mut file: impl Read,
     take: &mut impl FnMut(McapRecord<'_>) -> Result<(), E>,
@@ -91,7 +91,7 @@ mod op {
     pub(super) const CHUNK: u8 = 0x06;
 }
 
-/// Reads as many bytes as there are, up to the length of the buffer.
+/// Reads the available bytes, up to the length of the buffer.
 fn read_available(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, McapFault> {
     let mut filled = 0;
     while filled < buffer.len() {
@@ -161,7 +161,7 @@ fn decompress_chunk(record: &[u8]) -> Result<Vec<u8>, McapFault> {
     if records.len() as u64 != size {
         return Err(McapFault::Malformed);
     }
-    // 0 is for none.
+    // A CRC of 0 means that there is none.
     if crc != 0 && crc32fast::hash(&records) != crc {
         return Err(McapFault::Crc);
     }

@@ -36,7 +36,8 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
         file.file_stem()?.to_str()?.rsplit_once('_')?.1.parse().ok()
     };
     files.sort_by_key(|file| (number(file), file.clone()));
-    // Split bags count from 0: one that is missing is a loss that no stamp shows at the end.
+    // The files of a split bag are numbered from 0. A missing last file would be a loss that no
+    // stamp shows.
     for (expected, file) in (0..).zip(&files).filter(|_| files.len() > 1) {
         if number(file) != Some(expected) {
             return Err(BagError::FileMissing { folder: path.to_path_buf(), expected });
@@ -60,14 +61,14 @@ pub(super) struct Message<'a> {
     pub(super) data: &'a [u8],
 }
 
-/// Hands every message of a file to `take`.
+/// Passes every message of a file to `take`.
 pub(super) fn for_each_message(
     path: &Path,
     take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
 ) -> Result<(), BagError> {
     let file = File::open(path);
     let file = file.map_err(|source| BagError::Io { file: path.to_path_buf(), source })?;
-    // Schemas by their number; types and topics by that of their channel.
+    // Schemas by their id; types and topics by the id of their channel.
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
     let mut part = |part: McapRecord<'_>| -> Result<(), ReadingEnd> {
         match part {
@@ -96,7 +97,7 @@ pub(super) fn for_each_message(
     })
 }
 
-/// Why reading of a file stops.
+/// Reason why reading of a file stops.
 pub(super) enum ReadingEnd {
     Bag(Box<BagError>),
     File(McapFault),
@@ -114,7 +115,7 @@ impl From<BagError> for ReadingEnd {
     }
 }
 
-/// Times after the first one \[s\]; one before it is negative, and back in time.
+/// Returns times after the first one \[s\]; an earlier time is negative.
 pub(super) fn after_first_s(times_ns: &[u64]) -> Vec<f64> {
     let first_ns = times_ns.first().copied().unwrap_or_default();
     #[expect(clippy::cast_precision_loss, reason = "differences to the first")]

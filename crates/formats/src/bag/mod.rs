@@ -25,7 +25,7 @@ use crate::uniform::{TimedRows, TimesError, resample};
 use cdr::JointState;
 use messages::{JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message};
 
-/// Joints and topics that an error lists.
+/// Maximum number of joints and topics that an error lists.
 const MAX_LISTED_NAMES: usize = 12;
 
 /// Findings on a topic.
@@ -33,9 +33,9 @@ const MAX_LISTED_NAMES: usize = 12;
 struct TopicContent {
     joints: Vec<String>,
     messages: usize,
-    /// Messages with all of the joints that are asked for.
+    /// Number of messages with all requested joints.
     complete_messages: usize,
-    /// Messages that miss a value and are left out.
+    /// Number of messages that miss a value and are left out.
     incomplete_messages: usize,
     first_incomplete: Option<IncompleteRows>,
     times_ns: Vec<u64>,
@@ -101,18 +101,18 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
             let enough = times_ns.len() > 1;
             return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
         }
-        // They count messages.
+        // In this mode the times are message numbers.
         times_s.iter_mut().for_each(|time| *time *= 1e9 / spec.rate_hz);
     }
     let rows = TimedRows { times_s, columns };
     let record = Record::from_uniform(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
-    // Rows in order of arrival carry no time.
+    // Rows by arrival order have no time.
     let first_ns = times_ns.first().filter(|_| spec.time != BagTime::Rows);
     let start = first_ns.and_then(|first_ns| RecordingStart::of_unix_ns((*first_ns).into()));
     Ok(Record { missing_values, recording_start: start, ..record })
 }
 
-/// Takes every topic with joint states of a file.
+/// Reads every topic with joint states of a file.
 fn read_file(
     path: &Path,
     spec: &BagSpec,
@@ -133,7 +133,7 @@ fn read_file(
 }
 
 impl TopicContent {
-    /// Takes a state of all joints; states of other joints are skipped.
+    /// Adds a state of all requested joints; states of other joints are skipped.
     fn add_state(
         &mut self,
         path: &Path,
@@ -147,7 +147,7 @@ impl TopicContent {
                 self.joints.push(name.clone());
             }
         }
-        // Their order may change from one message to the next.
+        // The order of the joints may change from one message to the next.
         let place = |joint: &String| state.name.iter().position(|name| name == joint);
         let Some(places) = spec.joints.iter().map(place).collect::<Option<Vec<usize>>>() else {
             return Ok(());
@@ -184,7 +184,7 @@ impl TopicContent {
     }
 }
 
-/// The topic that has the joints.
+/// Returns the topic that has the joints.
 fn choose_topic(
     path: &Path,
     topics: BTreeMap<String, TopicContent>,

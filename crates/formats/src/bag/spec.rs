@@ -12,7 +12,7 @@ pub enum BagTime {
     /// The stamps in the messages.
     #[default]
     Header,
-    /// When they were recorded.
+    /// The recording times of the messages.
     Log,
     /// None: each message is one row.
     Rows,
@@ -23,13 +23,13 @@ pub enum BagTime {
 pub struct BagSpec {
     /// Names of the joints in the messages, in the arm's order.
     pub joints: Vec<String>,
-    /// The topic, where several have them.
+    /// The topic, if several have these joints.
     pub topic: Option<String>,
     /// Samples per second.
     pub rate_hz: f64,
     /// Side of the transmission.
     pub side: Side,
-    /// N·m or N to a 1 of each effort, its sign included.
+    /// Value of an effort of 1 of each joint, including its sign \[N·m or N\].
     pub torque_scales: Vec<f64>,
     /// Clock of the samples.
     pub time: BagTime,

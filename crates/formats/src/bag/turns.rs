@@ -1,5 +1,5 @@
-//! States of two publishers in one topic, by turns: positions that jump to and fro, as no joint
-//! moves.
+//! Detection of two publishers in one topic: positions that alternate between two states, as no
+//! joint moves.
 
 use crate::time_limits::TimeLimits;
 

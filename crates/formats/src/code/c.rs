@@ -7,8 +7,8 @@ use super::error::CodeError;
 use super::program::{CodeModel, Program, SelfTestPoint, TorquePart};
 use super::statements::Language;
 
-/// The model as one C99 file that includes `stdint.h` and `string.h`, allocates nothing and calls
-/// no mathematics library.
+/// Writes the model as one C99 file that includes `stdint.h` and `string.h`, allocates nothing and
+/// calls no mathematics library.
 ///
 /// # Errors
 /// [`CodeError`].
@@ -63,13 +63,14 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
     ))
 }
 
-/// Not the torque of every arm depends on all that a function takes: compilers warn of the rest.
+/// Marks arguments that may be unused. The torque of an arm need not depend on all arguments of a
+/// function, and compilers warn about unused ones.
 fn perhaps_unread(head: &str) -> Vec<String> {
     let is_taken = |name: &&str| head.contains(&format!(" {name}["));
     ["q", "dq", "ddq"].into_iter().filter(is_taken).map(|name| format!("(void){name};")).collect()
 }
 
-/// Y C Yᵀ with C = LLᵀ.
+/// Writes the covariance of the torques, Y C Yᵀ with C = LLᵀ.
 fn covariance(program: &Program<'_>, head: &str) -> Result<String, CodeError> {
     let (n, b) = (program.joints(), program.model.identified_names.len());
     let name = &program.prefix;

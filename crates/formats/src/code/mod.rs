@@ -1,4 +1,4 @@
-//! A model as source code that needs nothing else: inverse dynamics, gravity, friction and the
+//! A model as source code without dependencies: inverse dynamics, gravity, friction and the
 //! covariance of the torque.
 
 mod c;

@@ -22,7 +22,7 @@ pub struct CodeModel<'a> {
     pub identified_names: &'a [&'a str],
     /// Their covariance (b × b).
     pub covariance: &'a DMatrix<f64>,
-    /// Provenance, a line each.
+    /// Provenance, one entry per line.
     pub origin: &'a [String],
 }
 
@@ -32,7 +32,7 @@ struct Function {
     results: Vec<usize>,
 }
 
-/// The generated computation, in no language yet.
+/// The generated computation, independent of a language.
 pub(super) struct Program<'a> {
     pub(super) model: CodeModel<'a>,
     pub(super) prefix: String,
@@ -91,7 +91,7 @@ impl<'a> Program<'a> {
             }
         }
         let dynamics = Model::new(robot);
-        // The same dynamics with as many zeros as there can be.
+        // The same dynamics with as many zero parameters as possible.
         let minimal = base.names().iter().zip(base.to_base(model.standard_parameters));
         let minimal = base.to_standard(minimal).map_err(CodeError::Parameter)?;
         let is_of_a_body = |column: usize| {
@@ -169,7 +169,7 @@ fn trace_function(work: impl FnOnce() -> Vec<Traced>) -> Function {
     Function { tape, results }
 }
 
-/// q, q̇ or q̈ of all joints.
+/// Returns q, q̇ or q̈ of all joints as inputs.
 fn input_vector(joints: usize, which: usize) -> Vec<Traced> {
     (0..joints).map(|joint| Traced::input(which * joints + joint)).collect()
 }
@@ -197,7 +197,7 @@ fn compute_check(
     number: usize,
 ) -> SelfTestPoint {
     let n = dynamics.joints();
-    // Spread evenly by the golden ratio.
+    // The states are spread evenly by the golden ratio.
     let state = [3.0, 2.0, 10.0].map(|size| {
         let value = |joint: usize| (number * n + joint + 1) as f64 * 0.618_033_988_749_895 * size;
         (0..n).map(|joint| (value(joint) % 1.0 - 0.5) * 2.0 * size).collect::<Vec<f64>>()
@@ -213,7 +213,7 @@ fn compute_check(
     SelfTestPoint { state, torque, variance }
 }
 
-/// A name as the languages allow it.
+/// Converts a name to an identifier of both languages.
 pub(super) fn identifier(name: &str) -> String {
     let plain = |of: char| if of.is_ascii_alphanumeric() { of.to_ascii_lowercase() } else { '_' };
     let text: String = name.chars().map(plain).collect();

@@ -7,7 +7,7 @@ use super::error::CodeError;
 use super::program::{CodeModel, Program, SelfTestPoint, TorquePart};
 use super::statements::Language;
 
-/// The model as one Rust file: a module that uses `core` alone and allocates nothing.
+/// Writes the model as one Rust file: a module that uses only `core` and allocates nothing.
 ///
 /// # Errors
 /// [`CodeError`].

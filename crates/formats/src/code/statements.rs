@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::tape::{Operation, Tape};
 
-/// A longer expression gets a name for its parts.
+/// Length of an expression above which its parts become variables.
 const MAX_EXPRESSION_LENGTH: usize = 96;
 
 /// Differences between C and Rust in writing the same computation.
@@ -22,7 +22,7 @@ impl Language {
         }
     }
 
-    /// Both at once: they share their work.
+    /// Returns the statement for both functions, which share their work.
     fn sine_and_cosine(self, prefix: &str, [sine, cosine]: [&str; 2], angle: &str) -> String {
         match self {
             Self::C => {
@@ -66,8 +66,8 @@ impl Expression {
     }
 }
 
-/// The statements that compute these nodes, and for each node the expression that it is then.
-/// `input` names an input; `prefix` begins the names of functions in C. None when a function of it
+/// Returns the statements that compute these nodes, and for each node its expression. `input` names
+/// an input; `prefix` begins the names of functions in C. `None` if the tape has a function that
 /// cannot be written.
 pub(super) fn statements(
     tape: &Tape,

@@ -35,7 +35,7 @@ pub(super) struct Tape {
 }
 
 thread_local! {
-    /// A scalar is copied like a number, and so it cannot hold its tape.
+    /// A scalar is `Copy`, so it cannot own its tape.
     static TAPE: RefCell<Tape> = RefCell::new(Tape::default());
 }
 
@@ -73,12 +73,12 @@ fn operation_of_node(Traced(node): Traced) -> Operation {
 }
 
 impl Operation {
-    /// The same for the same operation on the same nodes.
+    /// Returns a key that is equal for the same operation on the same nodes.
     fn deduplication_key(self) -> (u8, usize, usize, u64) {
         match self {
             Self::Constant(value) => (0, 0, 0, value.to_bits()),
             Self::Input(number) => (1, number, 0, 0),
-            // In either order.
+            // The key does not depend on the order of the operands.
             Self::Add(a, b) => (2, a.min(b), a.max(b), 0),
             Self::Subtract(a, b) => (3, a, b, 0),
             Self::Multiply(a, b) => (4, a.min(b), a.max(b), 0),
@@ -93,7 +93,7 @@ impl Operation {
         }
     }
 
-    /// The nodes that it needs.
+    /// Returns the nodes that it depends on.
     pub(super) fn operands(self) -> impl Iterator<Item = usize> {
         let (first, second) = match self {
             Self::Constant(_) | Self::Input(_) => (None, None),
@@ -158,7 +158,7 @@ impl Mul for Traced {
             | (Operation::Constant(b), Operation::Negate(a)) => Self(a) * Self::constant(-b),
             (Operation::Negate(a), _) => -(Self(a) * other),
             (_, Operation::Negate(b)) => -(self * Self(b)),
-            // Constants come together.
+            // Constant factors are multiplied first.
             (Operation::Multiply(a, b), Operation::Constant(c))
             | (Operation::Constant(c), Operation::Multiply(a, b))
                 if matches!(operation_of_node(Self(a)), Operation::Constant(_)) =>
@@ -217,7 +217,7 @@ impl MulAssign for Traced {
 
 impl Scalar for Traced {
     fn constant(value: f64) -> Self {
-        // A single zero: −0 is the same number in every sum.
+        // −0 becomes 0, which is the same in every sum.
         write(Operation::Constant(value + 0.0))
     }
 

@@ -17,7 +17,7 @@ pub enum ExportKind {
     Parameters,
 }
 
-/// A part of the model that a format has no place for, with its value.
+/// A part of the model that a format cannot hold, with its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Name of the parameter; `None` without one.

@@ -1,4 +1,4 @@
-//! A function that returns an arm as a structure of MATLAB.
+//! A MATLAB function that returns an arm as a structure.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use didim_dynamics::robot::ParameterKind;
 use super::left_out::{ExportKind, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic};
 
-/// Letters of a name that count.
+/// Number of significant characters of a name.
 const LONGEST_NAME: usize = 63;
 
 /// Words that `iskeyword` lists in MATLAB and in Octave.

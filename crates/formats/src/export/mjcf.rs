@@ -10,8 +10,8 @@ use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::urdf::Body;
 use crate::xml::{escape_attribute, within_comment};
 
-/// The arm as MJCF: joints with `armature`, `damping` and `frictionloss`; a motor that is coupled
-/// to several joints is a fixed tendon over them with its own.
+/// Writes the arm as MJCF: joints with `armature`, `damping` and `frictionloss`. A motor that is
+/// coupled to several joints becomes a fixed tendon over them, with these attributes.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -97,7 +97,7 @@ fn own_drive(
         coupled.map(|motor| share(motor) * model.value(kind, motor).unwrap_or(0.0)).sum()
     };
     let mut attributes = Vec::new();
-    // A coupled motor's own inertia is all in its tendon.
+    // The inertia of a coupled motor is completely in its tendon.
     if !transmission.is_coupled(joint)
         && let Some(inertia) = model.value(ParameterKind::Ia, joint)
     {
@@ -120,7 +120,7 @@ fn own_drive(
         .collect()
 }
 
-/// A coupled motor moves with a combination of joints.
+/// Writes the tendons: a coupled motor moves with a combination of joints.
 fn tendon_section(model: &ExportModel<'_>) -> String {
     let robot = model.robot;
     let mut text = String::new();

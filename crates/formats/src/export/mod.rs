@@ -1,4 +1,4 @@
-//! An arm with a value for each standard parameter, as other tools read it.
+//! Export of an arm with a value for each standard parameter to other tools.
 
 mod left_out;
 mod matlab;

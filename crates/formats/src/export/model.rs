@@ -1,4 +1,4 @@
-//! Contents of an export, and why an export fails.
+//! Content of an export, and reasons for its failure.
 
 use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 use didim_identification::feasibility::Body as LinkBody;
@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3};
 
 use crate::urdf::Body;
 
-/// Why an arm cannot be exported.
+/// Reason why an arm cannot be exported.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExportError {
     /// A link has no possible body. Export consistent parameters.
@@ -15,7 +15,8 @@ pub enum ExportError {
         /// The joint.
         link: usize,
     },
-    /// A joint's share without its coupled motors is below 0, which the format cannot hold.
+    /// A quantity of a joint is below 0 without the share of its coupled motors, which the format
+    /// cannot hold.
     #[error(
         "{quantity} of joint {joint} without that of its coupled motors is {value}, and the format \
         takes none below 0; export to another format"
@@ -28,7 +29,7 @@ pub enum ExportError {
         /// The remaining value.
         value: f64,
     },
-    /// MATLAB calls a function by the name of its file.
+    /// The file name is no valid name of a MATLAB function.
     #[error(
         "MATLAB calls a function by the name of its file, and `{name}` is not a valid name. Use at \
         most 63 letters, digits and underscores, start with a letter, and avoid keywords"
@@ -37,13 +38,13 @@ pub enum ExportError {
         /// Name in the file.
         name: String,
     },
-    /// The robot's file states its nominal values otherwise than in a table of their own.
+    /// The robot file states its nominal values in another form than a separate table.
     #[error(
         "the robot's file states `nominal` otherwise than as a table; write it as `[nominal]`, one \
         key a line"
     )]
     NoTable,
-    /// The robot's file does not take the new values.
+    /// The robot file with the new values is invalid.
     #[error(
         "the robot's file does not take the new values: {problem}; write it with one key a line"
     )]
@@ -60,12 +61,12 @@ pub struct ExportModel<'a> {
     pub robot: &'a Robot,
     /// A value for each standard parameter.
     pub standard_parameters: &'a [f64],
-    /// Provenance, a line each.
+    /// Provenance, one entry per line.
     pub origin: &'a [String],
 }
 
 impl ExportModel<'_> {
-    /// A parameter that the robot has.
+    /// Returns the value of a parameter, if the robot has it.
     pub fn value(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
         let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
         self.standard_parameters.get(column).copied()
@@ -98,7 +99,7 @@ pub(super) fn pose(joint: &Joint) -> IsometryMatrix3<f64> {
     IsometryMatrix3::from_parts(place, rotation)
 }
 
-/// True for a joint that slides, which simulators call prismatic.
+/// Returns true for a prismatic joint.
 pub(super) fn is_prismatic(joint: &Joint) -> bool {
     joint.kind == JointKind::Prismatic
 }

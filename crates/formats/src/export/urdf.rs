@@ -1,4 +1,4 @@
-//! A new URDF, of an arm that has none.
+//! A new URDF of an arm without one.
 
 use std::fmt::Write as _;
 
@@ -12,8 +12,8 @@ use crate::xml::{escape_attribute, within_comment};
 /// Value of an unknown limit in a URDF, which requires one.
 const UNKNOWN_LIMIT: f64 = 0.0;
 
-/// The arm as a URDF: links `base_link`, `link_1`, …, joints `joint_1`, … along z of their frames.
-/// z of `world` is up.
+/// Writes the arm as a URDF: links `base_link`, `link_1`, …, joints `joint_1`, … along z of their
+/// frames. z of `world` is up.
 ///
 /// # Errors
 /// [`ExportError::NoBody`].
@@ -34,7 +34,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let [x, y, z] = robot.gravity_m_s2();
     let up = -Vector3::new(x, y, z);
     let standing = Rotation3::rotation_between(&up, &Vector3::z()).unwrap_or_else(|| {
-        // Upside down, or no gravity.
+        // The arm hangs upside down, or there is no gravity.
         let turn = if z > 0.0 { core::f64::consts::PI } else { 0.0 };
         Rotation3::from_axis_angle(&Vector3::x_axis(), turn)
     });
@@ -81,7 +81,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     Ok(text)
 }
 
-/// Fixed axes: R = Rz Ry Rx.
+/// Formats an origin; roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
 fn origin_element(pose: &IsometryMatrix3<f64>) -> String {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
     let [x, y, z]: [f64; 3] = pose.translation.vector.into();

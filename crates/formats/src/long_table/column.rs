@@ -3,7 +3,7 @@
 /// A column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LongColumn<'a> {
-    /// Its name; with the unit, where all its values have one.
+    /// Its name, with the unit if all values have the same.
     pub name: &'static str,
     /// A value for each row, or none.
     pub values: LongValues<'a>,
@@ -14,7 +14,7 @@ pub struct LongColumn<'a> {
 pub enum LongValues<'a> {
     /// Texts.
     Text(Vec<Option<&'a str>>),
-    /// Numbers; an invalid number is written as none.
+    /// Numbers; an invalid number is written as a missing value.
     Number(Vec<Option<f64>>),
     /// Whole numbers.
     Count(Vec<Option<u64>>),
@@ -35,7 +35,7 @@ impl LongValues<'_> {
         }
     }
 
-    /// True without values.
+    /// Returns true without values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -2,10 +2,10 @@
 
 use std::io;
 
-/// Why a long table was not written or read. The caller knows the file.
+/// Reason why a long table was not written or read. The caller knows the file.
 #[derive(Debug, thiserror::Error)]
 pub enum LongTableError {
-    /// The ending of the name is that of no format.
+    /// The file extension belongs to no format.
     #[error("the name ends neither in .csv nor in .parquet; choose one of them")]
     Ending,
     /// A Parquet file, and a build without the feature `parquet`: take the package, or build with
@@ -21,13 +21,13 @@ pub enum LongTableError {
     /// The content does not match the ending of its name, or is damaged: write it again.
     #[error("not a table of its kind, or damaged ({0}); write it again")]
     Damaged(String),
-    /// A column that is asked for is missing: write the file again with this version.
+    /// A requested column is missing: write the file again with this version.
     #[error("it has no column `{column}`; write it again with this version of didim")]
     NoColumn {
         /// The column.
         column: String,
     },
-    /// More rows than are read: choose fewer results.
+    /// Too many rows: choose fewer results.
     #[error("it has more than {most} rows; write fewer results with --last")]
     TooLong {
         /// Largest number of rows.

@@ -1,4 +1,4 @@
-//! A long table is CSV or Parquet, by the ending of its name.
+//! Format of a long table, by its file extension.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,7 +11,8 @@ use super::wanted::RequestedColumns;
 /// Format of a long table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LongFormat {
-    /// Text with commas (RFC 4180); none is an empty field, an instant that of RFC 3339.
+    /// Text with commas (RFC 4180). A missing value is an empty field; an instant has the form of
+    /// RFC 3339.
     Csv,
     /// Parquet, compressed with zstd; every column may have nulls.
     Parquet,
@@ -51,8 +52,8 @@ impl LongFormat {
     }
 }
 
-/// Reads the rows of a file with the columns of these names in their order. A missing value is an
-/// empty text, and an instant is that of RFC 3339. The ending of the name gives the format.
+/// Reads the columns with these names from a file, row by row. A missing value is an empty text,
+/// and an instant has the form of RFC 3339. The file extension decides the format.
 ///
 /// # Errors
 /// [`LongTableError`].

@@ -25,7 +25,8 @@ pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::R
     output.write_all(&bytes(columns).map_err(io::Error::other)?)
 }
 
-/// Returns the file. Its library needs to own the output, which is compressed and small.
+/// Returns the content of the file. The library has to own the output, which is compressed and
+/// small.
 fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|column| schema_field(column).map(Arc::new));
     let fields = fields.collect::<Result<_, _>>()?;

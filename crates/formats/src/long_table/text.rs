@@ -19,7 +19,7 @@ pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::R
     writer.flush()
 }
 
-/// Numbers have as many digits as it takes to read the same value back.
+/// Formats a field. Numbers have enough digits to read the same value back.
 fn field_text(values: &LongValues<'_>, row: usize) -> String {
     fn cell_text<T: Copy>(values: &[Option<T>], row: usize, show: impl Fn(T) -> String) -> String {
         values.get(row).copied().flatten().map_or(String::new(), show)
@@ -38,8 +38,8 @@ fn field_text(values: &LongValues<'_>, row: usize) -> String {
     }
 }
 
-/// An instant so long after 1970-01-01T00:00:00Z, to the second, in the form of RFC 3339; nothing
-/// after the year 9999, for which that has no form.
+/// Formats an instant, given as the time since 1970-01-01T00:00:00Z, to the second (RFC 3339).
+/// Empty after the year 9999, which RFC 3339 cannot represent.
 pub(super) fn instant_text(since: Duration) -> String {
     let mut text = String::new();
     let time = UNIX_EPOCH.checked_add(since).map(humantime::format_rfc3339_seconds);

@@ -1,11 +1,11 @@
-//! Wanted columns of a table, row by row, every field as text.
+//! Requested columns of a table, row by row, with every field as text.
 
 use super::error::LongTableError;
 
 /// Largest number of rows: ten thousand results of a hundred parameters.
 const MOST_ROWS: usize = 1_000_000;
 
-/// Wanted columns of a table, and their places.
+/// Requested columns of a table and their rows so far.
 pub(super) struct RequestedColumns<'a, const N: usize> {
     names: [&'a str; N],
     /// Index of each requested column in the table.
@@ -28,7 +28,7 @@ impl<'a, const N: usize> RequestedColumns<'a, N> {
         Ok(())
     }
 
-    /// Takes all fields of a row.
+    /// Adds the fields of a row.
     pub(super) fn take_row(&mut self, mut fields: Vec<String>) -> Result<(), LongTableError> {
         if self.rows.len() == MOST_ROWS {
             return Err(LongTableError::TooLong { most: MOST_ROWS });

@@ -13,10 +13,10 @@ use super::file::{MotionFile, TABLE_HZ};
 
 const POSITION_PREFIX: &str = "joint_position_rad_";
 
-/// The longest table of a motion that is read \[bytes\]: hours of it.
+/// Largest accepted table \[bytes\]: hours of motion.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// `time_s`, then positions, velocities and accelerations of all joints.
+/// Writes `time_s`, then positions, velocities and accelerations of all joints.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
     let n = file.motion.joints();
     let mut text = file.header_comments("#") + "time_s";
@@ -40,7 +40,7 @@ pub(super) fn write(file: &MotionFile<'_>) -> String {
     text
 }
 
-/// Positions at even times.
+/// Positions at uniform times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionPoints {
     /// Points per second \[Hz\].
@@ -49,8 +49,8 @@ pub struct MotionPoints {
     pub positions: DMatrix<f64>,
 }
 
-/// Reads a table as it is written here: `time_s` in even steps and `joint_position_rad_1` to that
-/// of the last joint, other columns and lines that begin with `#` aside.
+/// Reads a table as this module writes it: `time_s` in uniform steps, and `joint_position_rad_1` up
+/// to the last joint. Other columns, and lines that begin with `#`, are ignored.
 ///
 /// # Errors
 /// [`MotionError::Unreadable`].

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// Why a motion cannot be written or read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MotionError {
-    /// The ending of a file's name is that of no format. Take one that is.
+    /// The file extension belongs to no format. Use a listed one.
     #[error(
         "a name that ends in `.{ending}` says no format; end it in .csv (table), .yaml (ROS 2), \
          .script (Universal Robots), .src (KUKA) or .mod (ABB)"
@@ -14,7 +14,8 @@ pub enum MotionError {
         /// The ending.
         ending: String,
     },
-    /// Controllers of this maker move six axes here. Choose a table or a ROS 2 trajectory.
+    /// Programs for this maker are only written for six revolute axes. Choose a table or a ROS 2
+    /// trajectory.
     #[error(
         "a program for {maker} moves six axes that turn, and this arm has {joints} joints; write a \
          table (.csv) or a ROS 2 trajectory (.yaml)"
@@ -25,8 +26,8 @@ pub enum MotionError {
         /// Joints of the arm.
         joints: usize,
     },
-    /// A program's spline or controller does not keep the speeds of a sweep. Choose a table or a
-    /// ROS 2 trajectory.
+    /// The spline or controller of a program does not keep the constant speeds of a sweep. Choose a
+    /// table or a ROS 2 trajectory.
     #[error(
         "no program keeps the constant speeds of a sweep; write a table (.csv) or a ROS 2 \
         trajectory (.yaml)"

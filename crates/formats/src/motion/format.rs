@@ -1,4 +1,4 @@
-//! The formats, by the ending of a file's name.
+//! The formats, by file extension.
 
 use std::path::Path;
 
@@ -15,14 +15,14 @@ pub enum MotionFormat {
     JointTrajectory,
     /// A program for Universal Robots.
     UrScript,
-    /// A program for KUKA; the controller makes its time law.
+    /// A program for KUKA; the controller chooses the speed.
     Krl,
-    /// A module for ABB; the controller makes its time law.
+    /// A module for ABB; the controller chooses the speed.
     Rapid,
 }
 
 impl MotionFormat {
-    /// All, with the ending of their files' names.
+    /// All formats with their file extensions.
     pub const ALL: [(Self, &'static str); 5] = [
         (Self::Csv, "csv"),
         (Self::JointTrajectory, "yaml"),
@@ -31,7 +31,7 @@ impl MotionFormat {
         (Self::Rapid, "mod"),
     ];
 
-    /// By the ending of a file's name.
+    /// Returns the format of a file extension.
     ///
     /// # Errors
     /// [`MotionError::Ending`].
@@ -44,7 +44,8 @@ impl MotionFormat {
             .ok_or_else(|| MotionError::Ending { ending: ending.into() })
     }
 
-    /// True if the arm follows the motion in time. Otherwise its information cannot be predicted.
+    /// Returns true if the arm follows the motion in time. Otherwise the information of the motion
+    /// cannot be predicted.
     pub fn keeps_time(self) -> bool {
         !matches!(self, Self::Krl | Self::Rapid)
     }
@@ -71,7 +72,7 @@ impl MotionFormat {
         matches!(self, Self::Csv | Self::JointTrajectory).then_some(()).ok_or(MotionError::Sweep)
     }
 
-    /// The file.
+    /// Returns the content of the file.
     ///
     /// # Errors
     /// [`MotionError::SixAxes`], [`MotionError::Sweep`].

@@ -4,9 +4,9 @@ use core::fmt::Write as _;
 
 use super::file::{MotionFile, POINTS_HZ, list};
 
-/// Points with positions, velocities and accelerations: the trajectory controller of ros2_control
-/// puts a quintic between them (control.ros.org, *Trajectory Representation*). Times rise, the last
-/// velocity is 0.
+/// Writes points with positions, velocities and accelerations. The trajectory controller of
+/// ros2_control interpolates them by quintic polynomials (control.ros.org, *Trajectory
+/// Representation*). Times increase, and the last velocity is 0.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
     let n = file.motion.joints();
     let names: Vec<String> = file.joints.iter().map(|name| format!("'{name}'")).collect();

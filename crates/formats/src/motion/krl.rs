@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use super::file::{MotionFile, PROGRAM_HZ, identifier, to_degrees};
 
-/// Axis positions of a spline block for axes: the controller chooses its speed along them.
+/// Writes the axis positions of a spline block; the controller chooses the speed along them.
 pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let name = identifier(name);
     let mut text = format!("DEF {name}()\n") + &file.header_comments(";");

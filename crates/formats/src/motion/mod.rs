@@ -1,4 +1,5 @@
-//! A motion as a file that moves an arm, or that others read: what a person runs, didim never does.
+//! A motion as a file for a robot controller or for other tools. A person runs it; didim never
+//! moves an arm.
 
 mod csv;
 mod error;

@@ -4,7 +4,8 @@ use core::fmt::Write as _;
 
 use super::file::{MotionFile, PROGRAM_HZ, identifier, list, to_degrees};
 
-/// Absolute joint moves with zones between them: the controller chooses its speed along them.
+/// Writes absolute joint moves with zones between them; the controller chooses the speed along
+/// them.
 pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let name = identifier(name);
     let mut text = format!("MODULE {name}_module\n") + &file.header_comments("  !");

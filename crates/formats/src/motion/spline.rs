@@ -1,17 +1,17 @@
-//! A periodic motion as a quintic spline: few numbers, and little to compute for each point.
+//! A periodic motion as a quintic spline, which has few coefficients and is cheap to evaluate.
 
 use core::f64::consts::TAU;
 
 use didim_identification::excitation::FourierSeries;
 
-/// Knots in a period of the highest frequency, at least. The spline is then 1e-7 of an amplitude
-/// off.
+/// Minimum number of knots in a period of the highest frequency. The error of the spline is then
+/// 1e-7 of the amplitude.
 const KNOTS_PER_PERIOD: usize = 14;
 
-/// The coefficients of a uniform quintic B-spline through the motion, one list per joint, from the
-/// one that is centred at its begin: a harmonic of the coefficients is that of the motion over the
-/// response (66 + 52 cos θ + 2 cos 2θ)/120 of the spline to it, θ being its phase from knot to
-/// knot.
+/// Returns the coefficients of a uniform quintic B-spline through the motion, one list per joint,
+/// beginning with the one centred at the start. Each harmonic of the coefficients is the harmonic
+/// of the motion divided by the response of the spline, (66 + 52 cos θ + 2 cos 2θ)/120, where θ is
+/// its phase from knot to knot.
 pub(super) fn spline_coefficients(series: &FourierSeries) -> Vec<Vec<f64>> {
     let harmonics = series.joints.iter().map(|joint| joint.sine.len()).max().unwrap_or(0);
     let knots = KNOTS_PER_PERIOD * harmonics.max(1);

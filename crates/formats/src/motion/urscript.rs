@@ -8,9 +8,9 @@ use didim_identification::excitation::FourierSeries;
 use super::file::{MotionFile, identifier, list};
 use super::spline::spline_coefficients;
 
-/// The program evaluates a spline in each cycle of the controller: a list of all points would be
-/// too large for it, and the series too slow. `servoj` does not heed the speed slider, so the
-/// program has a speed of its own.
+/// The program evaluates a spline in each cycle of the controller. A list of all points would be
+/// too large, and the Fourier series too slow. `servoj` ignores the speed slider, so the program
+/// has its own speed.
 const SERVO_LOOP: &str = "\
   movej(start, a = 0.5, v = 0.2)
   sleep(1.0)

@@ -26,8 +26,8 @@ fn of_text(error: &csv::Error) -> String {
     }
 }
 
-/// Why a table could not be read or written. Every variant names the file and, where there is one,
-/// the line or the row.
+/// Reason why a table could not be read or written. Every variant names the file, and the line or
+/// row if there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// The file cannot be opened, read or written: check path and permissions.
@@ -66,7 +66,7 @@ pub enum TableError {
         /// Description of the type.
         what: &'static str,
     },
-    /// A time whose type says another unit than what is stated: correct `data.time.unit`.
+    /// The type of a time column has another unit than configured: correct `data.time.unit`.
     #[error("{}: column `{column}` counts {found} by its type, and {configured} are stated; \
         correct the unit in data.time", file.display())]
     TimeUnit {
@@ -111,7 +111,7 @@ pub enum TableError {
         /// The header name.
         column: String,
     },
-    /// One column for two signals.
+    /// One column is requested for two signals.
     #[error("{}: column `{column}` is asked for twice; name each column once", file.display())]
     AskedTwice {
         /// The file.
@@ -119,7 +119,7 @@ pub enum TableError {
         /// The column.
         column: String,
     },
-    /// Columns that were asked for are missing or there twice.
+    /// Requested columns are missing or appear twice.
     #[error(
         "{}: column `{column}` is missing or appears twice; the header has {available}",
         file.display()
@@ -129,7 +129,7 @@ pub enum TableError {
         file: PathBuf,
         /// The column that is expected exactly once.
         column: String,
-        /// Those there are.
+        /// The available columns.
         available: String,
     },
     /// Columns of one quantity are missing, repeated or numbered with gaps.
@@ -149,7 +149,7 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
     },
-    /// A column that is asked for and has nothing.
+    /// A requested column has no values.
     #[error("{}: column `{column}` has no value in any row; was it recorded? Name another column \
         in [data], or record it", file.display())]
     NoValues {
@@ -158,27 +158,27 @@ pub enum TableError {
         /// The column.
         column: String,
     },
-    /// Rows that lack values, and a whole experiment is wanted.
+    /// Rows miss values, and a complete experiment is required.
     #[error("{}: {missing_values}; a complete experiment is needed", file.display())]
     MissingValues {
         /// The file.
         file: PathBuf,
-        /// Them.
+        /// Number of these rows.
         missing_values: MissingValues,
     },
-    /// So many rows lack values that the others are no record: signals of other rates, each in rows
-    /// of its own.
+    /// So many rows miss values that the others form no record: signals of different rates, each in
+    /// separate rows.
     #[error("{}: {missing_values}. The others are no record: {source}. {distant}: signals of other \
         sources or rates, each in its own rows? Put all on common times, the positions' as a rule, \
         before they are exported, or record them in one message", file.display())]
     DisjointColumns {
         /// The file.
         file: PathBuf,
-        /// The rows that lack one.
+        /// Number of rows with missing values.
         missing_values: MissingValues,
-        /// The problem of the others.
+        /// Problem of the other rows.
         source: TimesError,
-        /// Two columns that show it.
+        /// Two columns with values in different rows.
         distant: Box<DisjointColumns>,
     },
     /// A field that is not a finite number.
@@ -193,7 +193,7 @@ pub enum TableError {
         /// Text found there.
         text: String,
     },
-    /// A field that is no date, where dates are stated.
+    /// A field is no date, although dates are configured.
     #[error("{}: {place}, column `{column}`: `{text}` is no date with a time of day (ISO 8601); \
         write 2024-05-01T12:00:00.123456Z or with an offset as +02:00, or state the unit that the \
         column has in data.time", file.display())]
@@ -207,7 +207,7 @@ pub enum TableError {
         /// Text found there.
         text: String,
     },
-    /// A date, where numbers are stated.
+    /// A field is a date, although numbers are configured.
     #[error("{}: {place}, column `{column}`: `{text}` is a date, and a number is stated; state \
         unit = \"iso8601\" in data.time", file.display())]
     Date {
@@ -220,7 +220,7 @@ pub enum TableError {
         /// Text found there.
         text: String,
     },
-    /// A part of a stamp that cannot be one.
+    /// A part of a stamp has an impossible value.
     #[error("{}: {place}, column `{column}`: {value} is not {wanted}; put the right column into \
         data.time, or one with its unit as `column`", file.display())]
     NotFractional {
@@ -244,12 +244,12 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
     },
-    /// The times of the rows are none of a record.
+    /// The times of the rows form no record.
     #[error("{}: {source}", file.display())]
     Times {
         /// The file.
         file: PathBuf,
-        /// Their problem.
+        /// Problem of the times.
         source: TimesError,
     },
     /// Time does not advance by one period per row: samples are missing or repeated there.
@@ -262,16 +262,16 @@ pub enum TableError {
         file: PathBuf,
         /// Where it stands.
         place: RowPlace,
-        /// The time that stands there, after the first \[s\].
+        /// Time of this row after the first \[s\].
         time_s: f64,
-        /// The time that the grid has there, after the first \[s\].
+        /// Time of the grid at this row after the first \[s\].
         expected_s: f64,
         /// The grid's frequency \[Hz\].
         sample_rate_hz: f64,
     },
-    /// The rate that was given and the file's own differ by more than
-    /// [`TimeLimits::same_rate`](crate::TimeLimits::same_rate), as far as its times tell: drop one
-    /// of them.
+    /// The given rate differs from that of the times by more than
+    /// [`TimeLimits::same_rate`](crate::TimeLimits::same_rate) and their rounding: omit the rate or
+    /// correct it.
     #[error("{}: the times say {found_hz:.6} Hz and {given_hz} Hz are stated; correct \
         --sample-rate or data.rate_hz, or leave the option out", file.display())]
     RateMismatch {

@@ -13,7 +13,7 @@ pub(super) struct Grid {
     pub(super) off_s: f64,
 }
 
-/// The grid of a table whose times, if any, are on a uniform one.
+/// Returns the grid of a table whose times, if any, are uniform.
 pub(super) fn find_grid(
     time_s: Option<&[f64]>,
     first_row: RowPlace,
@@ -27,7 +27,7 @@ pub(super) fn find_grid(
     };
     let Grid { rate_hz: found_hz, off_s } = uniform(time, first_row, path)?;
     let Some(given_hz) = declared else { return Ok(Grid { rate_hz: found_hz, off_s }) };
-    // By what share rounded times let the rate be off.
+    // Rounded times leave the rate uncertain by this share.
     let lasts_s = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
     if (found_hz / given_hz - 1.0).abs() > TimeLimits::DEFAULT.same_rate + 2.0 * off_s / lasts_s {
         return Err(TableError::RateMismatch { file: file(), found_hz, given_hz });
@@ -35,11 +35,11 @@ pub(super) fn find_grid(
     Ok(Grid { rate_hz: given_hz, off_s })
 }
 
-/// The grid of a uniform time column; an error at the first row that leaves it.
+/// Returns the grid of a uniform time column. The error names the first row off the grid.
 ///
-/// The grid runs from the first to the last time, so that the decimals a writer dropped do not
-/// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
-/// not move, then tells where.
+/// The grid runs from the first to the last time, so that rounding of the times does not
+/// accumulate. If the times do not fit it, there is a gap. The median step, which a gap does not
+/// change, then locates the gap.
 #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
 fn uniform(time_s: &[f64], first_row: RowPlace, path: &Path) -> Result<Grid, TableError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {

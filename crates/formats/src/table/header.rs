@@ -18,12 +18,12 @@ pub(super) enum Column {
     /// Nanoseconds beyond them.
     Nanoseconds,
     Signal(Quantity, usize),
-    /// Nothing that is asked for.
+    /// A column that is not requested.
     Other,
 }
 
 impl Column {
-    /// True for a column that holds the whole time.
+    /// Returns true for a column with the complete time.
     pub(super) fn is_time(&self) -> bool {
         matches!(self, Self::Time | Self::Date)
     }
@@ -39,7 +39,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Those of didim's own; others are refused.
+    /// Parses the header of a table with didim's own columns; others are refused.
     pub(super) fn parse(names: &[String], path: &Path) -> Result<Self, TableError> {
         let file = || path.to_path_buf();
         if let Some(found) = names.first().filter(|name| name.trim().parse::<f64>().is_ok()) {
@@ -85,11 +85,12 @@ impl Header {
     }
 }
 
-/// Names that an error lists.
+/// Maximum number of names that an error lists.
 const MAX_LISTED_NAMES: usize = 24;
 
 impl Header {
-    /// Those of other programs, by their names; what is not asked for is passed over.
+    /// Creates the header from the configured columns of another program; other columns are
+    /// ignored.
     pub(super) fn of_columns(
         names: &[String],
         wanted: &Columns,
@@ -160,7 +161,7 @@ fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
     is_axis.then_some((Some(side), Column::Signal(quantity, axis - 1)))
 }
 
-/// The name of didim's own column.
+/// Returns the name of didim's own column.
 pub(super) fn column_name(side: Side, quantity: Quantity, axis: usize) -> String {
     format!("{}_{}_{}", side.prefix(), quantity.column_stem(), axis + 1)
 }

@@ -1,9 +1,9 @@
-//! Tables of measured signals: one row per sample, read the same way whatever they are written in.
+//! Tables of measured signals with one row per sample. Text and Parquet are read in the same way.
 //!
 //! didim's own have SI units in the names: `time_s` (optional when the sample rate is given), then
 //! `motor_position_rad_1..n`, `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or
-//! the same with `joint_`. Those of others are read by the names and units of their [`Columns`]. A
-//! file gives names and numbers, by its kind: text, which gzip may have compressed, or Parquet.
+//! the same with `joint_`. Tables of other programs are read by the names and units of their
+//! [`Columns`]. A file is text, which gzip may have compressed, or Parquet.
 
 mod error;
 mod grid;
@@ -40,7 +40,7 @@ pub use error::TableError;
 pub use place::RowPlace;
 pub use write::write_csv;
 
-/// Reads a whole experiment with didim's own columns, its times on a uniform grid.
+/// Reads a complete experiment with didim's own columns and uniform times.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
@@ -55,8 +55,8 @@ pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement,
     Ok(table.into_measurement(rate_hz))
 }
 
-/// Reads a table of didim's own columns, or of others. Times that jitter are resampled to
-/// `nominal_hz`, and cut where samples are missing or lack a value.
+/// Reads a table with didim's own columns or with configured ones. Rows with jittering times are
+/// resampled to `nominal_hz`. The record is cut at missing samples and values.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
@@ -71,7 +71,7 @@ pub fn read_table(
     let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
     let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
-        // Without times a row is where it stands.
+        // Without times, the time of a row follows from its number.
         #[expect(clippy::cast_precision_loss, reason = "rows in memory are far fewer than 2^52")]
         let time_s = |row: &usize| *row as f64 / rate_hz;
         table.time = Some(missing_rows.complete_rows.rows.iter().map(time_s).collect());
@@ -103,7 +103,7 @@ pub fn read_table(
     record
 }
 
-/// The record of whole rows.
+/// Converts complete rows to a record.
 fn to_record(
     mut table: Table,
     path: &Path,
@@ -111,7 +111,7 @@ fn to_record(
     nominal_hz: f64,
 ) -> Result<Record, TableError> {
     let Table { side, axes, first_row, resolution_s, first_ns, .. } = table;
-    // Off the grid by more than the digits that they are written with, times jitter.
+    // Times jitter if they are off the grid by more than their last digits.
     match table.grid(sample_rate_hz, path) {
         Ok(Grid { rate_hz, off_s })
             if off_s
@@ -146,7 +146,7 @@ fn to_record(
     }
 }
 
-/// The first bytes of what gzip compressed (RFC 1952).
+/// First bytes of a gzip file (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// The first bytes of a Parquet file.
 const PARQUET_MAGIC: [u8; 4] = *b"PAR1";
@@ -183,9 +183,10 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
 pub struct TableNames {
     /// Its columns.
     pub columns: Vec<String>,
-    /// Seconds to a 1 of each whose type is one of times.
+    /// Seconds per unit of each column with a time type.
     pub seconds_per_unit: Vec<Option<f64>>,
-    /// The side of the transmission and whether there is a time, where all columns are didim's own.
+    /// Side of the transmission, and true if there is a time. `None` if not all columns are didim's
+    /// own.
     pub own_format: Option<(Side, bool)>,
 }
 
@@ -202,7 +203,7 @@ pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
     Ok(TableNames { columns, seconds_per_unit: seconds, own_format: standard_side })
 }
 
-/// Reads a table without asking for a rate: its rows as they come.
+/// Reads the rows of a table without checking a rate.
 ///
 /// # Errors
 /// See [`TableError`].
@@ -210,28 +211,28 @@ pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, TableE
     read(open(path, columns)?, path, false, columns)
 }
 
-/// A table as it stands in the file, in SI units.
+/// The rows of a table file, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     side: Side,
     axes: usize,
     first_row: RowPlace,
-    /// The time of each row after the first, where there is one \[s\].
+    /// Time of each row after the first \[s\], if the table has times.
     pub time: Option<Vec<f64>>,
     /// Value of the last digit of the finest time \[s\].
     resolution_s: f64,
-    /// Instant after which they are, where it is one \[ns after 1970\].
+    /// Instant of the first time \[ns after 1970\], if it is known.
     first_ns: Option<i128>,
-    /// Positions, torques and references by axis; no references where there are none.
+    /// Positions, torques and references by axis; the references may be empty.
     pub signals: [Vec<Vec<f64>>; 3],
     /// The rows that lack a value and were left out, if any.
     incomplete_rows: Option<IncompleteRows>,
 }
 
-/// Rows that lack a value.
+/// Rows with missing values, and the remaining rows.
 #[derive(Clone, Debug, PartialEq)]
 struct IncompleteRows {
-    /// The others.
+    /// The complete rows.
     complete_rows: CompleteRows,
     missing_values: MissingValues,
     disjoint_columns: Box<DisjointColumns>,
@@ -242,7 +243,7 @@ impl Table {
         find_grid(self.time.as_deref(), self.first_row, declared, path)
     }
 
-    /// When its first row was recorded.
+    /// Returns the recording time of its first row.
     fn start(&self) -> Option<RecordingStart> {
         let after_s = *self.time.as_ref()?.first()?;
         #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
@@ -258,7 +259,7 @@ impl Table {
     }
 }
 
-/// The columns that are asked for, in SI units.
+/// Reads the requested columns, in SI units.
 fn read(
     source: Box<dyn Source>,
     path: &Path,
@@ -402,7 +403,7 @@ fn leave_out(
     }))
 }
 
-/// A unit of time in words, by the seconds to a 1 of it.
+/// Returns the name of a unit of time, given in seconds.
 fn unit_of_time(second: f64) -> &'static str {
     match second {
         1.0.. => "seconds (s)",

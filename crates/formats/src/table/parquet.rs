@@ -1,5 +1,5 @@
-//! Parquet files: the names of their columns, and the numbers of those that are asked for, row
-//! group by row group.
+//! Parquet files: the names of their columns, and the numbers of requested columns, row group by
+//! row group.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -19,20 +19,20 @@ use super::time::{ExactTime, FirstTime, digit_resolution};
 use crate::capacity::Capacity;
 use crate::guarded::catch_panic as guard;
 
-/// Values that are decoded at once.
+/// Number of values that are decoded at once.
 const BATCH_VALUES: usize = 1 << 13;
 
 /// Content of a column, by its type.
 enum ColumnType {
-    /// Numbers, of which this is the leaf, and whether they are unsigned.
+    /// Numbers: index of the leaf column, and true if they are unsigned.
     Numbers { leaf: usize, unsigned: bool },
-    /// Times, with the seconds to their 1, and whether they are of UTC.
+    /// Times: index of the leaf column, seconds per unit, and true if they are in UTC.
     Times { leaf: usize, second: f64, utc: bool },
-    /// Something else: what.
+    /// Another type, with its name.
     Other(&'static str),
 }
 
-/// A file behind its footer.
+/// A Parquet file whose footer has been read.
 pub(super) struct ParquetTable {
     path: PathBuf,
     reader: SerializedFileReader<File>,
@@ -61,7 +61,8 @@ impl ParquetTable {
         })
     }
 
-    /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
+    /// Reads the numbers of one column. For times it also returns the value of the last digit of
+    /// the finest one.
     fn column(
         &self,
         index: usize,
@@ -86,7 +87,7 @@ impl ParquetTable {
         let mut rows = 0;
         for group in 0..self.reader.num_row_groups() {
             let group = self.reader.get_row_group(group).map_err(damaged)?;
-            // The library panics on these; it would say so on standard error.
+            // The library would panic on these and print to standard error.
             let chunk = group.metadata().column(leaf);
             let first = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
             if first < 0 || chunk.compressed_size() < 0 {
@@ -203,7 +204,7 @@ fn of_type(leaf: usize, column: &ColumnDescriptor) -> ColumnType {
         (Type::INT32 | Type::INT64, Some(LogicalType::Time(of)), _) => {
             ColumnType::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
         }
-        // As files of before format 2.4 say it.
+        // Files of formats before 2.4 use this type.
         (_, None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => {
             ColumnType::Times { leaf, second: 1e-3, utc: true }
         }
@@ -227,9 +228,9 @@ fn of_type(leaf: usize, column: &ColumnDescriptor) -> ColumnType {
     }
 }
 
-/// Why the numbers of a column end.
+/// Reason why reading the numbers of a column ends.
 enum ReadingEnd {
-    /// At what stands there.
+    /// A value that is not a number, as text.
     NotANumber(String),
     Damaged(String),
 }
@@ -243,7 +244,7 @@ impl From<ParquetError> for ReadingEnd {
 /// The numbers of a column so far.
 struct ColumnNumbers {
     values: Vec<f64>,
-    /// As many as the footer says.
+    /// Number of values according to the footer.
     expected_count: usize,
     /// First time, from which times are counted.
     first_time: Option<FirstTime>,
@@ -261,7 +262,7 @@ impl ColumnNumbers {
         loop {
             read.clear();
             levels.clear();
-            // Levels mark nulls; they are filled if a column may have nulls.
+            // Levels mark nulls. They are only filled if the column may have nulls.
             let (rows, ..) = from.read_records(BATCH_VALUES, Some(&mut levels), None, &mut read)?;
             if rows == 0 {
                 return Ok(());
@@ -306,7 +307,7 @@ fn error_of(path: &Path, error: &ParquetError) -> TableError {
     TableError::Parquet { file: path.to_path_buf(), what: error.to_string() }
 }
 
-/// Calls the library where it may panic.
+/// Calls the library, which may panic.
 fn call_parquet<T>(
     path: &Path,
     call: impl FnOnce() -> Result<T, TableError>,

@@ -6,7 +6,7 @@ use super::place::RowPlace;
 use super::time::ExactTime;
 use crate::capacity::Capacity;
 
-/// A table that is open behind its header.
+/// An open table whose header has been read.
 pub(super) trait Source {
     /// Returns the names of the columns.
     fn names(&self) -> &[String];
@@ -35,6 +35,6 @@ pub(super) struct TableValues {
     pub(super) columns: Vec<Vec<f64>>,
     /// Value of the last digit of the finest time.
     pub(super) resolution: f64,
-    /// The first time, after which they are; nothing where its clock is not named.
+    /// The first time, from which the others count; `None` if its clock is unknown.
     pub(super) first_time: Option<ExactTime>,
 }

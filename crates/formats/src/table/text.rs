@@ -1,5 +1,5 @@
-//! Tables as text: a header, one row per line, fields separated by commas, semicolons or tabs;
-//! where not by commas, a number may have a decimal comma.
+//! Tables as text: a header and one row per line. Commas, semicolons or tabs separate the fields.
+//! Unless commas separate them, numbers may have decimal commas.
 
 use std::io::{BufRead, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ use crate::capacity::Capacity;
 /// Largest length of a header line \[bytes\].
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// The part read to find the separator, and the rest.
+/// The beginning, which was read to find the separator, followed by the rest.
 type Input = Chain<Cursor<Vec<u8>>, Box<dyn BufRead>>;
 
-/// A table behind its header.
+/// A text table whose header has been read.
 pub(super) struct TextTable {
     path: PathBuf,
     reader: csv::Reader<Input>,
@@ -118,7 +118,7 @@ impl Source for TextTable {
     }
 }
 
-/// Describes the fault of a field.
+/// Returns the error for a field.
 fn field_error(
     of: Column,
     file: PathBuf,
@@ -148,6 +148,6 @@ fn find_separator(line: &[u8], wanted: &[String]) -> u8 {
         let matching = record.iter().filter(|field| wanted.iter().any(|name| name == field));
         (matching.count(), record.len())
     };
-    // The last of several equal ones is a comma.
+    // If several separators are equally good, the comma wins.
     [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
 }

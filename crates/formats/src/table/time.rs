@@ -1,17 +1,17 @@
-//! Times of rows, exact to the nanosecond: a double counts from 1970 in steps of a quarter of a
-//! microsecond, which is a part in a thousand of the speed at 4 kHz. So the first is subtracted
-//! before anything is rounded.
+//! Times of rows, exact to the nanosecond. A double that counts seconds from 1970 has steps of a
+//! quarter of a microsecond, 0.1 % of a period at 4 kHz. So the first time is subtracted before
+//! anything is rounded.
 
 use std::time::{Duration, SystemTime};
 
-/// A number in two, of which the sum is meant.
+/// A number as the sum of an integer and a fraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ExactTime {
     pub(super) whole_part: i64,
     pub(super) fraction: f64,
 }
 
-/// Beyond that a double has no part \[2⁵³\].
+/// Magnitude beyond which a double has no fraction, 2⁵³.
 const NO_PART: f64 = 9_007_199_254_740_992.0;
 
 impl From<f64> for ExactTime {
@@ -26,7 +26,7 @@ impl From<f64> for ExactTime {
 }
 
 impl ExactTime {
-    /// A number in text with a decimal point.
+    /// Parses a number with a decimal point.
     pub(super) fn of_number(text: &str) -> Option<Self> {
         let value: f64 = text.parse().ok()?;
         let point = text.find('.').unwrap_or(text.len());
@@ -46,13 +46,13 @@ impl ExactTime {
     /// Returns its nanoseconds for a unit of this number of seconds.
     #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
     pub(super) fn to_nanoseconds(self, second: f64) -> i128 {
-        // In a unit of 1 to 1e9 nanoseconds.
+        // The unit has 1 to 1e9 nanoseconds.
         let unit_ns = (1e9 * second).round();
         i128::from(self.whole_part) * unit_ns as i128 + (self.fraction * unit_ns).round() as i128
     }
 
-    /// A date with its time of day (ISO 8601): seconds after 1970. Without an offset, the clock is
-    /// unknown.
+    /// Parses a date with its time of day (ISO 8601) to seconds after 1970. Without an offset, the
+    /// clock is unknown.
     pub(super) fn of_date(text: &str) -> Option<Self> {
         let (date, offset_s) = without_offset(text)?;
         let time = humantime::parse_rfc3339_weak(date).ok()?;
@@ -62,15 +62,15 @@ impl ExactTime {
     }
 }
 
-/// True if a date names its clock.
+/// Returns true if a date has an offset.
 pub(super) fn names_its_clock(text: &str) -> bool {
     text.ends_with(['Z', 'z']) || text.get(TIME_OF_DAY..).is_some_and(|of| of.contains(['+', '-']))
 }
 
-/// Earliest place of an offset in a date.
+/// Earliest position of an offset in a date.
 const TIME_OF_DAY: usize = "2024-05-01T12:00:00".len();
 
-/// A date without its offset, and that \[s\].
+/// Splits a date into the date without offset and the offset \[s\].
 fn without_offset(text: &str) -> Option<(&str, i64)> {
     let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
     let behind = text.get(TIME_OF_DAY..)?;
@@ -84,7 +84,7 @@ fn without_offset(text: &str) -> Option<(&str, i64)> {
     Some((date, if offset.starts_with('-') { -seconds } else { seconds }))
 }
 
-/// The first time, after which all are counted.
+/// The first time, from which all others count.
 #[derive(Default)]
 pub(super) struct FirstTime(pub(super) Option<ExactTime>);
 
@@ -109,8 +109,8 @@ pub(super) fn digit_resolution(text: &str) -> f64 {
 /// An invalid part of a stamp: its row, its value, and the expected range.
 pub(super) type NotFractional = (usize, f64, &'static str);
 
-/// Times after the first of stamps in two parts \[s\], or the first of them that cannot be one,
-/// with whether its seconds are at fault.
+/// Returns the times of two-part stamps after the first one \[s\], and the first one. The error is
+/// the first impossible value, with true if it is in the seconds.
 pub(super) fn of_parts(
     sec: &[f64],
     nanosec: &[f64],

@@ -8,8 +8,8 @@ use super::header::column_name;
 use crate::columns::Quantity;
 use crate::measurement::Measurement;
 
-/// Writes a measurement as CSV, with a `time_s` column that starts at 0. Numbers have as many
-/// digits as it takes to read the same value back.
+/// Writes a measurement as CSV, with a `time_s` column that starts at 0. Numbers have enough digits
+/// to read the same value back.
 ///
 /// # Errors
 /// [`TableError::Io`] or [`TableError::Table`] when the file cannot be written.

@@ -13,7 +13,7 @@ use super::note::UrdfNote;
 pub(super) struct ChainAxis {
     pub(super) name: String,
     pub(super) is_prismatic: bool,
-    /// A point on it.
+    /// A point on the axis.
     pub(super) point_on_axis: Vector3<f64>,
     /// Unit vector.
     pub(super) direction: Vector3<f64>,
@@ -23,7 +23,7 @@ pub(super) struct ChainAxis {
     pub(super) velocity: Option<f64>,
     /// Limit of the file, if any \[N·m or N\].
     pub(super) effort: Option<f64>,
-    /// Viscous and Coulomb friction, where the file has them.
+    /// Viscous and Coulomb friction, if the file has them.
     pub(super) friction: Option<[f64; 2]>,
     /// Frame of the link that it moves, at q = 0.
     pub(super) pose: IsometryMatrix3<f64>,
@@ -36,7 +36,7 @@ pub(super) struct ChainAxis {
 pub(super) struct AttachedLink {
     /// Its index in the file.
     pub(super) link: usize,
-    /// Its body in the frame of the base at q = 0, where it has one.
+    /// Its body in the frame of the base at q = 0, if it has one.
     pub(super) body: Option<Body>,
     /// True if a joint outside the chain leads to it.
     pub(super) is_held: bool,
@@ -45,7 +45,7 @@ pub(super) struct AttachedLink {
 }
 
 impl ChainAxis {
-    /// The bodies that it carries up to the next one.
+    /// Returns the bodies between this axis and the next one.
     pub(super) fn link_bodies(&self) -> impl Iterator<Item = &Body> {
         self.attached_links.iter().filter_map(|attached| attached.body.as_ref())
     }
@@ -76,7 +76,7 @@ impl FileJoint {
 }
 
 impl UrdfFile {
-    /// The chain from the base to the tip, each where it is asked for by name.
+    /// Returns the chain from base to tip; a name selects each of them if it is given.
     pub(super) fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, UrdfError> {
         self.check_tree()?;
         let base = match base {
@@ -117,7 +117,7 @@ impl UrdfFile {
         self.collect_stand(base, &moving, &poses, &mut chain);
         for &k in &moving {
             let joint = &self.joints[k];
-            // In the joint's own frame, which is that of its child at q = 0.
+            // The axis is given in the joint's frame, which is that of its child at q = 0.
             let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
             let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
             self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
@@ -158,7 +158,7 @@ impl UrdfFile {
         capsules.iter().map(|capsule| capsule.seen_from(&pose)).collect()
     }
 
-    /// The links that move with a link, up to the next joints of the chain.
+    /// Collects the links that move with a link, up to the next joints of the chain.
     fn attach_fixed_links(
         &self,
         (link, is_held): (usize, bool),
@@ -189,7 +189,7 @@ impl UrdfFile {
                 self.attach_fixed_links(child, moving, poses, axis, chain);
             }
         }
-        // A frame without a body is no note; a driven link without any is.
+        // A link without a body gets a note only if nothing on its axis has a body.
         if axis.link_bodies().next().is_none()
             && moving.iter().any(|k| self.joints[*k].child == link)
         {
@@ -207,7 +207,7 @@ impl UrdfFile {
         let mut parents: Vec<Option<usize>> = vec![None; self.links.len()];
         for joint in &self.joints {
             let again = parents[joint.child].replace(joint.parent).is_some();
-            // The way up from a link ends at a root, or in a loop.
+            // The path from a link towards the base ends at a root, or in a loop.
             let mut above = Some(joint.parent);
             while let Some(link) = above.filter(|link| *link != joint.child) {
                 above = parents[link];
@@ -239,7 +239,7 @@ impl UrdfFile {
         links.iter().map(|link| self.links[*link].name.as_str()).collect::<Vec<_>>().join(" ")
     }
 
-    /// The joints from one link to another below it.
+    /// Returns the joints from one link to a descendant.
     fn route(&self, base: usize, tip: usize) -> Option<Vec<usize>> {
         let (mut path_between, mut at) = (Vec::new(), tip);
         while at != base {
@@ -280,7 +280,7 @@ impl UrdfFile {
     fn poses(&self, base: usize) -> Vec<Option<IsometryMatrix3<f64>>> {
         let mut poses = vec![None; self.links.len()];
         poses[base] = Some(IsometryMatrix3::identity());
-        // Each round reaches one joint further at least.
+        // Each pass places at least one more joint.
         for _ in &self.joints {
             for joint in &self.joints {
                 if let (Some(parent), None) = (poses[joint.parent], poses[joint.child]) {

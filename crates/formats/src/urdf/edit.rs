@@ -1,4 +1,4 @@
-//! A URDF with other bodies and friction, and everything else as it was.
+//! A URDF with other bodies and friction; everything else is unchanged.
 
 use core::ops::Range;
 
@@ -20,8 +20,8 @@ pub const WRITTEN_BY: &str = "Written by didim export.";
 pub struct UrdfValues {
     /// Body of each link, in the frames of [`UrdfArm::to_toml`].
     pub link_bodies: Vec<LinkBody>,
-    /// Viscous friction \[N·m·s/rad or N·s/m\], where the model has it; 0 is written in the place
-    /// of any other.
+    /// Viscous friction \[N·m·s/rad or N·s/m\]; `None` if the model has none, and then 0 replaces
+    /// the value of the file.
     pub damping: Vec<Option<f64>>,
     /// Coulomb friction \[N·m or N\], likewise.
     pub friction: Vec<Option<f64>>,
@@ -35,8 +35,8 @@ struct TextEdit {
 
 impl UrdfArm {
     /// Returns its file with other inertials, damping and friction, and with remarks in a comment
-    /// at the beginning. A link that a joint moves gets the body of all links fixed to it, whose
-    /// own inertials go. Links on joints outside the arm keep their inertials, which are
+    /// at the beginning. The link of a moving joint gets the body of all links fixed to it, whose
+    /// own inertials are removed. Links on joints outside the arm keep their inertials, which are
     /// subtracted.
     ///
     /// # Errors
@@ -67,7 +67,8 @@ impl UrdfArm {
                 let link = &file.links[attached.link];
                 let tab = indent_of(text, &link.element) + "  ";
                 match (&link.inertial_range, index, attached.is_held) {
-                    // It would stay, and the link that carries it have it once more.
+                    // Its inertial would remain, and the carrying link would contain it a second
+                    // time.
                     (Some(_), _, true) if attached.body.is_none() => {
                         return Err(UrdfError::ImpossibleHeld { link: link.name.clone() });
                     }
@@ -146,7 +147,7 @@ fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Text
                 edits.push(TextEdit { text_range: place.clone(), text: format!("{value:?}") });
             }
             (Some(value), None) => new.push((name, value)),
-            // Effects outside the model are in its other parameters.
+            // Effects that the model does not have are contained in its other parameters.
             (None, Some(place)) => {
                 edits.push(TextEdit { text_range: place.clone(), text: "0.0".to_owned() })
             }
@@ -171,13 +172,13 @@ fn former_comment(text: &str) -> usize {
     comment.and_then(|_| text.find("-->")).map_or(0, |at| at + "-->".len())
 }
 
-/// The spaces before an element on its line.
+/// Returns the spaces before an element on its line.
 fn indent_of(text: &str, place: &ElementPlace) -> String {
     let line = text[..place.range.start].rsplit('\n').next().unwrap_or_default();
     line.chars().take_while(|of| of.is_whitespace()).collect()
 }
 
-/// New content at the begin of an element.
+/// Inserts content at the beginning of an element.
 fn insert_inside(text: &str, place: &ElementPlace, content: &str) -> TextEdit {
     let Range { start, end } = place.range.clone();
     let element = &text[start..end];
@@ -198,7 +199,7 @@ fn insert_inside(text: &str, place: &ElementPlace, content: &str) -> TextEdit {
     }
 }
 
-/// An element with the rest of its line, where that is blank.
+/// Extends the range of an element to its whole line if the rest of the line is blank.
 fn with_line(text: &str, place: &Range<usize>) -> Range<usize> {
     let before = text[..place.start].trim_end_matches([' ', '\t']);
     let is_alone = text[place.end..].trim_start_matches([' ', '\t', '\r']).starts_with('\n');

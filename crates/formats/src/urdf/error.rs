@@ -1,6 +1,6 @@
 //! Faults of a URDF.
 
-/// Why a URDF is no arm that can be identified. Lines are counted from 1.
+/// Reason why the arm of a URDF cannot be identified. Lines are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UrdfError {
     /// Not XML. Correct it.
@@ -12,7 +12,7 @@ pub enum UrdfError {
     /// More links than an arm has.
     #[error("line {line}: it has more than 1000 links or joints; give the URDF of the arm alone")]
     TooLarge {
-        /// Place of the first one too many.
+        /// Line of the first link beyond the limit.
         line: usize,
     },
     /// A xacro file: macros that xacro has to expand.
@@ -24,7 +24,7 @@ pub enum UrdfError {
     Xacro {
         /// The element or the attribute's value.
         what: String,
-        /// Where that shows.
+        /// Line of the macro.
         line: usize,
     },
     /// Not a URDF. Give one.
@@ -45,7 +45,7 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
-    /// An element or a name that may be there once.
+    /// An element or a name appears twice.
     #[error("line {line}: {what} is there twice; keep one")]
     Twice {
         /// Name of the value.
@@ -53,7 +53,7 @@ pub enum UrdfError {
         /// Place of the second one.
         line: usize,
     },
-    /// A number that is none.
+    /// A value is not a number.
     #[error("line {line}: `{text}` of `{attribute}` is not {expected}")]
     Number {
         /// Text found there.
@@ -88,7 +88,7 @@ pub enum UrdfError {
         joint: String,
         /// The link.
         link: String,
-        /// Those there are.
+        /// The available links.
         available: String,
         /// Its line.
         line: usize,
@@ -136,7 +136,7 @@ pub enum UrdfError {
         /// The tip.
         tip: String,
     },
-    /// No joint moves, or too many.
+    /// No joint of the chain moves, or more than an arm can have.
     #[error("{found} joints move between `{base}` and `{tip}`; an arm has 1 to {largest}")]
     Joints {
         /// Number found.
@@ -145,10 +145,10 @@ pub enum UrdfError {
         base: String,
         /// The tip.
         tip: String,
-        /// At most.
+        /// Largest supported number.
         largest: usize,
     },
-    /// A joint of the chain that no single drive moves.
+    /// A joint of the chain has a type that a single drive cannot move.
     #[error(
         "line {line}: joint `{joint}` is {kind}, which a chain of driven joints cannot have; end \
         the arm before it"

@@ -11,7 +11,7 @@ use roxmltree::{Document, Node};
 use super::error::UrdfError;
 use super::limits::UrdfLimits;
 
-/// More links, and joints, than any machine has.
+/// Maximum number of links and of joints.
 pub(super) const MAX_LINKS: usize = 1000;
 
 pub(super) struct UrdfFile {
@@ -29,11 +29,11 @@ pub(super) struct Link {
     pub(super) inertial_range: Option<Range<usize>>,
     /// Capsules about its collision shapes, in the link's frame.
     pub(super) capsules: Vec<CollisionCapsule>,
-    /// True if there are others: meshes, and shapes that cannot be read.
+    /// True if the link has other shapes: meshes, or shapes that cannot be read.
     pub(super) has_unread_shapes: bool,
 }
 
-/// A capsule about a shape: all within a radius of the way between two points \[m\].
+/// A capsule about a shape: all points within a radius of a segment \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CollisionCapsule {
     pub(super) end_points: [Point3<f64>; 2],
@@ -41,7 +41,7 @@ pub(super) struct CollisionCapsule {
 }
 
 impl CollisionCapsule {
-    /// Seen from the frame in which this one's has the pose.
+    /// Converts it to the frame in which its own frame has this pose.
     pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
         Self { end_points: self.end_points.map(|end| pose * end), ..*self }
     }
@@ -63,11 +63,11 @@ pub(super) struct DynamicsPlace {
 
 /// Body of a link in the file.
 pub(super) enum Inertial {
-    /// Nothing.
+    /// The link has no `<inertial>`.
     Missing,
     /// An impossible body, and why.
     Impossible(String),
-    /// In the link's frame.
+    /// A body, in the frame of the link.
     Body(Body),
 }
 
@@ -109,7 +109,7 @@ pub(super) enum JointType {
     Planar,
 }
 
-/// As written: missing values are 0.
+/// Limits as written in the file; missing values are 0.
 #[derive(Clone, Copy)]
 pub(super) struct FileLimit {
     pub(super) lower: f64,
@@ -203,7 +203,7 @@ impl UrdfFile {
             let problem = format!("<xacro:{}>", macros.tag_name().name());
             return Err(UrdfError::Xacro { what: problem, line: line(macros) });
         }
-        // Or xacro expressions remain, and the elements that define them do not.
+        // Xacro expressions may remain even if the elements that define them do not.
         let replaced = root.descendants().find_map(|node| {
             let values = node.attributes().map(|attribute| attribute.value());
             let mut expressions =
@@ -329,12 +329,12 @@ fn number_of(
     number.ok_or_else(wrong)
 }
 
-/// A number that is 0 where it is not stated.
+/// Returns a number, or 0 if it is missing.
 fn number_or_zero(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
     node.attribute(name).map_or(Ok(0.0), |text| number_of(node, name, text, "a number"))
 }
 
-/// Three numbers, where they are stated.
+/// Returns three numbers, if they are given.
 fn three_numbers(
     node: Node<'_, '_>,
     name: &'static str,
@@ -390,7 +390,7 @@ fn collision_capsule(collision: Node<'_, '_>) -> Option<CollisionCapsule> {
         (Vector3::z() * 0.5 * size(rod, "length")?, size(rod, "radius")?)
     } else {
         let sides = three_numbers(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
-        // About the longest side, through the middle of the others.
+        // The segment is along the longest side, through the middle of the others.
         let (longest, length) = sides.argmax();
         let mut half = Vector3::zeros();
         half[longest] = 0.5 * length;
@@ -412,7 +412,7 @@ fn parse_inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
     };
     let mut entries = [0.0; 6];
     for (entry, name) in entries.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
-        // Some readers take a missing one for 0 and drop the whole inertia.
+        // Some readers take a missing entry for 0 and drop the complete inertia.
         let Some(text) = tensor.attribute(name) else {
             return Ok(Inertial::Impossible(format!("no {name}")));
         };
@@ -454,7 +454,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
         links.iter().position(|link| link.name == wanted).ok_or_else(unknown)
     };
     let (parent, child_link) = (link("parent")?, link("child")?);
-    // Exporters write an axis of nothing for joints that do not move.
+    // Exporters write a zero axis for joints that do not move.
     let moving = Some(node).filter(|_| kind != JointType::Fixed);
     let part = |name: &'static str| moving.map_or(Ok(None), |node| single_child(node, name));
     let axis = part("axis")?.map(|axis| Ok((three_numbers(axis, "xyz")?, axis.attribute("xyz"))));

@@ -51,7 +51,7 @@ pub struct UrdfDrives {
     /// True if the inertias of the drives are parameters, for joints without their own key. Behind
     /// a torque sensor they are not.
     pub drive_inertia: bool,
-    /// Turns of each motor to one of its joint; 1 where signals are of the joints' side.
+    /// Turns of each motor per turn of its joint; 1 for joint-side signals.
     pub gear_ratios: Vec<f64>,
     /// Lines of a robot file's `[friction]`.
     pub friction: String,
@@ -61,8 +61,8 @@ pub struct UrdfDrives {
 }
 
 impl UrdfDrives {
-    /// Assumes drives for a look at an arm whose drives nobody has configured: signals of the
-    /// joints' side, drives with inertias, viscous and Coulomb friction and an offset.
+    /// Assumes drives for inspecting an arm without configured drives: joint-side signals, drive
+    /// inertias, viscous and Coulomb friction, and offsets.
     pub fn with_assumed_drives(joints: usize) -> Self {
         let sign = "sign = { model = \"tanh\", width_rad_s = 0.02 }";
         Self {
@@ -75,8 +75,8 @@ impl UrdfDrives {
 }
 
 impl UrdfArm {
-    /// The arm between two links; the only root is the base and the only end of moving joints the
-    /// tip where they are not asked for.
+    /// Reads the arm between two links. If they are not given, the base is the only root and the
+    /// tip the only end of moving joints.
     ///
     /// # Errors
     /// [`UrdfError`].
@@ -122,7 +122,7 @@ impl UrdfArm {
         self.axes.iter().map(|axis| axis.name.as_str())
     }
 
-    /// Base and tip.
+    /// Returns base and tip.
     pub fn base_and_tip(&self) -> [&str; 2] {
         [&self.base, &self.tip]
     }
@@ -132,7 +132,7 @@ impl UrdfArm {
         self.tip_position_m.into()
     }
 
-    /// Links with collision shapes that are unread_shapes, or cannot be read.
+    /// Returns the links with collision shapes that are meshes or cannot be read.
     pub fn unread_shapes(&self) -> &[String] {
         &self.unread_shapes
     }
@@ -142,9 +142,9 @@ impl UrdfArm {
         &self.notes
     }
 
-    /// The arm as a robot file. Its base's frame is the first joint's at q = 0, and gravity is
-    /// turned into that; positions are those of the URDF. Bodies and friction of the URDF are
-    /// nominal values where every link that moves has a body.
+    /// Converts the arm to a robot file. Its base frame is that of the first joint at q = 0, and
+    /// gravity is rotated into it. Positions are those of the URDF. Bodies and friction of the URDF
+    /// become nominal values if every moving link has a body.
     pub fn to_toml(&self, drives: &UrdfDrives) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
@@ -227,7 +227,7 @@ impl UrdfArm {
     }
 }
 
-/// Writes shapes of the base's frame, seen in another; nothing without any.
+/// Writes capsules, given in the base frame, in another frame. Writes nothing without capsules.
 fn write_capsules(
     out: &mut String,
     key: &str,
@@ -256,7 +256,7 @@ fn toml_text(name: &str) -> String {
     single_line(name).replace('\\', "\\\\").replace('"', "\\\"")
 }
 
-/// A name on one line.
+/// Returns a name on one line.
 fn single_line(name: &str) -> String {
     name.chars().map(|of| if of.is_control() { ' ' } else { of }).collect()
 }

@@ -1,4 +1,4 @@
-//! From axes anywhere in space to modified Denavit–Hartenberg parameters (Khalil and Dombre,
+//! Conversion of arbitrary axes to modified Denavit–Hartenberg parameters (Khalil and Dombre,
 //! *Modeling, Identification and Control of Robots*, ch. 3): x of each frame along the common
 //! normal to the next axis.
 
@@ -9,7 +9,7 @@ use super::file::Body;
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
 
-/// Lengths below this are those of axes that meet \[m\].
+/// Distance below which two axes intersect \[m\].
 const INTERSECTION_DISTANCE_M: f64 = 1e-9;
 /// Rounding error of an angle or a length.
 const ROUNDING: f64 = 1e-14;
@@ -33,13 +33,13 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// This frame in that of the base.
+    /// Returns the pose of this frame in that of the base.
     pub(super) fn pose(&self) -> IsometryMatrix3<f64> {
         let rotation = Rotation3::from_matrix_unchecked(self.rows().transpose());
         IsometryMatrix3::from_parts(Translation3::from(self.origin), rotation)
     }
 
-    /// A vector of the base's frame in this one.
+    /// Converts a vector from the frame of the base to this one.
     pub(super) fn vector_in_frame(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         self.rows() * vector
     }
@@ -80,7 +80,8 @@ pub(super) fn place_frames(axes: &[ChainAxis], notes: &mut Vec<UrdfNote>) -> Vec
     let mut placed: Vec<PlacedJoint> = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
         let z = axis.direction;
-        // Where the previous x axis meets this one, and that x axis, which is normal to both.
+        // Point where the previous x axis meets this axis, and that x axis, which is normal to
+        // both.
         let (foot, before) = match placed.last() {
             None => (axis.point_on_axis, normal_to(&z)),
             Some(previous) => {
@@ -131,15 +132,16 @@ fn align_parallel_axes(mut axes: Vec<ChainAxis>, notes: &mut Vec<UrdfNote>) -> V
     axes
 }
 
-/// Returns the point of an axis where the common normal from another axis arrives, which leaves
-/// that at `origin` along `x`.
+/// Returns the foot of a common normal: the point of an axis where the normal meets it that leaves
+/// another axis at `origin` along `x`.
 fn common_normal_foot(
     axis: &ChainAxis,
     origin: &Vector3<f64>,
     x: &Vector3<f64>,
     z: &Vector3<f64>,
 ) -> Vector3<f64> {
-    // Seen along x both axes cross there; parallel ones are level with the origin.
+    // In the projection along x both axes intersect there. For parallel axes the point is level
+    // with the origin.
     let offset = origin - axis.point_on_axis;
     let across = z.cross(x);
     let sine = axis.direction.dot(&across);
@@ -171,20 +173,21 @@ fn common_normal(
     let along = offset.cross(&next.direction).dot(&cross) / (sine * sine);
     let origin = foot + z * along;
     let d = offset.dot(&x);
-    // Away from this axis; where both meet, the way that turns least.
+    // The normal points away from this axis. If the axes intersect, the smaller rotation is chosen.
     let backwards =
         if d.abs() > INTERSECTION_DISTANCE_M { d < 0.0 } else { x.dot(&before) < -ROUNDING };
     (origin, if backwards { -x } else { x })
 }
 
-/// A direction normal to another: that of the base's x, or of its y where the other is along x.
+/// Returns a direction normal to another, nearest to x of the base, or to y if the other is along
+/// x.
 fn normal_to(z: &Vector3<f64>) -> Vector3<f64> {
     let projected = |axis: Vector3<f64>| axis - z * axis.dot(z);
     let x = projected(Vector3::x());
     if x.norm() > 0.1 { x.normalize() } else { projected(Vector3::y()).normalize() }
 }
 
-/// Quarter turns and lengths of nothing are exact but for rounding.
+/// Removes rounding errors from quarter turns and zero lengths.
 fn clean_degrees(angle_rad: f64) -> f64 {
     let quarters = (angle_rad / core::f64::consts::FRAC_PI_2).round();
     if (angle_rad - quarters * core::f64::consts::FRAC_PI_2).abs() < ROUNDING {

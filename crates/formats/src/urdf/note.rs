@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// Not wrong, and worth knowing.
+/// Note on an arm: nothing wrong, but worth knowing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum UrdfNote {
     /// A moving link has no body: there are no nominal values.
@@ -17,12 +17,12 @@ pub enum UrdfNote {
         /// Why it cannot.
         problem: String,
     },
-    /// A joint outside the chain, taken as fixed at 0.
+    /// A joint outside the chain is assumed to be fixed at 0.
     HeldStill {
         /// The joint.
         joint: String,
     },
-    /// A limit that is 0 or left out: it stays open.
+    /// A limit that is 0 or missing remains unknown.
     OpenLimit {
         /// The joint.
         joint: String,

@@ -12,7 +12,7 @@ pub enum BaseParametersError {
         make angles and lengths exactly equal where they are meant to be"
     )]
     AmbiguousRank {
-        /// Part of the effect that belongs to the parameter alone.
+        /// Share of the parameter's effect that no combination of others has.
         length: f64,
     },
     /// Two methods to count the base parameters disagree.

@@ -28,8 +28,8 @@ pub struct BaseParameters {
 }
 
 impl BaseParameters {
-    /// Computes the base parameters of a model, by QR of its regressor over random motions that are
-    /// always the same.
+    /// Computes the base parameters of a model by a QR factorisation of its regressor. The
+    /// regressor is stacked over random motions with a fixed seed.
     pub fn compute(model: &Model) -> Result<Self, BaseParametersError> {
         let parameters = model.parameters().parameters();
         let mut preference: Vec<usize> = (0..parameters.len()).collect();
