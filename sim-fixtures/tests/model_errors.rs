@@ -17,7 +17,7 @@ fn run(scenario: &Scenario) -> Record {
 }
 
 fn stribeck() -> Unmodelled {
-    let of_joint = Stribeck { torque_nm: 0.7, velocity_rad_s: 0.1, width_rad_s: 0.05 };
+    let of_joint = Stribeck { torque_nm: 0.7, velocity_rad_s: 0.1, sign_width_rad_s: 0.05 };
     Unmodelled { stribeck: Some(vec![of_joint; 6]), ..Default::default() }
 }
 

@@ -142,7 +142,7 @@ fn what_the_arm_has_next_to_the_model_is_found_by_both_methods() {
     let of_joint = |joint: usize| Stribeck {
         torque_nm: 0.1 * scenario.truth_of(&format!("fc{joint}")).unwrap(),
         velocity_rad_s: 0.1,
-        width_rad_s: 0.05,
+        sign_width_rad_s: 0.05,
     };
     let stribeck = Some((1..=6).map(of_joint).collect());
     let stribeck = Unmodelled { stribeck, ..Default::default() };

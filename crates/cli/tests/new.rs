@@ -338,7 +338,10 @@ fn joints_that_never_move_are_named_before_anything_is_fitted() {
     let [cell, log] = ["cell.toml", "log.csv"].map(|file| folder.path().join(file));
     let table = fs::read_to_string(&log).unwrap();
     for (rests, expected) in [
-        (&[3][..], "log.csv: joint 2 never moves beyond its noise in the samples that count"),
+        (
+            &[3][..],
+            "log.csv: joint 2 (elbow) never moves beyond its noise in the samples that count",
+        ),
         (
             &[2, 3],
             "log.csv: no joint moves beyond its noise in the samples that count: nothing can be \

@@ -140,7 +140,7 @@ impl Own {
                 let of_joint = |fc: f64| Stribeck {
                     torque_nm: 0.1 * fc,
                     velocity_rad_s: 0.1,
-                    width_rad_s: 0.05,
+                    sign_width_rad_s: 0.05,
                 };
                 Unmodelled { stribeck: Some(coulomb.map(of_joint).collect()), ..none }
             }

@@ -109,7 +109,7 @@ impl Wrong {
                 let of_joint = |joint: usize| Stribeck {
                     torque_nm: 0.1 * scenario.truth_of(&format!("fc{joint}")).unwrap(),
                     velocity_rad_s: 0.1,
-                    width_rad_s: 0.05,
+                    sign_width_rad_s: 0.05,
                 };
                 let stribeck = Some((1..=6).map(of_joint).collect());
                 scenario.with_unmodelled(Unmodelled { stribeck, ..Default::default() })

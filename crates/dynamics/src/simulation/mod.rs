@@ -3,11 +3,11 @@
 //!
 //! One sample of a sampled loop, at t_k:
 //!
-//! 1. the motors are at q_motor = R q; the encoders report it with noise, quantised; 2. the
-//! controller takes R⁻¹ of that and the reference at t_k and computes the torque command; 3. the
-//! command acts from t_k plus the controller's delay and is held for one period, with a disturbance
-//! torque that is constant over the period; 4. q̈ = M(q)⁻¹ (τ − h(q, q̇)), friction included, is
-//! integrated to t_{k+1} in fixed steps.
+//! 1. the motors are at q_motor = R q; the encoders report it with noise, quantised;
+//! 2. the controller takes R⁻¹ of that and the reference at t_k and computes the torque command;
+//! 3. the command acts from t_k plus the controller's delay and is held for one period, with a
+//!    disturbance torque that is constant over the period;
+//! 4. q̈ = M(q)⁻¹ (τ − h(q, q̇)), friction included, is integrated to t_{k+1} in fixed steps.
 //!
 //! [`ClosedLoop::step`] returns what is known at t_k after 1 to 3 and allocates nothing;
 //! [`ClosedLoop::run`] records many steps.

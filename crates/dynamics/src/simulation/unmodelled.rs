@@ -49,7 +49,8 @@ pub struct Stribeck {
     /// vs, the speed at which it has fallen to 1/e \[rad/s, or m/s\].
     pub velocity_rad_s: f64,
     /// w, the width of the change of sign \[rad/s, or m/s\]; well below vs.
-    pub width_rad_s: f64,
+    #[serde(rename = "width_rad_s")]
+    pub sign_width_rad_s: f64,
 }
 
 /// Torque ripple of a motor over its angle, a sin(p q_m + ϕ): cogging, which does not depend on the
@@ -77,7 +78,7 @@ impl Stribeck {
     /// Returns the friction at a velocity, positive against a positive velocity \[N·m, or N\].
     pub fn torque(&self, velocity_rad_s: f64) -> f64 {
         let slow = velocity_rad_s / self.velocity_rad_s;
-        self.torque_nm * (-slow * slow).exp() * (velocity_rad_s / self.width_rad_s).tanh()
+        self.torque_nm * (-slow * slow).exp() * (velocity_rad_s / self.sign_width_rad_s).tanh()
     }
 }
 
@@ -88,7 +89,7 @@ impl Unmodelled {
             for of_joint in stribeck {
                 check_not_negative("unmodelled.stribeck.torque_nm", of_joint.torque_nm)?;
                 check_positive("unmodelled.stribeck.velocity_rad_s", of_joint.velocity_rad_s)?;
-                check_positive("unmodelled.stribeck.width_rad_s", of_joint.width_rad_s)?;
+                check_positive("unmodelled.stribeck.width_rad_s", of_joint.sign_width_rad_s)?;
             }
         }
         if let Some(width) = self.coulomb_width_rad_s {
@@ -131,7 +132,8 @@ impl Unmodelled {
 mod tests {
     use super::*;
 
-    const STRIBECK: Stribeck = Stribeck { torque_nm: 0.7, velocity_rad_s: 0.1, width_rad_s: 0.001 };
+    const STRIBECK: Stribeck =
+        Stribeck { torque_nm: 0.7, velocity_rad_s: 0.1, sign_width_rad_s: 0.001 };
 
     #[test]
     fn stribeck_friction_opposes_the_motion_and_fades_with_speed() {
@@ -158,7 +160,7 @@ mod tests {
         assert!(said(&stribeck(vec![negative])).contains("torque_nm = -1"));
         let still = Stribeck { velocity_rad_s: 0.0, ..STRIBECK };
         assert!(said(&stribeck(vec![still])).contains("velocity_rad_s = 0"));
-        let sharp = Stribeck { width_rad_s: f64::NAN, ..STRIBECK };
+        let sharp = Stribeck { sign_width_rad_s: f64::NAN, ..STRIBECK };
         assert!(said(&stribeck(vec![sharp])).contains("width_rad_s = NaN"));
         assert!(said(&gain(vec![1.0, 1.0])).contains("unmodelled.torque_gain"));
         assert!(said(&gain(vec![0.0])).contains("unmodelled.torque_gain = 0"));

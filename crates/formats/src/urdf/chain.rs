@@ -39,7 +39,7 @@ pub(super) struct AttachedLink {
     /// Its body in the frame of the base at q = 0, if it has one.
     pub(super) body: Option<Body>,
     /// True if a joint outside the chain leads to it.
-    pub(super) is_held: bool,
+    pub(super) is_off_chain: bool,
     /// Capsules about its collision shapes, likewise.
     pub(super) capsules: Vec<CollisionCapsule>,
 }
@@ -179,7 +179,7 @@ impl UrdfFile {
             _ => None,
         };
         let capsules = self.link_capsules(link, poses, chain);
-        axis.attached_links.push(AttachedLink { link, body, is_held, capsules });
+        axis.attached_links.push(AttachedLink { link, body, is_off_chain: is_held, capsules });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
                 if joint.is_moving() {

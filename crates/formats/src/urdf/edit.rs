@@ -66,7 +66,7 @@ impl UrdfArm {
             for (index, attached) in axis.attached_links.iter().enumerate() {
                 let link = &file.links[attached.link];
                 let tab = indent_of(text, &link.element) + "  ";
-                match (&link.inertial_range, index, attached.is_held) {
+                match (&link.inertial_range, index, attached.is_off_chain) {
                     // Its inertial would remain, and the carrying link would contain it a second
                     // time.
                     (Some(_), _, true) if attached.body.is_none() => {
@@ -105,7 +105,7 @@ impl UrdfArm {
 /// physically consistent.
 fn without_held(axis: &ChainAxis, complete: &Body) -> Option<Body> {
     let mut rest = about_origin(complete);
-    for fixed_link in axis.attached_links.iter().filter(|attached| attached.is_held) {
+    for fixed_link in axis.attached_links.iter().filter(|attached| attached.is_off_chain) {
         let Some(body) = &fixed_link.body else { continue };
         let body = about_origin(body);
         rest.mass_kg -= body.mass_kg;

@@ -10,9 +10,9 @@ use didim_dynamics::numeric::{Lanes, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Weights {
     /// ½ (p^i + p^(n−1−i)), the weight of their sum.
-    sum: ComplexLanes,
+    of_sum: ComplexLanes,
     /// ½ (p^(n−1−i) − p^i), the weight of their difference.
-    difference: ComplexLanes,
+    of_difference: ComplexLanes,
 }
 
 /// Some of a filter's modes, over n samples.
@@ -46,7 +46,7 @@ impl ModeGroup {
                     |powers: &Vec<Complex<f64>>| (powers[mirror] + powers[i] * sign) * half;
                 ComplexLanes::from_numbers(&powers.iter().map(lanes_of).collect::<Vec<_>>())
             };
-            Weights { sum: side(1.0), difference: side(-1.0) }
+            Weights { of_sum: side(1.0), of_difference: side(-1.0) }
         };
         Self {
             pole: ComplexLanes::from_numbers(
@@ -74,8 +74,8 @@ impl ModeGroup {
         let (mut even, mut odd) = (ComplexLanes::ZERO, ComplexLanes::ZERO);
         for ((weights, front), back) in self.weights.iter().zip(samples).zip(samples.iter().rev()) {
             let (front, back) = (Lanes::constant(*front), Lanes::constant(*back));
-            even = even.sum_with(&weights.sum.scaled(front + back));
-            odd = odd.sum_with(&weights.difference.scaled(front - back));
+            even = even.sum_with(&weights.of_sum.scaled(front + back));
+            odd = odd.sum_with(&weights.of_difference.scaled(front - back));
         }
         [even.sum_with(&odd), even.difference_from(&odd)]
     }

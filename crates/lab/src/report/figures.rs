@@ -44,7 +44,7 @@ const FIGURE_ROWS: &[Row] = &[
     ("white noise, P", |e| Some(probability(smallest_value(&e.whiteness_per_joint)?)), |_| None),
     ("rows per joint", |e| Some(rows(e).to_string()), |_| None),
     ("effective", |e| Some(number_text(mean(&e.effective_rows_per_joint)?, 3)), |_| None),
-    ("classical σ / σ", |e| Some(number_text(mean(&classical_shares(e))?, 2)), |_| None),
+    ("classical σ / σ", |e| Some(number_text(mean(&classical_deviation_ratios(e))?, 2)), |_| None),
 ];
 
 pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
@@ -93,7 +93,7 @@ fn rows(estimate: &Estimate) -> usize {
     estimate.rows / estimate.relative_error_per_joint.len().max(1)
 }
 
-fn classical_shares(estimate: &Estimate) -> Vec<f64> {
+fn classical_deviation_ratios(estimate: &Estimate) -> Vec<f64> {
     let parameters = estimate.parameters.iter();
     parameters.map(|p| p.classical_standard_deviation / p.standard_deviation).collect()
 }

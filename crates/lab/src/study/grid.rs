@@ -26,7 +26,7 @@ pub struct GridCell {
     pub scenario: Scenario,
     /// Known robot, options and controller.
     pub cell: Cell,
-    /// Index of the arm's motion in [`Grid::motions`].
+    /// Index of the arm's motion in [`Grid::reference_torques`].
     pub motion: usize,
 }
 
@@ -38,7 +38,7 @@ pub struct Grid {
     /// All cells; the last axis varies fastest.
     pub cells: Vec<GridCell>,
     /// The torque along each motion.
-    pub motions: Vec<ReferenceTorque>,
+    pub reference_torques: Vec<ReferenceTorque>,
     /// Hash of the cell's files.
     pub cell_sha256: String,
     /// Hash of everything simulated and of the known controllers.
@@ -71,7 +71,7 @@ impl Grid {
             cell_sha256: cell.configuration_sha256.clone(),
             scenario_sha256: String::new(),
             cells: Vec::new(),
-            motions: Vec::new(),
+            reference_torques: Vec::new(),
             plan,
         };
         let mut moving: Vec<(Motion, Scenario)> = Vec::new();
@@ -89,7 +89,8 @@ impl Grid {
                     let scenario =
                         level.along_motion(scenario).map_err(|e| wrong(e.to_string()))?;
                     let factor = cell.options.decimation_filter.factor;
-                    grid.motions.push(ReferenceTorque::new(&scenario, &cell.base, factor));
+                    grid.reference_torques
+                        .push(ReferenceTorque::new(&scenario, &cell.base, factor));
                     moving.push((motion, scenario));
                     moving.len() - 1
                 }

@@ -173,7 +173,7 @@ pub(super) fn run(
                     failed(cause, error.to_string())
                 }
                 Ok(identification) => {
-                    let torque = &grid.motions[cell.motion];
+                    let torque = &grid.reference_torques[cell.motion];
                     match TruthComparison::new(&identification.estimate, torque) {
                         Some(judged) => Outcome::Result(Box::new(judged)),
                         None => failed("not-finite", "the result is not finite".to_owned()),

@@ -26,7 +26,7 @@ impl Survey {
     }
 
     /// Returns the side on which another survey is, if the two differ.
-    fn differing_side(&self, other: &Self) -> Option<bool> {
+    fn is_heavier_if_different(&self, other: &Self) -> Option<bool> {
         match (self.mass, other.mass) {
             (Some(one), Some(other)) => {
                 let deviation = one.standard_deviation.hypot(other.standard_deviation);
@@ -65,7 +65,7 @@ impl LoadTrack {
 
     /// Processes the next survey, and returns the previous load if it has changed.
     pub(super) fn handle_look(&mut self, survey: Survey) -> Option<Survey> {
-        let side = self.current.differing_side(&survey);
+        let side = self.current.is_heavier_if_different(&survey);
         let again = side.is_some() && side == self.suspected_side;
         self.suspected_side = if again { None } else { side };
         again.then(|| core::mem::replace(&mut self.current, survey))

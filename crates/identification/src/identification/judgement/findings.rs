@@ -244,7 +244,7 @@ impl Findings<'_> {
         let of_signals = stale.chain(misread).chain(cut_off);
         let known = Known {
             context,
-            torque: uncertainty.torque,
+            torque: uncertainty.rms_torque,
             largest_torque: largest_torques(context),
             carried: carried(torque, &solution.parameters),
             indefinite,

@@ -20,7 +20,7 @@ const MAX_FOLDS: usize = 32;
 /// Two states are the same if every position and speed agrees within the sum of two shares. One is
 /// this share of its change between rows, the other is a share of its standard deviation along the
 /// motion.
-const SAME_STATE_SHARE: f64 = 0.6;
+const SAME_STATE_STEP_SHARE: f64 = 0.6;
 const REPEATABLE_SHARES: [f64; 2] = [0.02, 0.05];
 
 /// Rows at most this far apart are one passage through a state.
@@ -139,7 +139,8 @@ impl States {
             for (k, share) in REPEATABLE_SHARES.into_iter().enumerate() {
                 let repeatable = share * signals[k].variance().sqrt();
                 reach.push(
-                    signals[k + 1].map(|rate| SAME_STATE_SHARE * rate.abs() / rows_hz + repeatable),
+                    signals[k + 1]
+                        .map(|rate| SAME_STATE_STEP_SHARE * rate.abs() / rows_hz + repeatable),
                 );
             }
             let [position, velocity, _] = signals;

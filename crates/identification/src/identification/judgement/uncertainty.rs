@@ -41,7 +41,7 @@ pub(super) struct Uncertainty {
     pub(super) nuisance_parameters: Vec<NuisanceEstimate>,
     pub(super) extrapolation: Extrapolation,
     /// Root mean square of the measured torque of each joint \[N·m or N\].
-    pub(super) torque: Vec<f64>,
+    pub(super) rms_torque: Vec<f64>,
     pub(super) model: Option<ModelUncertainty>,
     /// Notes for the user.
     pub(super) notes: Vec<Note>,
@@ -132,7 +132,7 @@ impl Uncertainty {
             combined_deviations: combined,
             nuisance_parameters,
             extrapolation,
-            torque,
+            rms_torque: torque,
             model,
             notes,
         })

@@ -39,7 +39,7 @@ pub struct SimulationOptions {
     pub optimiser: Optimiser,
     /// Restricts the linear steps of DIDIM, CLIE and CLOE to physically consistent parameters.
     /// `"nominal"`: near those of the robot file; `{ total_mass_kg = 27.0 }`: of this mass of all
-    /// moving links \[kg\].
+    /// moving links in kg.
     ///
     /// If left out: any parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
