@@ -11,7 +11,10 @@ use didim_identification::identification::{
     cross_validate, essential_parameters, identify,
 };
 
-use super::screening::{LawError, RateError, checked_measurement, commanded_controller};
+use super::screening::{
+    BeyondLimits, LawError, LimitExcess, RateError, check_limits, checked_measurement,
+    commanded_controller,
+};
 use crate::archive::store::WindowProvenance;
 use crate::cell::{Cell, CellError};
 use crate::window::{DriveReadings, Window};
@@ -23,6 +26,9 @@ pub enum IdentifyError {
     /// The window's stamps give another sample rate than the layout, or none.
     #[error(transparent)]
     Rate(#[from] RateError),
+    /// Positions or torques lie far beyond the robot's limits.
+    #[error(transparent)]
+    Limits(#[from] BeyondLimits),
     /// The cell has no bus.
     #[error(transparent)]
     Cell(Box<CellError>),
@@ -55,7 +61,11 @@ impl IdentifyError {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
-    let measurement = measurement_of(cell, window)?;
+    let (measurement, beyond) = measurement_of(cell, window)?;
+    // One line a window: the worst of a list that may have three entries for each joint.
+    if let Some(worst) = beyond.first() {
+        tracing::warn!("window {}: {worst}", window.number);
+    }
     let readings = window.readings();
     let law =
         law_of_commands(cell, cell.method, [(&measurement, &window.counted_samples, &readings)])?;
@@ -84,10 +94,17 @@ pub fn law_of_commands<'a>(
     commanded_controller(records, cell.robot.transmission(), cell.screening.commands).map(Some)
 }
 
-/// Returns the measurement of a window after a check of its rate.
-pub(super) fn measurement_of(cell: &Cell, window: &Window) -> Result<Measurement, IdentifyError> {
+/// Returns the measurement of a window after a check of its rate and of the robot's limits, with
+/// the values beyond these that are no error, worst first.
+pub(super) fn measurement_of(
+    cell: &Cell,
+    window: &Window,
+) -> Result<(Measurement, Vec<LimitExcess>), IdentifyError> {
     let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
-    Ok(checked_measurement(&window.samples, &bus.layout, cell.screening.rate)?)
+    let measurement = checked_measurement(&window.samples, &bus.layout, cell.screening.rate)?;
+    let counted = &window.counted_samples;
+    let beyond = check_limits(&measurement, counted, &cell.robot, cell.screening.limits)?;
+    Ok((measurement, beyond))
 }
 
 /// Identifies from a measurement. Only the samples in `counted` count; the others are margin for

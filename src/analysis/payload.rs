@@ -51,7 +51,7 @@ pub fn find_load(
     let noted = window.note.as_ref().and_then(|note| note.payload_kg);
     let declared_kg = noted.map(|kg| kg - line.payload_kg().unwrap_or(0.0));
     let declared = DeclaredLoad { mass_kg: declared_kg, centre_m: None };
-    let measurement = measurement_of(cell, window)?;
+    let (measurement, _) = measurement_of(cell, window)?;
     let measured = [(&measurement, window.counted_samples.clone())];
     let payload = StoredModel::of_baseline(baseline).payload(cell, &measured, declared)?;
     let Payload { presence, load, declared, .. } = payload;

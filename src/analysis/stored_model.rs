@@ -97,6 +97,19 @@ pub struct JudgedUse {
     pub reasons: Vec<String>,
 }
 
+impl JudgedUse {
+    /// Returns the answer with the first reason, unless the result is usable.
+    pub fn objection(&self) -> Option<String> {
+        let answer = match self.applicable {
+            Some(true) => return None,
+            Some(false) => "the result is not usable for",
+            None => "it is undecided whether the result is usable for",
+        };
+        let why = self.reasons.first().map(|reason| format!(": {reason}"));
+        Some(format!("{answer} {}{}", self.usage.name(), why.unwrap_or_default()))
+    }
+}
+
 #[derive(Deserialize)]
 struct StoredResult {
     configuration: Option<String>,
@@ -307,6 +320,17 @@ impl StoredModel {
     /// result does not report it.
     pub fn is_of(&self, cell: &Cell) -> Option<bool> {
         self.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256)
+    }
+
+    /// Returns the verdict on a use, if the result has one.
+    pub fn judged_use(&self, usage: Use) -> Option<&JudgedUse> {
+        self.uses.iter().find(|of| of.usage == usage)
+    }
+
+    /// Describes each of these uses for which the verdict is no.
+    pub fn refusals(&self, required: &[Use]) -> Vec<String> {
+        let judged = required.iter().filter_map(|usage| self.judged_use(*usage));
+        judged.filter(|of| of.applicable == Some(false)).filter_map(JudgedUse::objection).collect()
     }
 
     /// Returns its parameters, and those fixed at their nominal values.

@@ -18,6 +18,8 @@ pub enum CliError {
     Configuration(Box<dyn Error + Send + Sync>),
     /// The work was refused or failed. Exit code 1.
     Failed(Box<dyn Error + Send + Sync>),
+    /// The work was done, and its answer to the question of the command line is no. Exit code 3.
+    NotUsable(String),
     /// The command was stopped before it was done. Exit code 130.
     Interrupted(String),
 }
@@ -44,12 +46,13 @@ impl CliError {
             Self::Usage(_) => 2,
             Self::Configuration(_) => 78,
             Self::Failed(_) => 1,
+            Self::NotUsable(_) => 3,
             Self::Interrupted(_) => EXIT_CODE_INTERRUPTED,
         };
         print_note(&format!("didim: {self}\n"));
         let mut last = self.to_string();
         let mut cause = match self {
-            Self::Usage(_) | Self::Interrupted(_) => None,
+            Self::Usage(_) | Self::NotUsable(_) | Self::Interrupted(_) => None,
             Self::Configuration(error) | Self::Failed(error) => error.source(),
         };
         while let Some(error) = cause {
@@ -68,7 +71,7 @@ impl CliError {
 impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(text) | Self::Interrupted(text) => text.fmt(f),
+            Self::Usage(text) | Self::NotUsable(text) | Self::Interrupted(text) => text.fmt(f),
             Self::Configuration(error) | Self::Failed(error) => error.fmt(f),
         }
     }

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use didim::analysis::Format;
-use didim_identification::identification::Method;
+use didim_identification::identification::{Method, Use};
 
 /// Default cell: that of the service of this machine, as in its unit file.
 pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
@@ -15,6 +15,16 @@ pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
 /// Returns a parser for the name of a model format.
 pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
     one_of(Format::ALL, |format| PossibleValue::new(format.name()))
+}
+
+/// Uses with a verdict of yes or no. Contact detection has none: its thresholds are not part of
+/// the result.
+const DECIDED_USES: [Use; 4] =
+    [Use::Monitoring, Use::Prediction, Use::PhysicalValues, Use::RigidBody];
+
+/// Returns a parser for the name of a use that a verdict answers.
+pub(super) fn use_parser() -> impl TypedValueParser<Value = Use> {
+    one_of(DECIDED_USES, |usage| PossibleValue::new(usage.name()))
 }
 
 fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(

@@ -145,6 +145,8 @@ impl ConsistentModel<'_> {
                     enough data come from {prior}."
             ),
         ];
+        let refusals = self.model.refusals(&self.cell.options.required_uses);
+        lines.extend(refusals.iter().map(|refusal| format!("Warning: {refusal}")));
         let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());
         let masses = masses.filter(|(_, parameter)| parameter.kind == ParameterKind::M);
         lines.extend(masses.map(|(mass, parameter)| {

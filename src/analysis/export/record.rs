@@ -37,6 +37,9 @@ struct Record<'a> {
     shifts: Vec<Shift<'a>>,
     /// Parts of the model that these parameters do not include.
     left_out: Vec<String>,
+    /// Uses that the cell requires and the verdict refuses.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    refusals: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -128,6 +131,7 @@ impl ConsistentModel<'_> {
                 .map(|of| Shift { name: &of.name, standard_deviations: of.deviations })
                 .collect(),
             left_out: left_out.iter().map(ToString::to_string).collect(),
+            refusals: self.model.refusals(&self.cell.options.required_uses),
         };
         serde_json::to_string_pretty(&record).map(|text| text + "\n")
     }

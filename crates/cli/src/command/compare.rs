@@ -61,7 +61,7 @@ pub(crate) struct Arguments {
     /// Published figures to compare with (TOML)
     #[arg(long, value_name = "FILE")]
     published: Option<PathBuf>,
-    /// Limits of the figures (TOML); exit code 1 if one is violated
+    /// Limits of the figures (TOML); exit code 3 if one is violated
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
     /// Print one JSON object and nothing else
@@ -260,7 +260,7 @@ fn check_limits(outcomes: &[LimitOutcome<'_>]) -> Result<(), CliError> {
         return Ok(());
     }
     let count = format!("{} of {} limits do not hold:", violations.len(), outcomes.len());
-    Err(CliError::from_failure(count + &violations.concat()))
+    Err(CliError::NotUsable(count + &violations.concat()))
 }
 
 /// Progress bars of the running tasks, on stderr if it is a terminal.

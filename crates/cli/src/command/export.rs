@@ -71,6 +71,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if model.is_of(&cell) == Some(false) {
         print_note(&format!("note: {OTHER_CONFIGURATION}\n"));
     }
+    for refusal in model.refusals(&cell.options.required_uses) {
+        print_note(&format!("warning: {refusal}\n"));
+    }
     for left_out in &exported.left_out {
         print_note(&format!("left out: {left_out}\n"));
     }

@@ -19,6 +19,7 @@ use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report};
 use crate::progress::WorkIndicator;
+use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{
@@ -66,6 +67,8 @@ pub(crate) struct Arguments {
     /// Print the composition of each regrouped parameter
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
+    #[command(flatten)]
+    required: RequiredUses,
 }
 
 /// Output of `--json`: the estimate, and the run time, which is not in a result file.
@@ -273,7 +276,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.report {
         store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
     }
-    Ok(())
+    arguments.required.check_estimate(&identification.estimate)
 }
 
 /// Names the cell file or the recording, whichever the error is about.

@@ -151,13 +151,17 @@ the command was refused or failed; the reason is on stderr
 2
 wrong usage
 .TP
+3
+the work was done, and the answer is no (\-\-require, \-\-limits)
+.TP
 78
 a cell, robot or layout file is wrong
 .TP
 130
 interrupted
 .PP
-A result that is not applicable is no failure of the command: read its verdict.
+A result that is not usable is no failure of the command: read its verdict, or ask for a use by
+\-\-require.
 ";
 
 fn page(command: clap::Command, auxiliary: Option<&CommandPage>) -> io::Result<String> {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use didim_dynamics::robot::{Joint, JointIndex};
-use didim_identification::identification::Prediction;
+use didim_identification::identification::{Prediction, Use};
 use serde::Serialize;
 
 use crate::CliError;
@@ -12,9 +12,10 @@ use crate::input::{Samples, measurement_pairs};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
+use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
-use didim::analysis::{OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{JudgedUse, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{align_table, significant_digits};
@@ -40,6 +41,8 @@ pub(crate) struct Arguments {
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    required: RequiredUses,
 }
 
 /// Output of `--json`.
@@ -84,17 +87,39 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         print_for_terminal(&text(&prediction, &cell, &notes))?;
     }
-    let Some(path) = &arguments.report else { return Ok(()) };
+    if let Some(path) = &arguments.report {
+        let texts = PredictionTexts { recorded, notes: &notes };
+        store_report(path, arguments, &cell, &input, &prediction, &texts)?;
+    }
+    arguments.required.check(|usage| match model.judged_use(usage) {
+        Some(judged) => judged.clone(),
+        None => JudgedUse {
+            usage,
+            applicable: None,
+            reasons: vec!["it has no verdict on this use".to_owned()],
+        },
+    })
+}
+
+/// What a report says of a prediction besides its figures.
+struct PredictionTexts<'a> {
+    recorded: Option<RecordingStart>,
+    notes: &'a [String],
+}
+
+fn store_report(
+    path: &Path,
+    arguments: &Arguments,
+    cell: &Cell,
+    input: &InputFileOrStream,
+    prediction: &Prediction,
+    texts: &PredictionTexts<'_>,
+) -> Result<(), CliError> {
+    let PredictionTexts { recorded, notes } = *texts;
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
     let (result, input) = (read(&arguments.result)?, input.input_file()?);
-    let report = PredictionReport {
-        cell: &cell,
-        result: &result,
-        input: &input,
-        recorded,
-        prediction: &prediction,
-        notes: &notes,
-    };
+    let report =
+        PredictionReport { cell, result: &result, input: &input, recorded, prediction, notes };
     write_text(path, &report.to_html())
 }
 
@@ -105,7 +130,7 @@ fn notes(
     prediction: &Prediction,
     same_configuration: Option<bool>,
 ) -> Vec<String> {
-    let mut notes = Vec::new();
+    let mut notes = model.refusals(&[Use::Prediction]);
     if prediction.expected_error.is_none() {
         notes.push(
             "the result does not state the expected error: it is from an earlier version, from \

@@ -11,6 +11,7 @@ use crate::names::DEFAULT_CELL;
 use crate::outcome::last_identification;
 use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
 use crate::progress::WorkIndicator;
+use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{LastIdentification, LastWindow};
@@ -43,6 +44,8 @@ pub(crate) struct Arguments {
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    required: RequiredUses,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -112,7 +115,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let report = Report::new(&cell, &identification, &origin);
         write_report(path, &report)?;
     }
-    Ok(())
+    arguments.required.check_estimate(&identification.estimate)
 }
 
 fn text(identification: &Identification, robot: &Robot, snapshot: &Snapshot) -> String {

@@ -125,7 +125,7 @@ fn a_limit_that_does_not_hold_is_named() {
     let mut outcome = didim(&[&command[..], &["--folds", "0", "--limits", &limits]].concat());
     let text = std::mem::take(&mut outcome.stdout);
     assert!(text.contains("Limits\n") && text.contains("zz1r"), "the result is there: {text}");
-    outcome.refused(1, &["1 of 2 limits", "IDIM-LS: condition number: 1", "at most 5"]);
+    outcome.refused(3, &["1 of 2 limits", "IDIM-LS: condition number: 1", "at most 5"]);
 }
 
 #[test]

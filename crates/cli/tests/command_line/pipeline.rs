@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::support::{Folder, data, didim, head, packed_cell};
+use crate::program::Installation;
 
 #[test]
 fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
@@ -26,6 +27,67 @@ fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
         didim(&["replay", "--cell", &cell, log, "--json", "--figure", &figure]).refused(1, says);
     }
     assert_eq!(folder.names(), ["cut.log", "empty.log", "malformed.log"]);
+}
+
+/// Torques in a unit of a fifth: no window and no file gets past the limits of the arm.
+#[test]
+fn live_and_offline_refuse_the_same_excess_of_a_limit() {
+    let torque_gains =
+        [("= 1.5e-4", "= 7.5e-4"), ("= 8.0e-5", "= 4e-4"), ("= 3.5e-5", "= 1.75e-4")];
+    let installation = Installation::from_cell("tx40-packed-fd", &torque_gains);
+    let cell = installation.cell().display().to_string();
+    let log = data().packed_log.as_str();
+    let excess = "the torque of joint 2 is";
+    let says = [excess, "2.37 times its limit", "the gain, or the limit?"];
+    didim(&["identify", "--cell", &cell, "--input", log]).refused(1, &says);
+    didim(&["replay", "--cell", &cell, log]).refused(1, &says);
+}
+
+#[test]
+fn a_use_that_a_script_requires_has_its_own_exit_code() {
+    let (cell, log, folder) = (packed_cell(), data().packed_log.as_str(), Folder::new());
+    let identify = ["identify", "--cell", &cell, "--input", log, "--json"];
+    let required = ["--require", "monitoring", "--require", "prediction"];
+    let usable = didim(&[&identify[..], &required].concat()).done();
+    didim(&[&["replay", "--cell", &cell, log][..], &required].concat()).done();
+
+    // A limit below what any motion reaches: the result is computed, printed and refused.
+    let limits = "[identification.limits]\ncondition_number = 1.0\n\n[identification.simulation]";
+    let strict = [("[identification.simulation]", limits)];
+    let installation = Installation::from_cell("tx40-packed-fd", &strict);
+    let strict = installation.cell().display().to_string();
+    for command in
+        [&["identify", "--cell", &strict, "--input", log][..], &["replay", "--cell", &strict, log]]
+    {
+        let outcome = didim(&[command, &["--json", "--require", "monitoring"]].concat());
+        let printed: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+        assert_eq!(printed["verdict"]["uses"]["monitoring"]["applicable"], false);
+        outcome.says(3, &["not usable for monitoring", "condition number"]);
+    }
+    let value: serde_json::Value = serde_json::from_str(&usable).unwrap();
+    let mut refused = value.clone();
+    let verdict = &mut refused["verdict"]["uses"]["prediction"];
+    verdict["applicable"] = false.into();
+    verdict["reasons"] = serde_json::json!(["a reason of the test"]);
+    let [good, bad] = [("good.json", &value), ("bad.json", &refused)]
+        .map(|(name, result)| folder.file(name, &result.to_string()));
+    let predict = |result: &str, required: &[&str]| {
+        let command = ["predict", "--cell", &cell, "--result", result, "--input", log];
+        didim(&[&command[..], required].concat())
+    };
+    predict(&good, &["--require", "prediction"]).done();
+    predict(&bad, &["--require", "monitoring"]).done();
+    let refusal = "the result is not usable for prediction: a reason of the test";
+    let outcome = predict(&bad, &["--require", "prediction"]);
+    assert!(outcome.stdout.contains(&format!("note: {refusal}")), "{outcome:#?}");
+    outcome.says(3, &[refusal]);
+    predict(&bad, &["--require", "contact-detection"]).refused(2, &["possible values: monitoring"]);
+
+    let exported = folder.path("arm.m");
+    let export = ["export", "--cell", &cell, "--result", &bad, "--to", "matlab", "--out"];
+    let outcome = didim(&[&export[..], &[&exported]].concat());
+    outcome.says(0, &[&format!("warning: {refusal}")]);
+    assert!(std::fs::read_to_string(exported).unwrap().contains(refusal));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use didim::analysis::identify::{identify_measurements, identify_window};
+use didim::analysis::screening::check_limits;
 use didim::analysis::{LogError, read_log};
 use didim::cell::Cell;
 use didim::live::worker::{WindowEvent, Windower};
@@ -153,6 +154,12 @@ pub(super) fn identify(cell: &Cell, folder: &Path, cycles: &[Vec<Frame>]) -> (Ou
         rows.then_some((Cow::Owned(piece.measurement), counted))
     });
     let counted: Vec<_> = counted.collect();
+    let beyond = counted.iter().find_map(|(measurement, counted)| {
+        check_limits(measurement, counted, &cell.robot, cell.screening.limits).err()
+    });
+    if let Some(beyond) = beyond {
+        return (Outcome::none("refused", beyond.to_string()), parts);
+    }
     if counted.is_empty() {
         return (
             Outcome::none("refused", "each piece is margin for the filters".to_owned()),
