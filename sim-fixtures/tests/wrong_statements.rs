@@ -5,7 +5,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
-    Estimate, Experiment, Method, Note, NuisanceParameter, Options, Reason, Start, identify,
+    Estimate, Experiment, FindingCode, Method, Note, NuisanceParameter, Options, Reason, Severity,
+    Start, Subject, identify,
 };
 use didim_sim::{Scenario, tx40_paper};
 
@@ -51,8 +52,33 @@ fn the_zero_of_an_encoder_is_reported_with_its_size() {
         let nuisance_parameters = contradicted(reasons);
         let (nuisance, value) = nuisance_parameters.first().copied().unwrap();
         assert_eq!(nuisance, NuisanceParameter::Zero(JointIndex::new(1)), "{reasons:?}");
-        assert!((value.abs() / degrees.abs() - 1.0).abs() < 0.2, "{value} for {degrees}");
+        // What has to be added to the positions as they are read.
+        assert!((value / -degrees - 1.0).abs() < 0.2, "{value} for {degrees}");
         assert!(!estimate.verdict.applicable);
+    }
+}
+
+/// The factor is that by which a user has to multiply the configured gain: written down, the
+/// finding goes.
+#[test]
+fn the_factor_of_a_torque_gain_mends_the_gain() {
+    let scenario = tx40_paper().unwrap();
+    for wrong in [1.2, 0.8] {
+        let scaled = |gain: f64| {
+            identified(&scenario, |signals| {
+                signals.torque_nm[2].iter_mut().for_each(|torque| *torque *= gain);
+            })
+        };
+        let find = |estimate: &Estimate| {
+            let findings = estimate.verdict.findings();
+            findings.into_iter().find(|finding| finding.code == FindingCode::TorqueGain)
+        };
+        let finding = find(&scaled(wrong)).unwrap();
+        assert_eq!(finding.subject, Some(Subject::Joints(vec![JointIndex::new(2)])));
+        assert_eq!(finding.severity, Severity::Blocking);
+        let factor = finding.figure.unwrap();
+        assert!((factor * wrong - 1.0).abs() < 0.03, "{factor} for {wrong}");
+        assert_eq!(find(&scaled(wrong * factor)), None);
     }
 }
 

@@ -221,13 +221,42 @@ impl Cell {
         let known_torques =
             known_torques.iter().any(Option::is_some).then(|| format!("{known_torques:?}"));
         let nominal = self.options.keep_nominal.as_ref();
-        let nominal = nominal.map(|fixed| format!("{fixed:?} {:?}", self.robot.nominal()));
+        let nominal = nominal.map(|fixed| format!("{fixed:?} {}", self.nominal_text()));
         let additional: String = known_torques.into_iter().chain(nominal).collect();
         sha256(&[&(laws + &additional), &sums.collect::<String>()])
+    }
+
+    /// Returns the nominal values as results of earlier versions hash them. The text must not
+    /// change, whatever the fields are called.
+    fn nominal_text(&self) -> String {
+        self.robot.nominal().map_or_else(
+            || "None".to_owned(),
+            |nominal| {
+                let (listed, standard) = (nominal.given_values(), nominal.standard_parameters());
+                format!("Some(NominalParameters {{ listed: {listed:?}, standard: {standard:?} }})")
+            },
+        )
     }
 
     /// The nominal sample rate \[Hz\].
     pub fn sample_rate_hz(&self) -> f64 {
         self.sample_rate_hz
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cell;
+
+    /// Its hash is in the history of every service: another text would end each comparison with
+    /// its baseline.
+    #[test]
+    fn nominal_values_are_hashed_as_they_always_were() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/config/cells/tx40-cia402.toml");
+        let text = Cell::read(file.as_ref()).unwrap().nominal_text();
+        let begin =
+            "Some(NominalParameters { listed: [(\"zz1r\", 1.24), (\"fv1\", 8.0), (\"fc1\", 7.34), ";
+        assert!(text.starts_with(begin), "{text}");
+        assert!(text.contains("], standard: [") && text.ends_with("] })"), "{text}");
     }
 }

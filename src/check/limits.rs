@@ -5,11 +5,12 @@
 pub(crate) struct CheckLimits {
     /// Smallest position range of a joint that moves \[rad or m\]. Convention.
     pub min_range: f64,
-    /// Largest cut-off of the position filter, as a share of the sample rate \[1\]. Derived:
-    /// twice-differentiated white noise is strongest at half the sample rate.
+    /// Largest cut-off of the position filter, as a share of the sample rate \[1\]. Derived: above
+    /// it, the filter passes the noise that central differences amplify most.
     pub max_cutoff_share: f64,
-    /// Smallest ratio of the position filter's cut-off to the identified band \[1\]. Derived: four
-    /// poles, forward and backward, are down by 1 % at 0.56 of their cut-off frequency.
+    /// Smallest ratio of the position filter's cut-off to the identified band \[1\]. Derived: the
+    /// filter has to be flat in this band; four poles, forward and backward, are down by 1 % at
+    /// 0.56 of their cut-off frequency.
     pub min_cutoff_ratio: f64,
     /// Largest share of the bit rate for the layout \[1\]. Convention: the rest is for repetitions
     /// and SDOs.

@@ -88,7 +88,7 @@ pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     }
 }
 
-/// Refuses a folder that anyone except the given user may change.
+/// Refuses a folder that anyone except the given user and that user's own group may change.
 ///
 /// # Errors
 /// [`FolderError`].

@@ -14,9 +14,11 @@ pub(crate) struct LiveLimits {
     /// Share of lost cycles above which the loss is a current fault \[1\]. Convention: a single
     /// lost cycle costs a window, which is reported there.
     pub tolerated_loss_share: f64,
-    /// Number of standard deviations beyond which two masses differ \[σ\]. Convention.
+    /// Number of standard deviations beyond which two masses differ \[σ\]. The standard deviations
+    /// are too large if model errors of the arm are part of both masses. Convention.
     pub load_deviations: f64,
-    /// Time between two load surveys of an open window \[s\]. Convention.
+    /// Duration of the counted samples of a load survey \[s\]. Derived: the wrist has rotated by
+    /// then, and a load is identifiable within seconds.
     pub load_survey_s: f64,
     /// Time without a sample after which a bus is silent. Derived: many times the waiting time of a
     /// batch.

@@ -15,7 +15,8 @@ pub(crate) struct ProposalLimits {
     pub mass_factors: [f64; 2],
     /// Smallest share of the power that a drive loses in an arm with friction \[1\]. Convention.
     pub min_lost_share: f64,
-    /// Tolerance for a joint's return to its position, as a share of its range \[1\]. Convention.
+    /// Tolerance for a joint's return to its position, as a share of its span in the log \[1\].
+    /// Convention.
     pub return_tolerance: f64,
     /// Rows per second of any robot's log \[Hz\]. Derived: it spans three powers of ten, so one
     /// unit of time fits.

@@ -2,7 +2,8 @@
 //! subcommand.
 //!
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
-//! 3 the work was done and the answer is no (`--require`, `--limits`); 78 configuration; 130 stopped before it was done (SIGINT, SIGTERM, SIGHUP).
+//! 3 the work was done, and the answer is no (`--require`, `--limits`); 78 configuration; 130
+//! stopped before it was done (SIGINT, SIGTERM, SIGHUP).
 
 mod choices;
 mod command;

@@ -21,7 +21,7 @@ pub(super) fn width() -> usize {
 
 /// Returns the maximum line width of a table in characters: unlimited if standard output is no
 /// terminal.
-pub(super) fn line() -> usize {
+pub(super) fn max_line_width() -> usize {
     terminal_width().unwrap_or(usize::MAX)
 }
 

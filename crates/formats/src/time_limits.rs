@@ -24,14 +24,14 @@ pub struct TimeLimits {
     /// Largest relative deviation of the configured rate from the times, if the rows are resampled
     /// \[1\]. Convention: the times decide, and the rate has to be recognisable.
     pub resampled_rate: f64,
-    /// Largest distance of a time from the uniform grid of a table \[periods\]. Derived: at half a
-    /// period, the row would be unknown.
+    /// Largest distance of a time from the uniform grid of a table \[periods\]. Convention: half of
+    /// the distance at which the row would be unknown.
     pub grid_periods: f64,
     /// Distance from the grid below which times are taken as on it when positions are
     /// differentiated \[periods\]. Convention.
     pub grid_jitter_periods: f64,
-    /// Step from which a position jumps, as a share of the joint's range \[1\]. Derived: no joint
-    /// crosses a twentieth of its range within a sample.
+    /// Step from which a position jumps, as a share of the span of the recorded positions \[1\].
+    /// Convention: no joint crosses a twentieth of its motion within a sample.
     pub jump_share: f64,
     /// Share of a jump by which the next position but one may differ from the position before the
     /// jump \[1\]. Convention.
@@ -39,8 +39,8 @@ pub struct TimeLimits {
     /// Share of the messages with such jumps from which a second publisher is assumed \[1\].
     /// Convention.
     pub alternating_share: f64,
-    /// Range of a joint from which jumps count \[rad or m\]. Derived: an encoder of 10 bits
-    /// flickers by 6e-3 rad at rest.
+    /// Span of the recorded positions from which jumps count \[rad or m\]. Derived: an encoder of
+    /// 10 bits flickers by 6e-3 rad at rest.
     pub alternating_motion: f64,
 }
 

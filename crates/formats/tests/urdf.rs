@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_formats::{UrdfArm, UrdfDrives, UrdfError};
 use serde::Deserialize;
 
@@ -276,6 +276,12 @@ fn names_stay_names() {
     let robot =
         Robot::from_toml(&UrdfArm::read(&text, None, None).unwrap().to_toml(&links_alone(2)));
     assert_eq!(robot.unwrap().name(), "a \"b\" \\  gravity_m_s2 = 1");
+    // A blank name is none.
+    let text = two_links("", "").replace("\"elbow\"", "\" \"");
+    let arm = UrdfArm::read(&text, None, None).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+    let labels = [0, 1].map(|joint| robot.joint_label(JointIndex::new(joint)));
+    assert_eq!(labels, ["1 (shoulder)", "2"]);
 }
 
 /// What the file says of friction is nominal, where the model has the term.

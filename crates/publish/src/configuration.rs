@@ -26,7 +26,7 @@ pub(crate) struct Configuration {
     pub(crate) state_directory: PathBuf,
     /// Broker that receives the messages.
     pub(crate) broker: Broker,
-    /// The cabinets of one owner.
+    /// The cabinets whose services are read.
     pub(crate) cabinets: Vec<CabinetSection>,
 }
 

@@ -16,7 +16,7 @@ type Positions = [f64; MAX_JOINTS];
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
     /// Latest positions that were accepted, and the number of accepted ones in a row, up to
-    /// [`confirming`].
+    /// [`AssemblyLimits::confirming_positions`](super::AssemblyLimits).
     accepted: Option<(Positions, u32)>,
     /// Latest positions that were refused, and the number of refused ones in a row that agree.
     rejected: Option<(Positions, u32)>,

@@ -8,7 +8,7 @@ use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Validity};
 use super::readings::{in_own_unit, law_signals, reading_specs};
 use super::spec::{
-    CyclesBy, FollowingError, LayoutSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
+    CyclesBy, FollowingErrorSign, LayoutSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
     SignalNames, TorqueValidity,
 };
 
@@ -128,7 +128,7 @@ pub(super) fn at_arrival(spec: &LayoutSpec) -> bool {
 
 /// Returns the following-error settings if the references are following errors. They relate to the
 /// position in the same cycle.
-fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingError>, LayoutError> {
+fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingErrorSign>, LayoutError> {
     let Some(ReferenceSpec { following_error: Some(error), valid, .. }) = &spec.reference else {
         return Ok(None);
     };

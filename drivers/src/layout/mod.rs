@@ -38,7 +38,7 @@ pub(crate) use process_data::{
 };
 pub use slaves::NetworkError;
 pub use spec::{
-    CyclesBy, EnabledSpec, ExceptSpec, FollowingError, LawSpec, LayoutSpec, NodeSpec, PositionSpec,
-    PositionValidity, ReadingSpec, ReferenceSpec, ReferenceValidity, SignalNames, SlaveSpec,
-    TorqueSpec, TorqueValidity,
+    CyclesBy, EnabledSpec, ExceptSpec, FollowingErrorSign, LawSpec, LayoutSpec, NodeSpec,
+    PositionSpec, PositionValidity, ReadingSpec, ReferenceSpec, ReferenceValidity, SignalNames,
+    SlaveSpec, TorqueSpec, TorqueValidity,
 };

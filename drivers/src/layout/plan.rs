@@ -8,7 +8,7 @@ use didim_dynamics::SignalTiming;
 use super::dbc::{MessageFormat, SignalFormat};
 use super::field::Field;
 use super::process_data::ProcessData;
-use super::spec::{CyclesBy, FollowingError};
+use super::spec::{CyclesBy, FollowingErrorSign};
 use crate::frame::{Frame, FrameId, FrameKind};
 
 /// One entry for every identifier of 11 bits.
@@ -145,7 +145,7 @@ pub(super) struct Validity {
     pub(super) torque: SignalTiming,
     pub(super) reference_at_next_sync: bool,
     /// Kind of following error, if the references are following errors instead of positions.
-    pub(super) following_error: Option<FollowingError>,
+    pub(super) following_error: Option<FollowingErrorSign>,
     /// Value of the state of an enabled drive.
     pub(super) enabled_value: u16,
 }
@@ -311,7 +311,7 @@ impl CompiledLayout {
 
     /// Returns the kind of following error, if the references are following errors instead of
     /// positions.
-    pub fn following_error(&self) -> Option<FollowingError> {
+    pub fn following_error(&self) -> Option<FollowingErrorSign> {
         self.validity.following_error
     }
 

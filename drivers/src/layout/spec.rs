@@ -136,8 +136,8 @@ pub struct NodeSpec {
     /// If left out: `eds` is the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dcf: Option<PathBuf>,
-    /// Added to the index of every object: 0x800 for the second axis of a drive of several (CiA
-    /// 402), which is listed once for each axis.
+    /// Added to the index of every object: 0x800 for the second axis of a multi-axis drive (CiA
+    /// 402). Such a drive is listed once for each axis.
     #[serde(default)]
     pub object_offset: u16,
 }
@@ -163,8 +163,8 @@ pub struct SlaveSpec {
     /// If left out: `name` says which.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub address: Option<u16>,
-    /// Added to the index of every object: 0x800 for the second axis of a drive of several (CiA
-    /// 402), which is listed once for each axis.
+    /// Added to the index of every object: 0x800 for the second axis of a multi-axis drive (CiA
+    /// 402). Such a drive is listed once for each axis.
     #[serde(default)]
     pub object_offset: u16,
 }
@@ -392,20 +392,20 @@ pub struct ReferenceSpec {
     ///
     /// If left out: it is a position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub following_error: Option<FollowingError>,
+    pub following_error: Option<FollowingErrorSign>,
 }
 
 /// Sign convention of a following error: drives use either one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum FollowingError {
+pub enum FollowingErrorSign {
     /// Target position minus measured position, like 60F4h of CiA 402: the reference is their sum.
     TargetMinusActual,
     /// Measured position minus target position: the reference is their difference.
     ActualMinusTarget,
 }
 
-impl FollowingError {
+impl FollowingErrorSign {
     /// Returns the factor with which the following error is added to the measured position.
     pub fn sign(self) -> f64 {
         match self {

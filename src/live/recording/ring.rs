@@ -168,7 +168,7 @@ impl Ring {
         fs::rename(&temporary, &path).map_err(io_error("rename to", &path))?;
         fs::remove_file(&part.path).map_err(io_error("remove", &part.path))?;
         self.repaired_segments += 1;
-        self.complete_segments.push_back(open_segment(part.number, path)?);
+        self.complete_segments.push_back(segment_of_file(part.number, path)?);
         self.complete_segments.make_contiguous().sort_by_key(|segment| segment.number);
         Ok(())
     }
@@ -212,7 +212,7 @@ impl Ring {
             (self.next_path(), self.folder.join(name(self.next_number, COMPLETE_SUFFIX)));
         fs::rename(&part, &path).map_err(io_error("rename to", &path))?;
         self.complete_segments
-            .push_back(Segment { first_log_time, ..open_segment(self.next_number, path)? });
+            .push_back(Segment { first_log_time, ..segment_of_file(self.next_number, path)? });
         self.next_number = self.next_number.saturating_add(1);
         Ok(())
     }
@@ -292,7 +292,8 @@ pub(super) fn disk_space(folder: &Path) -> Result<DiskSpace, RingError> {
     Ok(DiskSpace { free_bytes: free, spare_bytes: spare })
 }
 
-fn open_segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
+/// Describes a file of the ring. Its first log time is left unknown.
+fn segment_of_file(number: u64, path: PathBuf) -> Result<Segment, RingError> {
     let bytes = fs::metadata(&path).map_err(io_error("look at", &path))?.len();
     Ok(Segment { number, path, bytes, first_log_time: None })
 }

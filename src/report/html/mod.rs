@@ -47,7 +47,7 @@ pub struct Report<'a> {
     /// Predictions for its motion; empty if no design was named.
     pub expectation: &'a [ExpectedParameter],
     /// Missing information and the motions that provide it, in words
-    /// ([`lacking_text`](super::missing_text)); empty if it was not requested.
+    /// ([`missing_text`](super::missing_text)); empty if it was not requested.
     pub advice: &'a str,
 }
 

@@ -198,7 +198,8 @@ impl Running {
         }
     }
 
-    /// Returns true if samples flow or the bus is known to be silent.
+    /// Returns true if samples flow, no drive is enabled, the bus is known to be silent, or the
+    /// longest wait is over.
     pub(super) fn is_ready(&self, now: Instant) -> bool {
         self.progress.is_ready(now.saturating_duration_since(self.started_at))
     }

@@ -10,7 +10,7 @@ use crate::input::{Samples, measurement_pairs};
 use crate::output::{check_outputs, print, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::InputFileOrStream;
-use crate::terminal::{line, print_for_terminal, width};
+use crate::terminal::{max_line_width, print_for_terminal, width};
 use didim::analysis::{JointDifference, StoredModel, torque_difference};
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
@@ -106,7 +106,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(difference) = difference {
         return print_for_terminal(&difference.table());
     }
-    let mut text = table(&history, line()) + "\n" + &summary(&history);
+    let mut text = table(&history, max_line_width()) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
         text += &plot(&history, name, width())

@@ -2,6 +2,7 @@
 //! the command line and the types that read the files.
 
 mod commands;
+mod findings;
 mod glossary;
 mod page;
 mod reference;
@@ -88,7 +89,7 @@ fn files() -> [Reference; 2] {
 fn references() -> io::Result<Vec<page::Page>> {
     let mut pages =
         files().iter().map(Reference::page).collect::<Result<Vec<_>, _>>().map_err(invalid_data)?;
-    pages.push(glossary::page());
+    pages.extend([glossary::page(), findings::page()]);
     Ok(pages)
 }
 

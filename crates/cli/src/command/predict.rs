@@ -101,7 +101,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     })
 }
 
-/// What a report says of a prediction besides its figures.
+/// Texts of a report in addition to the figures of its prediction.
 struct PredictionTexts<'a> {
     recorded: Option<RecordingStart>,
     notes: &'a [String],

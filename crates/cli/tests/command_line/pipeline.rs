@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use didim_identification::identification::{Finding, FindingCode, Severity, Use};
+
 use super::support::{Folder, data, didim, head, packed_cell};
 use crate::program::Installation;
 
@@ -62,6 +64,12 @@ fn a_use_that_a_script_requires_has_its_own_exit_code() {
         let outcome = didim(&[command, &["--json", "--require", "monitoring"]].concat());
         let printed: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
         assert_eq!(printed["verdict"]["uses"]["monitoring"]["applicable"], false);
+        let findings = printed["verdict"]["findings"].clone();
+        let findings: Vec<Finding> = serde_json::from_value(findings).unwrap();
+        let finding = findings.iter().find(|of| of.code == FindingCode::ConditionNumber).unwrap();
+        assert_eq!((finding.severity, finding.limit), (Severity::Blocking, Some(1.0)));
+        assert_eq!(finding.uses, [Use::Monitoring]);
+        assert_eq!(finding.figure, printed["condition_number"].as_f64());
         outcome.says(3, &["not usable for monitoring", "condition number"]);
     }
     let value: serde_json::Value = serde_json::from_str(&usable).unwrap();

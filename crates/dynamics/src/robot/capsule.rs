@@ -8,11 +8,11 @@ use super::{Joint, JointKind};
 /// All points within a radius of a segment, in the frame of its link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// One end of the segment Radius \[m\].
+    /// One end of the segment \[m\].
     pub from_m: [f64; 3],
     /// The other end \[m\]; equal to the first one for a ball.
     pub to_m: [f64; 3],
-    /// \[m\].
+    /// Radius \[m\].
     pub radius_m: f64,
 }
 

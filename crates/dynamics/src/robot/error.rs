@@ -16,7 +16,7 @@ pub enum RobotError {
         message: String,
     },
     /// The robot or a joint has an empty name.
-    #[error("line {line}: `name` is empty; write a name, results and messages carry it")]
+    #[error("line {line}: `name` is empty; write a name, or for a joint leave the key out")]
     EmptyName {
         /// Line, counted from 1.
         line: usize,

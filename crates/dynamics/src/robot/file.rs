@@ -106,9 +106,9 @@ struct RawJoint {
     #[schemars(with = "Option<f64>")]
     jerk_max_rad_s3: Option<Spanned<f64>>,
     /// Largest torque of the drive on the side of the joint, behind the gear \[N·m\]; greater than
-    /// 0. `"unknown"` where no source gives it: recordings are then not checked against it, what is
-    /// little torque is judged by the largest recorded, and no motion is designed with torques or
-    /// without a result.
+    /// 0. `"unknown"` where no source gives it: recordings are then not checked against it, and a
+    /// torque is judged as small by comparison with the largest recorded one. A motion can then be
+    /// designed only from a result, and only without torque limits.
     ///
     /// Required of a revolute joint.
     #[schemars(with = "Option<RawLimit>")]
@@ -470,7 +470,8 @@ fn read_friction(
             if !coulomb && has_signs {
                 return Err(RobotError::SignModel { line });
             }
-            let of_joint = |own: JointFriction| own.turning_within(&chain[number - 1], number);
+            let of_joint =
+                |own: JointFriction| own.check_presliding_distance(&chain[number - 1], number);
             JointFriction::try_from(merged).and_then(of_joint).map_err(|message| {
                 let message = format!("{of}: {message}");
                 RobotError::Format { line, message }

@@ -105,7 +105,11 @@ impl JointFriction {
 
     /// Returns itself if the presliding distance is within the range of this joint, whose number
     /// counts from 1.
-    pub(super) fn turning_within(self, joint: &Joint, number: usize) -> Result<Self, String> {
+    pub(super) fn check_presliding_distance(
+        self,
+        joint: &Joint,
+        number: usize,
+    ) -> Result<Self, String> {
         let range = joint.limits.position_max - joint.limits.position_min;
         let unit = joint.kind.position_unit();
         match self.presliding_distance().filter(|presliding_distance| *presliding_distance >= range)

@@ -34,7 +34,7 @@ impl Hysteresis {
 
     /// Returns the same with presliding distances scaled by this share.
     #[must_use]
-    pub fn with_ways_of(mut self, share: f64) -> Self {
+    pub fn with_scaled_distances(mut self, share: f64) -> Self {
         self.presliding_distances
             .iter_mut()
             .for_each(|presliding_distance| *presliding_distance *= share);

@@ -54,7 +54,7 @@ impl Counterbalance {
         let (sin, cos) = (position_rad - self.closest_deg.to_radians()).sin_cos();
         let length = (a * a + b * b - 2.0 * a * b * cos).sqrt();
         let [pull, stiffness] = self.pull_and_slope(length - self.length_m);
-        // `lever` is dl/dβ.
+        // `lever` is dl/dβ, `lever_rate` is d²l/dβ².
         let lever = a * b * sin / length;
         let lever_rate = (a * b * cos - lever * lever) / length;
         [-pull * lever, -stiffness * lever * lever - pull * lever_rate]

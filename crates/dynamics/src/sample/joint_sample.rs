@@ -49,7 +49,7 @@ pub enum Reading {
     Temperature,
     /// Supply or DC link voltage \[V\], in steps of 0.1 V.
     SupplyVoltage,
-    /// The mode of the drive, a number defined by its manufacturer.
+    /// The mode of the drive, a number without a unit, such as 6061h of CiA 402.
     Mode,
     /// The stiffness that a command asks for \[N·m/rad\], in steps of 1/64.
     Stiffness,

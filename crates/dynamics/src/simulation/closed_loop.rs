@@ -199,7 +199,8 @@ impl<R: Reference> ClosedLoop<R> {
         Ok(())
     }
 
-    /// Checks that the arm without its flexible parts has an inertia at the start.
+    /// Checks that the mass matrix less the inertias of the flexible parts is positive definite at
+    /// the start.
     fn check_flexible(&mut self) -> Result<(), SetupError> {
         let plant = &mut self.plant;
         if plant.flexible.is_empty() {

@@ -72,7 +72,7 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         ..
     } = topic;
     let positions = &columns[..spec.joints.len()];
-    if let Some((joint, jumps)) = turns::has_two_publishers(positions) {
+    if let Some((joint, jumps)) = turns::find_two_publishers(positions) {
         let (file, joint, messages) = (path.into(), spec.joints[joint].clone(), times_ns.len());
         return Err(BagError::TwoPublishers { file, topic: name, joint, jumps, messages });
     }

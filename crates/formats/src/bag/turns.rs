@@ -4,7 +4,7 @@
 use crate::time_limits::TimeLimits;
 
 /// Returns the first joint whose positions jump back and forth, and how often.
-pub(super) fn has_two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
+pub(super) fn find_two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
     positions.iter().enumerate().find_map(|(joint, position)| {
         let (low, high) = position
             .iter()
@@ -32,10 +32,10 @@ mod tests {
         let steps = |k: u32, step: f64| step * f64::from(k * k % 7 % 2);
         for step in [1.534e-3, 6.14e-3] {
             let rests: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, step)).collect();
-            assert_eq!(has_two_publishers(&[rests]), None, "{step}");
+            assert_eq!(find_two_publishers(&[rests]), None, "{step}");
         }
         // By turns.
         let other: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, 0.2)).collect();
-        assert!(has_two_publishers(&[other]).is_some());
+        assert!(find_two_publishers(&[other]).is_some());
     }
 }

@@ -189,7 +189,7 @@ impl UrdfFile {
                 self.attach_fixed_links(child, moving, poses, axis, chain);
             }
         }
-        // A link without a body gets a note only if nothing on its axis has a body.
+        // Only a driven link gets a note, and only if no link on its axis has a body.
         if axis.link_bodies().next().is_none()
             && moving.iter().any(|k| self.joints[*k].child == link)
         {

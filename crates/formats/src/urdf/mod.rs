@@ -164,7 +164,9 @@ impl UrdfArm {
         for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
             let prismatic = axis.is_prismatic;
             writeln!(out, "\n[[joint]] # {}", number + 1)?;
-            writeln!(out, "name = \"{}\"", toml_text(&axis.name))?;
+            if !axis.name.trim().is_empty() {
+                writeln!(out, "name = \"{}\"", toml_text(&axis.name))?;
+            }
             writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
             writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
             writeln!(out, "d_m = {:?}", placed.d_m)?;

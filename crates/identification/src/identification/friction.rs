@@ -120,7 +120,7 @@ impl<T: FnMut()> Search<'_, T> {
         let mut candidates: Vec<Vec<_>> =
             laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
         if self.robot.friction().coulomb {
-            candidates.push(self.is_by_load(highest));
+            candidates.push(self.load_friction_candidates(highest));
             candidates.extend(search.sign_widths.iter().map(|share| {
                 at_each(&|speed| {
                     FrictionChange::Sign(SignModel::Tanh {
@@ -141,7 +141,7 @@ impl<T: FnMut()> Search<'_, T> {
 
     /// Friction that grows with the load at the joints that move, where it is anything by itself:
     /// not where gravity does nothing, or always the same.
-    fn is_by_load(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
+    fn load_friction_candidates(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
         let law = FrictionLaw::Load;
         let laws = self.robot.own_friction().iter().map(|own| own.with_law(law)).collect();
         let robot = self.robot.clone().with_friction(laws);

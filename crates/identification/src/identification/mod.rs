@@ -43,13 +43,13 @@ pub use friction::choose_friction;
 pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
 pub use identify::identify;
 pub use judgement::{
-    ChosenCutoff, ChosenFriction, ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial,
-    Estimate, Extrapolation, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
-    FrozenSignal, HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note,
-    NuisanceEstimate, NuisanceParameter, Output, ParameterCovariance, ParameterEstimate,
-    PhysicalConsistency, PositionBias, PredictedError, Quantity, ReachedRange, Reason,
-    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, Slow, TorqueDelay, UseVerdict,
-    Uses, Verdict,
+    CATALOGUE, CatalogueRow, ChosenCutoff, ChosenFriction, ClippedSignal, ControllerUnchecked,
+    ConvergenceStep, CutoffTrial, Estimate, Extrapolation, Finding, FindingCode, Fit, FitMotion,
+    FrictionChange, FrictionGain, FrictionScore, FrozenSignal, HeldOut, Identification,
+    Information, KeptParameter, ModelUncertainty, Note, NuisanceEstimate, NuisanceParameter,
+    Output, ParameterCovariance, ParameterEstimate, PhysicalConsistency, PositionBias,
+    PredictedError, Quantity, ReachedRange, Reason, ReferenceSource, ResidualQuantiles, SCHEMA,
+    Severity, SingularValues, Slow, Subject, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

@@ -15,8 +15,8 @@ use didim_dynamics::numeric::{Lanes, WIDTH};
 
 /// Parallel filter F_p of equation 6, applied without phase, and the factor n_d.
 ///
-/// The same filter is applied to both sides of the equation, so it distorts neither. It removes the
-/// model error and makes the kept samples nearly independent.
+/// The same filter is applied to both sides of the equation, so the equation still holds. It
+/// removes the model error and makes the kept samples nearly independent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
     /// None leaves every signal as it is.

@@ -19,7 +19,8 @@ const INTERFACE_NAME: &str = "ethercat";
 
 /// Process data of a capture (pcap, pcapng), as frames of a layout.
 ///
-/// It never waits and is never silent. A capture without process data is an error at its end.
+/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence). A
+/// capture without process data is an error at its end.
 #[derive(Debug)]
 pub struct CaptureSource<R = BufReader<File>> {
     capture: Capture<R>,

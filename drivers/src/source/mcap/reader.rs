@@ -19,7 +19,8 @@ use crate::source::{
 
 /// Frames of an MCAP file, in the order of the recording.
 ///
-/// It never waits and is never silent. Messages that are no frames are skipped and counted.
+/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence).
+/// Messages that are no frames are skipped and counted.
 #[derive(Debug)]
 pub struct McapSource<R = BufReader<File>> {
     records: Records<R>,

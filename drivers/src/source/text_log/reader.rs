@@ -18,7 +18,8 @@ const DETECTION_BYTES: u64 = 256;
 
 /// Frames of a candump log, in the order of its lines.
 ///
-/// It never waits and is never silent: replay runs at the speed of the caller.
+/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence):
+/// replay runs at the speed of the caller.
 #[derive(Debug)]
 pub struct TextLog<R = BufReader<File>> {
     reader: R,

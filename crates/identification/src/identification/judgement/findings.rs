@@ -231,7 +231,7 @@ impl Findings<'_> {
             FrozenSignal::all(context).into_iter().partition(|found| {
                 found.is_much() && found.motors.iter().any(|motor| unexplained(*motor))
             });
-        let cut_off = cut_off.into_iter().map(|found| Reason::CutOff { found });
+        let cut_off = cut_off.into_iter().map(|found| Reason::ClippedTorque { found });
         let stale = stale.into_iter().map(|found| Reason::FrozenSignal { found });
         let misread = limits
             .are_rows_enough(context, &estimate)
@@ -256,9 +256,9 @@ impl Findings<'_> {
         let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
-        notes.extend(beside_cut_off.into_iter().map(|found| Note::CutOff { found }));
+        notes.extend(beside_cut_off.into_iter().map(|found| Note::ClippedTorque { found }));
         notes.extend(perhaps);
-        notes.extend(hardly_stale.into_iter().map(|found| Note::Stale { found }));
+        notes.extend(hardly_stale.into_iter().map(|found| Note::FrozenSignal { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measured_values();

@@ -8,7 +8,7 @@ use crate::regression::{Observations, ResidualAnalysis};
 /// An arm rests while no joint is faster than this share of its highest speed.
 const REST_SPEED_SHARE: f64 = 0.02;
 
-/// Moves of fewer rows belong to the one before.
+/// Moves of fewer rows belong to the next one; a last one belongs to the one before.
 const MIN_ROWS: usize = 5;
 
 /// A motion without rests, or with more than so many moves, is cut into slices of equal length.

@@ -82,7 +82,8 @@ fn swapped(context: &Context<'_>, glance: &ScreeningFit, worst: usize) -> Option
     if left < LEAVES {
         return Some(Misassignment::For(Reason::Swapped { motors }));
     }
-    (left < LEAST_CERTAINTY).then_some(Misassignment::Perhaps(Note::Exchanged { motors, left }))
+    (left < LEAST_CERTAINTY)
+        .then_some(Misassignment::Perhaps(Note::PerhapsSwapped { motors, remaining_share: left }))
 }
 
 /// Returns another direction of gravity.

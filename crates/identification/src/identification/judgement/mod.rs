@@ -2,12 +2,14 @@
 //! may be used.
 
 mod bias;
+mod catalogue;
 mod checks;
 mod chosen_cutoff;
 mod chosen_friction;
 mod clipped_signal;
 mod estimate;
 mod extrapolation;
+mod finding;
 mod findings;
 mod folds;
 mod frozen_signal;
@@ -33,6 +35,7 @@ mod verdict;
 mod workspace;
 
 pub use bias::PositionBias;
+pub use catalogue::{CATALOGUE, CatalogueRow, FindingCode};
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
@@ -42,6 +45,7 @@ pub use estimate::{
     ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
 };
 pub use extrapolation::Extrapolation;
+pub use finding::{Finding, Severity, Subject};
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use frozen_signal::FrozenSignal;
 pub use held_out::HeldOut;

@@ -57,7 +57,7 @@ pub enum Reason {
     WrongSignsOfJoint { joint: JointIndex, negative: usize },
     /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
     /// model does not explain a joint of that motor.
-    CutOff { found: ClippedSignal },
+    ClippedTorque { found: ClippedSignal },
     /// Positions of motors freeze and then jump, and the model does not explain one of their
     /// joints.
     FrozenSignal { found: FrozenSignal },
@@ -67,11 +67,11 @@ pub enum Reason {
     Contradicted { nuisance: NuisanceEstimate },
     /// The torque is uncertain outside the recorded motion. `freedoms` are the nuisance parameters
     /// with the largest torques in the data.
-    Elsewhere { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
+    Extrapolation { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
     /// The torque of one joint is uncertain outside the recorded motion.
-    JointElsewhere { joint: JointIndex, error: f64, limit: f64 },
+    JointExtrapolation { joint: JointIndex, error: f64, limit: f64 },
     /// A joint moves no further than this in any recording.
-    Unmoved { joint: JointIndex, moved: f64, unit: &'static str },
+    Unmoved { joint: JointIndex, span: f64, unit: &'static str },
     /// Parameters found without a fold predict it badly.
     HeldOut { error: f64, limit: f64 },
     /// The motion cannot be split into folds for cross-validation.
@@ -116,11 +116,11 @@ pub enum Note {
     /// A signal of a motor looks low-passed with this time constant \[s\].
     LowPassed { motor: MotorIndex, slow: Slow, time_constant_s: f64 },
     /// The torque of a motor repeatedly stands at its largest value.
-    CutOff { found: ClippedSignal },
+    ClippedTorque { found: ClippedSignal },
     /// Share of the squares that the model leaves with the signals of these two motors swapped.
-    Exchanged { motors: [MotorIndex; 2], left: f64 },
+    PerhapsSwapped { motors: [MotorIndex; 2], remaining_share: f64 },
     /// Positions of motors freeze and then jump.
-    Stale { found: FrozenSignal },
+    FrozenSignal { found: FrozenSignal },
     /// All signals look low-passed with this time constant \[s\].
     AllLowPassed { time_constant_s: f64 },
     /// Isolated groups of rows were downweighted: the times \[s\] of the first groups, and the
@@ -277,7 +277,7 @@ impl Display for Reason {
                 torque / limit
             ),
             Self::Contradicted { nuisance } => contradicted(f, nuisance),
-            Self::Elsewhere { error, limit, freedoms } => {
+            Self::Extrapolation { error, limit, freedoms } => {
                 write!(
                     f,
                     "torque uncertainty outside the recorded motion is {:.1} %, above {:.1} %: \
@@ -294,16 +294,16 @@ impl Display for Reason {
                 };
                 write!(f, "; largest nuisance parameters: {}", listed(freedoms.iter().map(wanted)))
             }
-            Self::JointElsewhere { joint, error, limit } => write!(
+            Self::JointExtrapolation { joint, error, limit } => write!(
                 f,
                 "torque uncertainty of joint {joint} outside the recorded motion is {:.1} %, \
                     above {:.1} %: move this joint more, together with the others",
                 100.0 * error,
                 100.0 * limit
             ),
-            Self::Unmoved { joint, moved, unit } => write!(
+            Self::Unmoved { joint, span, unit } => write!(
                 f,
-                "joint {joint} does not move ({moved:.4} {unit}): its torque cannot be \
+                "joint {joint} does not move ({span:.4} {unit}): its torque cannot be \
                     predicted; record it moving over its range, or remove `prediction` from the \
                     required uses"
             ),
@@ -353,13 +353,13 @@ impl Display for Reason {
                     one of the two"
             ),
             Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
-            Self::CutOff { found } if found.is_constant() => write!(
+            Self::ClippedTorque { found } if found.is_constant() => write!(
                 f,
                 "the torque of motor {} is {:.4} in all samples: it was not measured; check the \
                 signal, or record it",
                 found.motor, found.torque
             ),
-            Self::CutOff { found } => write!(
+            Self::ClippedTorque { found } => write!(
                 f,
                 "{}, and the model does not explain it: the signal looks clipped; \
                     {CHECK_THE_RANGE}",
@@ -439,18 +439,19 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
     let (value, sd, stated) = (quantity.value, quantity.standard_deviation, quantity.configured);
     let nuisance = found.nuisance;
     match quantity.unit {
-        // Measured torques are the acting torques times the gain.
-        "1" => write!(
-            f,
-            "the {nuisance} fits the data best at {:.3} ± {sd:.3} times the configured value \
-                (tolerance {:.1} %): check {}",
-            1.0 + value,
-            100.0 * stated,
-            match nuisance {
-                NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
-                _ => "the drive's gain and the gear ratio",
-            }
-        )?,
+        "1" => {
+            let [factor, deviation] = found.correction_factor().unwrap_or([1.0 + value, sd]);
+            write!(
+                f,
+                "the {nuisance} fits the data best at {factor:.3} ± {deviation:.3} times the \
+                    configured value (tolerance {:.1} %): check {}",
+                100.0 * stated,
+                match nuisance {
+                    NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
+                    _ => "the drive's gain and the gear ratio",
+                }
+            )?;
+        }
         "s" => write!(
             f,
             "the {nuisance} fits the data best {:.2} ± {:.2} ms above the configured value \
@@ -458,6 +459,11 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
             1e3 * value,
             1e3 * sd,
             1e3 * stated
+        )?,
+        unit if matches!(nuisance, NuisanceParameter::Zero(_)) => write!(
+            f,
+            "the {nuisance} fits the data best with {value:+.3} ± {sd:.2} {unit} added to the \
+                positions (tolerance {stated:.3} {unit}): check it"
         )?,
         unit => write!(
             f,
@@ -551,18 +557,18 @@ impl Display for Note {
                         filter is too low",
                 }
             ),
-            Self::CutOff { found } => write!(
+            Self::ClippedTorque { found } => write!(
                 f,
                 "{}: if the signal is clipped there, the parameters are wrong; {CHECK_THE_RANGE}",
                 Standing(found)
             ),
-            Self::Exchanged { motors: [one, other], left } => write!(
+            Self::PerhapsSwapped { motors: [one, other], remaining_share } => write!(
                 f,
                 "with the drives of motors {one} and {other} swapped the squared residuals are \
                     {:.0} % smaller: check which is which",
-                100.0 * (1.0 - left)
+                100.0 * (1.0 - remaining_share)
             ),
-            Self::Stale { found } => write!(f, "{}", Jumping(found)),
+            Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
             Self::AllLowPassed { time_constant_s } => write!(
                 f,
                 "all positions and torques look low-passed, with a time constant of some {:.0} ms: \

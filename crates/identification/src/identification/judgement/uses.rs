@@ -1,13 +1,17 @@
 //! Verdict for each use: the deciding figure, its limit, and the reasons against the use.
 
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 
+use super::finding::Finding;
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
 use crate::identification::problem::{Failure, Use};
 
 /// Verdict on the use of a result, with the reasons against it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+///
+/// Its JSON has the reasons and notes as sentences, and both as [`findings`](Self::findings).
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// True if nothing speaks against the uses that the cell asks for.
     pub applicable: bool,
@@ -16,10 +20,8 @@ pub struct Verdict {
     /// Verdict for each use, including those that the cell does not ask for.
     pub uses: Uses,
     /// Notes on the result that do not speak against its use.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
     /// Failure of the method despite a result, if any: that of the first reason that reports one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<Failure>,
 }
 
@@ -98,6 +100,11 @@ impl Verdict {
         Self { applicable: reasons.is_empty(), reasons, uses, notes, failure }
     }
 
+    /// Returns every finding as data: the reasons against any use, and the notes.
+    pub fn findings(&self) -> Vec<Finding> {
+        Finding::list(&self.uses, &self.notes)
+    }
+
     /// Returns the same verdict with further reasons against every use.
     #[must_use]
     pub(crate) fn with_reasons(
@@ -119,5 +126,24 @@ impl Verdict {
         }
         uses.contact_detection.reasons.extend(more);
         Self::new(uses, required, notes)
+    }
+}
+
+impl Serialize for Verdict {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { applicable, reasons, uses, notes, failure } = self;
+        let fields = 4 + usize::from(!notes.is_empty()) + usize::from(failure.is_some());
+        let mut record = serializer.serialize_struct("Verdict", fields)?;
+        record.serialize_field("applicable", applicable)?;
+        record.serialize_field("reasons", reasons)?;
+        record.serialize_field("findings", &self.findings())?;
+        record.serialize_field("uses", uses)?;
+        if !notes.is_empty() {
+            record.serialize_field("notes", notes)?;
+        }
+        if failure.is_some() {
+            record.serialize_field("failure", failure)?;
+        }
+        record.end()
     }
 }

@@ -207,11 +207,11 @@ impl VerdictLimits {
         if exceeds(elsewhere.relative_error, limit) {
             let error = elsewhere.relative_error;
             let freedoms = estimate.nuisance_parameters.iter().take(3).cloned().collect();
-            reasons.push(Reason::Elsewhere { error, limit, freedoms });
+            reasons.push(Reason::Extrapolation { error, limit, freedoms });
         } else {
             let joints = exceeding(&elsewhere.relative_error_per_joint, limit)
                 .filter(|(joint, _)| !known.is_small(*joint, elsewhere.error_per_joint_nm[*joint]));
-            reasons.extend(joints.map(|(joint, error)| Reason::JointElsewhere {
+            reasons.extend(joints.map(|(joint, error)| Reason::JointExtrapolation {
                 joint,
                 error,
                 limit,
@@ -468,6 +468,6 @@ fn unmoved(context: &Context<'_>) -> impl Iterator<Item = Reason> {
     numbered(context.robot.chain()).filter_map(move |(joint, own)| {
         let (moved, range) = (moved(joint), own.limits.position_max - own.limits.position_min);
         let unit = own.kind.position_unit();
-        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint, moved, unit })
+        (moved < UNMOVED * range.min(1.0)).then_some(Reason::Unmoved { joint, span: moved, unit })
     })
 }

@@ -49,8 +49,8 @@ pub struct Payload {
     /// Others of the ten that the arm or record identifies only in sums with others, or not at all.
     #[serde(rename = "not_told")]
     pub not_identifiable: Vec<&'static str>,
-    /// Joints at rest along the record. Static friction holds any torque below its
-    /// own, so their torques do not count.
+    /// Joints at rest along the record, in JSON counted from 1. Static friction holds any torque
+    /// below its own, so their torques do not count.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub standing: Vec<JointIndex>,
     /// Physically consistent body; `None` without a mass that is seen or declared.
@@ -216,7 +216,8 @@ fn uncertain_arm(
     Ok(ordered.cholesky().ok_or(PayloadError::Covariance)?.unpack())
 }
 
-/// unexplained = Z sums + ….
+/// Equation of a load: unexplained torque = Z · sums + effect of the arm's errors + noise. Z has
+/// one column per sum.
 struct Equation<'a> {
     sums: &'a LoadSums,
     /// X, with faint rows for joints at rest.

@@ -46,7 +46,7 @@ pub(super) struct DescentPoint {
 }
 
 impl DescentPoint {
-    /// Whatever bodies have them.
+    /// Creates a point whose parameters need not belong to physically possible bodies.
     pub(super) fn new(parameters: DVector<f64>) -> Self {
         Self { parameters, consistent_point: None }
     }

@@ -97,7 +97,7 @@ fn identify(
     let unweighted = SingularValues::new(&observations.solve_ordinary().map_err(named)?);
     let BaseColumns { selected, auxiliary } = BaseColumns::new(context, &point.motion)?;
     let joints = context.robot.joints();
-    let above_noise = sufficiency::is_above_noise(context, &fit, &(&torque - &point.torque));
+    let above_noise = sufficiency::above_noise_reason(context, &fit, &(&torque - &point.torque));
     let torque_error_per_joint = relative_errors(joints, &torque, &point.torque);
     let torque_equation = torque_equation(context, selected, torque, &point.motion)?;
     let (torque_residuals, own) = match output {

@@ -9,7 +9,7 @@ use crate::identification::problem::Context;
 /// A minimum that leaves more than the noise is not that of the arm's parameters: the torque
 /// errors, in the noise levels of the equation error, √(Σ ‖ρ_j‖²/σ_j² / (r − b)), about 1 where
 /// both models are right.
-pub(super) fn is_above_noise(
+pub(super) fn above_noise_reason(
     context: &Context<'_>,
     fit: &EquationErrorFit,
     residuals: &DVector<f64>,

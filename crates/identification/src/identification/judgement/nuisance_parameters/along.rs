@@ -28,8 +28,8 @@ const MAX_STORED_VALUES: usize = 1 << 21;
 pub(in super::super) struct NuisanceObservation<'a> {
     columns: &'a NuisanceColumns<'a>,
     auxiliary: &'a AuxiliaryObservation,
-    /// The laws of each direction, the sign function of each joint, and where friction that lags
-    /// stands over other ways, behind the filter.
+    /// Columns after the filter: the additional friction laws of each direction, the sign function
+    /// of each joint, and the changes of the hysteresis state with other presliding distances.
     laws: DMatrix<f64>,
     /// The motion behind the filter.
     motion: Motion,
@@ -157,8 +157,9 @@ impl<'a> NuisanceObservation<'a> {
         })
     }
 
-    /// At the states of the record, unless what follows from them is kept.
-    fn for_each_state(&self, visit: impl FnMut(usize, &mut ColumnsAtStates<'_>)) {
+    /// Visits the states of the record, unless the columns that are computed from them are kept in
+    /// `state_columns`.
+    fn visit_states_unless_kept(&self, visit: impl FnMut(usize, &mut ColumnsAtStates<'_>)) {
         if self.state_columns.is_empty() {
             self.columns.for_each_state(&self.motion, visit);
         }
@@ -197,7 +198,7 @@ impl FurtherColumns for NuisanceObservation<'_> {
                 },
             })
             .collect();
-        self.for_each_state(|first, of_state| {
+        self.visit_states_unless_kept(|first, of_state| {
             for FurtherColumn { number, values, .. } in &mut columns {
                 let Cow::Owned(to) = values else { continue };
                 let Some(torque) = of_state.torque(&self.columns.columns[*number]) else {
@@ -225,7 +226,7 @@ impl FurtherColumns for NuisanceObservation<'_> {
             }
         }
         let of_states: Vec<_> = terms().filter(|(column, _)| is_of_states(column)).collect();
-        self.for_each_state(|first, of_state| {
+        self.visit_states_unless_kept(|first, of_state| {
             for (column, nuisance) in &of_states {
                 let Some(torque) = of_state.torque(column) else { continue };
                 let share = *nuisance * column.deviation;
@@ -270,7 +271,7 @@ fn law_columns(
     let mut group = MotionGroup::of_joints(joints);
     let ends = context.experiment.ends();
     let other_ways = PRESLIDING_FACTORS.map(|share| {
-        let state = context.model.history().map(|own| own.with_ways_of(share));
+        let state = context.model.history().map(|own| own.with_scaled_distances(share));
         hysteresis_along(state, &ends, |k| motion.position_at(k))
     });
     let lagging: Vec<usize> = context.model.hysteresis().map(|(joint, _)| joint).collect();

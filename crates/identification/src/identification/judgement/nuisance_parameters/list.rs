@@ -56,8 +56,9 @@ pub(super) enum NuisanceEffect {
     Bend { direction: usize, bend: usize },
     /// |u| u over the highest speed.
     Curvature { direction: usize },
-    /// z of friction that lags over another way than the stated, less z: that of a joint, by its
-    /// number among all such.
+    /// Change of a joint's hysteresis state z with another presliding distance than the stated one.
+    /// `number` counts the pairs of a joint with hysteresis and one of [`PRESLIDING_FACTORS`],
+    /// joint by joint.
     PreslidingDistance { joint: usize, number: usize },
     /// On `row`, as a neighbour moves.
     Neighbour { row: usize, of: usize, by: CouplingKind },

@@ -93,14 +93,30 @@ pub struct NuisanceEstimate {
     pub quantity: Option<Quantity>,
 }
 
+impl NuisanceEstimate {
+    /// Returns the factor by which the configured value has to be multiplied, with its standard
+    /// deviation, if the data give one.
+    pub fn correction_factor(&self) -> Option<[f64; 2]> {
+        let Quantity { value, standard_deviation, unit, .. } = self.quantity?;
+        (unit == "1").then(|| match self.nuisance {
+            NuisanceParameter::KnownTorque(_) => [1.0 + value, standard_deviation],
+            // Torques that read too large by this share have a gain that is configured too large.
+            _ => {
+                let factor = 1.0 / (1.0 + value);
+                [factor, standard_deviation * factor * factor]
+            }
+        })
+    }
+}
+
 /// Deviation of a quantity from its configured value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quantity {
-    /// By so much, as the data have it, whatever was stated of this one.
+    /// The deviation as the data alone give it, without the prior of this quantity.
     pub value: f64,
     /// Its standard deviation.
     pub standard_deviation: f64,
-    /// The standard deviation that was stated.
+    /// The configured standard deviation, its tolerance.
     #[serde(rename = "stated")]
     pub configured: f64,
     /// `deg`, `m`, `s`, or `1` for a share.

@@ -1,0 +1,71 @@
+//! Findings of a verdict, from their catalogue.
+
+use didim_identification::identification::{CATALOGUE, CatalogueRow, Severity, Use};
+
+use super::page::{Block, Page};
+
+pub(super) fn page() -> Page {
+    let text = |text: &str| Block::Text(text.to_owned());
+    let heading = |text: &str| Block::Heading(text.to_owned());
+    Page {
+        name: "didim-findings",
+        section: 7,
+        document: "findings.md",
+        title: "findings of a verdict, with their remedies",
+        blocks: vec![
+            text(
+                "A finding is blocking or advisory. A blocking finding makes the result unusable \
+                 for the uses that it names. An advisory finding does not. The first blocking \
+                 finding is the most probable cause; others may follow from it.",
+            ),
+            text(
+                "JSON has the sentences in `verdict.reasons` and `verdict.notes`, and every \
+                 finding as data in `verdict.findings`: `code`, `severity` (`blocking` or \
+                 `advisory`), `uses` (those that it blocks), `subject` (`joints`, `motors`, \
+                 `links` or `parameters`), `figure`, `limit`, `unit` (`1` for shares, ratios and \
+                 counts) and `message`. Codes keep their names; messages may change. In the tables \
+                 `…`, N, M and P replace values.",
+            ),
+            heading("Blocking"),
+            table(Severity::Blocking),
+            heading("Advisory"),
+            table(Severity::Advisory),
+            heading("Refusals"),
+            text(
+                "Some data give no result: a window with a lost sample, values far beyond a limit \
+                 of the robot, or an iteration that does not converge. The command prints the \
+                 reason and ends with exit code 1. The service counts the window under `refused`.",
+            ),
+        ],
+        files: &[],
+        see_also: &[
+            ["didim-identify(1)", "../method/verdict.md", "figures and limits of a verdict"],
+            ["didim-cell(5)", "cell-file.md", "cell file"],
+            ["didim-status(1)", "status.md", "status of the service"],
+        ],
+    }
+}
+
+/// The findings of a severity; only blocking ones have a column of uses.
+fn table(severity: Severity) -> Block {
+    let is_blocking = severity == Severity::Blocking;
+    let row = |row: &CatalogueRow| {
+        let messages: Vec<String> = row.messages.iter().map(|text| format!("`{text}`")).collect();
+        let uses: Vec<&str> = row.blocked_uses.iter().map(|usage| usage.name()).collect();
+        // Contact detection has no verdict of yes or no.
+        let uses =
+            if uses.len() + 1 == Use::ALL.len() { "all".to_owned() } else { uses.join(", ") };
+        let mut cells = vec![messages.join(", "), format!("`{}`", row.code.name())];
+        cells.extend(is_blocking.then_some(uses));
+        cells.extend([row.meaning.to_owned(), row.remedy.to_owned()]);
+        cells
+    };
+    let head: &[&str] = match is_blocking {
+        true => &["message begins with", "code", "uses", "meaning", "what to do"],
+        false => &["message begins with", "code", "meaning", "what to do"],
+    };
+    Block::Table {
+        head: head.iter().map(|cell| (*cell).to_owned()).collect(),
+        rows: CATALOGUE.iter().filter(|of| of.severity == severity).map(row).collect(),
+    }
+}

@@ -1,0 +1,641 @@
+//! Catalogue of the findings: for each code its messages, the uses that it blocks, its meaning and
+//! its remedy. The reference page is written from it.
+
+use serde::{Deserialize, Serialize};
+
+use super::finding::Severity;
+use crate::identification::problem::Use;
+
+macro_rules! finding_codes {
+    ($($(#[$doc:meta])* $code:ident = $name:literal),* $(,)?) => {
+        /// Code of a finding. Its name is part of the result's JSON and does not change.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum FindingCode {
+            $($(#[$doc])* #[serde(rename = $name)] $code,)*
+        }
+
+        impl FindingCode {
+            /// Every code, in the order of the reference page.
+            pub const ALL: &[Self] = &[$(Self::$code),*];
+
+            /// Returns the name, as JSON has it.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$code => $name,)*
+                }
+            }
+        }
+    };
+}
+
+finding_codes! {
+    /// A sign is wrong, or a gain is three times too large.
+    OppositeCommand = "opposite-command",
+    /// The described controller did not command the recorded torques.
+    Controller = "controller",
+    /// The motion does not distinguish the parameters.
+    ConditionNumber = "condition-number",
+    /// Statistical uncertainty of the torque along the motion.
+    TorqueUncertainty = "torque-uncertainty",
+    /// The model does not describe the torques.
+    RelativeError = "relative-error",
+    /// The same of one joint.
+    JointError = "joint-error",
+    /// Too few rows for standard deviations.
+    FewRows = "few-rows",
+    /// A result for comparison only.
+    NotDecimated = "not-decimated",
+    /// An impossible parameter, beyond its σ.
+    NegativeParameter = "negative-parameter",
+    /// No arm has these inertias.
+    IndefiniteMassMatrix = "indefinite-mass-matrix",
+    /// No physically consistent parameters fit.
+    NoBodies = "no-bodies",
+    /// All torques or all positions are sign-flipped.
+    WrongSigns = "wrong-signs",
+    /// The torque or the position of this joint is sign-flipped.
+    WrongSignsOfJoint = "wrong-signs-of-joint",
+    /// Wrong unit or gain.
+    OtherUnit = "other-unit",
+    /// Two drives are swapped.
+    SwappedMotors = "swapped-motors",
+    /// The arm is mounted differently.
+    GravityDirection = "gravity-direction",
+    /// A constant torque signal.
+    ConstantTorque = "constant-torque",
+    /// The torque is clipped, and the residual is large.
+    ClippedTorque = "clipped-torque",
+    /// A frozen signal, then a jump: the log repeats old values.
+    FrozenPosition = "frozen-position",
+    /// The data contradict the configured gain.
+    TorqueGain = "torque-gain",
+    /// The data contradict the configured delay.
+    TorqueDelay = "torque-delay",
+    /// The data contradict known_torque.
+    KnownTorque = "known-torque",
+    /// The data contradict a zero or the geometry.
+    Geometry = "geometry",
+    /// Torque uncertainty outside the recorded motion; the largest nuisance parameters are named.
+    Extrapolation = "extrapolation",
+    /// The same of one joint.
+    JointExtrapolation = "joint-extrapolation",
+    /// The friction and inertia of a joint at rest are unknown.
+    JointAtRest = "joint-at-rest",
+    /// Cross-validation error.
+    CrossValidation = "cross-validation",
+    /// Cross-validation is impossible: repeats contain nothing new.
+    TooFewMotions = "too-few-motions",
+    /// Combined uncertainty of parameters.
+    ParameterUncertainty = "parameter-uncertainty",
+    /// CLOE: controller or model is wrong.
+    PositionsDisagree = "positions-disagree",
+    /// A local minimum, or another loop.
+    LocalMinimum = "local-minimum",
+    /// The criterion is insensitive.
+    Insensitive = "insensitive",
+    /// IDIM-IV: the simulated motion is not the measured one.
+    WeakInstruments = "weak-instruments",
+    /// The filtered measured position replaces the reference.
+    NoReference = "no-reference",
+    /// A faster substitute loop diverges at this sample rate.
+    SlowerLoop = "slower-loop",
+    /// These parameters may be zero.
+    Insignificant = "insignificant",
+    /// Coloured residuals; σ accounts for them.
+    ColouredResiduals = "coloured-residuals",
+    /// The cut-off is close to half the sample rate.
+    PositionFilterUnchecked = "position-filter-unchecked",
+    /// One check did not run.
+    PositionNoiseUnchecked = "position-noise-unchecked",
+    /// Too few rows, or nothing moves.
+    TorqueDelayUnchecked = "torque-delay-unchecked",
+    /// The check of the controller did not run.
+    ControllerUnchecked = "controller-unchecked",
+    /// Bias of the filter; the combined uncertainty includes it.
+    FilterBias = "filter-bias",
+    /// Bias of noise; the combined uncertainty includes it.
+    NoiseBias = "noise-bias",
+    /// A filter in the drive or the logger; the combined uncertainty includes it.
+    LowPassed = "low-passed",
+    /// Outliers, with their times.
+    Outliers = "outliers",
+    /// Too many outliers.
+    DownweightedThroughout = "downweighted-throughout",
+    /// Largest unmodelled effect.
+    UnmodelledEffect = "unmodelled-effect",
+    /// Possible, and far from the nominal link.
+    FarFromNominal = "far-from-nominal",
+    /// Frames or rows count, no times.
+    RateUnchecked = "rate-unchecked",
+    /// The unit of the torques is not checked.
+    TorqueLimitOpen = "torque-limit-open",
+}
+
+/// One row of the catalogue.
+#[derive(Clone, Copy, Debug)]
+pub struct CatalogueRow {
+    /// The code. Some codes have a row for each severity.
+    pub code: FindingCode,
+    /// The consequence of the finding.
+    pub severity: Severity,
+    /// Its messages, with `…` and a lone N, M or P for values.
+    pub messages: &'static [&'static str],
+    /// The uses that it blocks.
+    pub blocked_uses: &'static [Use],
+    /// Explanation of the finding.
+    pub meaning: &'static str,
+    /// Instruction to the user.
+    pub remedy: &'static str,
+}
+
+use FindingCode as Code;
+use Severity::{Advisory, Blocking};
+use Use::{Monitoring, PhysicalValues, Prediction, RigidBody};
+
+/// Every use with a verdict of yes or no.
+const ALL_USES: &[Use] = &[Monitoring, Prediction, PhysicalValues, RigidBody];
+
+/// The catalogue, the blocking findings first.
+pub const CATALOGUE: &[CatalogueRow] = &[
+    CatalogueRow {
+        code: Code::OppositeCommand,
+        severity: Blocking,
+        messages: &[
+            "the command of the described controller of joint N differs from the recorded one by \
+             twice its size",
+        ],
+        blocked_uses: &[Prediction],
+        meaning: "a sign is wrong, or a gain is three times too large",
+        remedy: "Check the sign of the joint's torque or position in the cell, or the gain",
+    },
+    CatalogueRow {
+        code: Code::Controller,
+        severity: Blocking,
+        messages: &[
+            "the command of the described controller of joint N differs from the recorded one by …",
+        ],
+        blocked_uses: &[Prediction],
+        meaning: "the described controller did not command the recorded torques",
+        remedy: "Check gains and timing in `[controller]`, the reference, the drive's torque gain",
+    },
+    CatalogueRow {
+        code: Code::ConditionNumber,
+        severity: Blocking,
+        messages: &["condition number … is above …"],
+        blocked_uses: &[Monitoring],
+        meaning: "the motion does not distinguish the parameters",
+        remedy: "Record a richer motion, or identify fewer parameters",
+    },
+    CatalogueRow {
+        code: Code::TorqueUncertainty,
+        severity: Blocking,
+        messages: &["the parameters leave the torque of joint N uncertain by …"],
+        blocked_uses: &[Monitoring],
+        meaning: "statistical uncertainty of the torque along the motion",
+        remedy: "Move longer or more, or identify fewer parameters",
+    },
+    CatalogueRow {
+        code: Code::RelativeError,
+        severity: Blocking,
+        messages: &["relative error … is above …"],
+        blocked_uses: &[Prediction],
+        meaning: "the model does not describe the torques",
+        remedy: "Check drive gains, signs, timing (`valid`)",
+    },
+    CatalogueRow {
+        code: Code::JointError,
+        severity: Blocking,
+        messages: &["relative error … of joint N is above …"],
+        blocked_uses: &[Prediction],
+        meaning: "the same of one joint",
+        remedy: "Check its gear ratio, coupling, drive gain",
+    },
+    CatalogueRow {
+        code: Code::FewRows,
+        severity: Blocking,
+        messages: &["… independent rows for each parameter, fewer than …"],
+        blocked_uses: &[Monitoring],
+        meaning: "too few rows for standard deviations",
+        remedy: "Use longer windows (`window.min_s`), or fewer parameters",
+    },
+    CatalogueRow {
+        code: Code::NotDecimated,
+        severity: Blocking,
+        messages: &["identified without the decimation filter, …"],
+        blocked_uses: &[Monitoring],
+        meaning: "a result for comparison only",
+        remedy: "Set `identification.decimation_filter`",
+    },
+    CatalogueRow {
+        code: Code::NegativeParameter,
+        severity: Blocking,
+        messages: &[
+            "viscous friction … is negative, …",
+            "Coulomb friction … is negative, …",
+            "drive inertia … is negative, …",
+        ],
+        blocked_uses: &[Prediction, PhysicalValues],
+        meaning: "an impossible parameter, beyond its σ",
+        remedy: "Check the signs of torque and transmission",
+    },
+    CatalogueRow {
+        code: Code::IndefiniteMassMatrix,
+        severity: Blocking,
+        messages: &["the mass matrix is not positive definite at …"],
+        blocked_uses: &[RigidBody],
+        meaning: "no arm has these inertias",
+        remedy: "Record a richer motion, or identify fewer parameters",
+    },
+    CatalogueRow {
+        code: Code::NoBodies,
+        severity: Blocking,
+        messages: &["no physically consistent parameters explain the result: …"],
+        blocked_uses: &[RigidBody],
+        meaning: "no physically consistent parameters fit",
+        remedy: "Check reversed signs and the torque delay",
+    },
+    CatalogueRow {
+        code: Code::WrongSigns,
+        severity: Blocking,
+        messages: &["… of … drive inertias and friction coefficients are negative: …"],
+        blocked_uses: ALL_USES,
+        meaning: "all torques or all positions are sign-flipped",
+        remedy: "Flip the sign of one of the two (`bus.drives`)",
+    },
+    CatalogueRow {
+        code: Code::WrongSignsOfJoint,
+        severity: Blocking,
+        messages: &["all … identifiable drive inertias and friction coefficients of joint N are \
+             negative: …"],
+        blocked_uses: ALL_USES,
+        meaning: "the torque or the position of this joint is sign-flipped",
+        remedy: "Flip its sign (`bus.drives`)",
+    },
+    CatalogueRow {
+        code: Code::OtherUnit,
+        severity: Blocking,
+        messages: &["the torque of joint N reaches …, … times its limit …"],
+        blocked_uses: ALL_USES,
+        meaning: "wrong unit or gain",
+        remedy: "Check the unit of the torques, the drive's gain, or the limit in the robot file",
+    },
+    CatalogueRow {
+        code: Code::SwappedMotors,
+        severity: Blocking,
+        messages: &["the residuals are far smaller with the drives of motors N and M swapped: …"],
+        blocked_uses: ALL_USES,
+        meaning: "two drives are swapped",
+        remedy: "Check node and signal of each drive (`[bus.layout]`)",
+    },
+    CatalogueRow {
+        code: Code::GravityDirection,
+        severity: Blocking,
+        messages: &["the residuals are far smaller with gravity along […] …"],
+        blocked_uses: ALL_USES,
+        meaning: "the arm is mounted differently",
+        remedy: "Correct `gravity_m_s2` of the robot file: floor, wall or ceiling",
+    },
+    CatalogueRow {
+        code: Code::ConstantTorque,
+        severity: Blocking,
+        messages: &["the torque of motor N is … in all samples: …"],
+        blocked_uses: ALL_USES,
+        meaning: "a constant torque signal",
+        remedy: "Check the signal; record a measured torque",
+    },
+    CatalogueRow {
+        code: Code::ClippedTorque,
+        severity: Blocking,
+        messages: &["the torque of motor N stays at its largest value, …"],
+        blocked_uses: ALL_USES,
+        meaning: "the torque is clipped, and the residual is large",
+        remedy: "Check the range of the signal and its unit (`torque.signal`), and the current \
+             limit of the drive",
+    },
+    CatalogueRow {
+        code: Code::FrozenPosition,
+        severity: Blocking,
+        messages: &[
+            "the position of motor N stands still from … to …",
+            "the positions of motors … stand still from … to …",
+        ],
+        blocked_uses: ALL_USES,
+        meaning: "a frozen signal, then a jump: the log repeats old values",
+        remedy: "Remove these rows from the table, which is then read in parts, or record again",
+    },
+    CatalogueRow {
+        code: Code::TorqueGain,
+        severity: Blocking,
+        messages: &["the torque gain … fits the data best at …"],
+        blocked_uses: &[Prediction, PhysicalValues],
+        meaning: "the data contradict the configured gain",
+        remedy: "Check drive gain and gear ratio",
+    },
+    CatalogueRow {
+        code: Code::TorqueDelay,
+        severity: Blocking,
+        messages: &["the torque delay … fits the data best …"],
+        blocked_uses: &[PhysicalValues],
+        meaning: "the data contradict the configured delay",
+        remedy: "Check hold and delay of the torque in `bus.layout`",
+    },
+    CatalogueRow {
+        code: Code::KnownTorque,
+        severity: Blocking,
+        messages: &["the known torque on joint … fits the data best at …"],
+        blocked_uses: &[Prediction, PhysicalValues],
+        meaning: "the data contradict `known_torque`",
+        remedy: "Correct it in the robot file",
+    },
+    CatalogueRow {
+        code: Code::Geometry,
+        severity: Blocking,
+        messages: &[
+            "the zero of joint … fits the data best with … added to the positions …",
+            "the twist …",
+            "the axis distance …",
+            "the link offset …",
+        ],
+        blocked_uses: &[Prediction, PhysicalValues],
+        meaning: "the data contradict a zero or the geometry",
+        remedy: "Check the encoder's zero (`bus.drives`) and the geometry in the robot file",
+    },
+    CatalogueRow {
+        code: Code::Extrapolation,
+        severity: Blocking,
+        messages: &["torque uncertainty outside the recorded motion is …"],
+        blocked_uses: &[Prediction],
+        meaning: "torque uncertainty outside the recorded motion; the largest nuisance parameters \
+             are named",
+        remedy: "Record more and other motions, all joints over their range, and give several \
+             `--input`",
+    },
+    CatalogueRow {
+        code: Code::JointExtrapolation,
+        severity: Blocking,
+        messages: &["torque uncertainty of joint N outside the recorded motion is …"],
+        blocked_uses: &[Prediction],
+        meaning: "the same of one joint",
+        remedy: "Move this joint more, together with the others",
+    },
+    CatalogueRow {
+        code: Code::JointAtRest,
+        severity: Blocking,
+        messages: &["joint N does not move (…): …"],
+        blocked_uses: &[Prediction],
+        meaning: "the friction and inertia of a joint at rest are unknown",
+        remedy: "Record it moving, or leave `\"prediction\"` out of `required_uses`",
+    },
+    CatalogueRow {
+        code: Code::CrossValidation,
+        severity: Blocking,
+        messages: &["cross-validation error of …"],
+        blocked_uses: &[Prediction],
+        meaning: "cross-validation error",
+        remedy: "Record more and other motions",
+    },
+    CatalogueRow {
+        code: Code::TooFewMotions,
+        severity: Blocking,
+        messages: &["cross-validation needs two distinct motions …"],
+        blocked_uses: &[Prediction],
+        meaning: "cross-validation is impossible: repeats contain nothing new",
+        remedy: "Record more and other motions",
+    },
+    CatalogueRow {
+        code: Code::ParameterUncertainty,
+        severity: Blocking,
+        messages: &["combined uncertainty above …"],
+        blocked_uses: &[PhysicalValues],
+        meaning: "combined uncertainty of parameters",
+        remedy: "Record a richer motion; configure closer tolerances (`identification.tolerances`) \
+             where they are known",
+    },
+    CatalogueRow {
+        code: Code::PositionsDisagree,
+        severity: Blocking,
+        messages: &[
+            "the torques along the simulated motion give other parameters than the positions: …",
+        ],
+        blocked_uses: ALL_USES,
+        meaning: "CLOE: controller or model is wrong",
+        remedy: "Check the controller, or use a method on torques (`clie`, `didim`)",
+    },
+    CatalogueRow {
+        code: Code::LocalMinimum,
+        severity: Blocking,
+        messages: &["the simulated torques differ by … times the noise of IDIM-LS: …"],
+        blocked_uses: ALL_USES,
+        meaning: "a local minimum, or another loop",
+        remedy: "Choose another start; then check reference and controller",
+    },
+    CatalogueRow {
+        code: Code::Insensitive,
+        severity: Blocking,
+        messages: &[
+            "the simulated positions hardly depend on the parameters, …",
+            "the simulated torques hardly depend on the parameters, …",
+        ],
+        blocked_uses: ALL_USES,
+        meaning: "the criterion is insensitive",
+        remedy: "Use another method (`clie`, `idim-ls`)",
+    },
+    CatalogueRow {
+        code: Code::WeakInstruments,
+        severity: Blocking,
+        messages: &["a combination of parameters has instruments with a correlation of … only: …"],
+        blocked_uses: ALL_USES,
+        meaning: "IDIM-IV: the simulated motion is not the measured one",
+        remedy: "Check reference and controller",
+    },
+    CatalogueRow {
+        code: Code::NoReference,
+        severity: Advisory,
+        messages: &["no reference was recorded: …"],
+        blocked_uses: &[],
+        meaning: "the filtered measured position replaces the reference",
+        remedy: "Record the target position",
+    },
+    CatalogueRow {
+        code: Code::SlowerLoop,
+        severity: Advisory,
+        messages: &["the simulated loop has a bandwidth of … Hz at one joint, …"],
+        blocked_uses: &[],
+        meaning: "a faster substitute loop diverges at this sample rate",
+        remedy: "Nothing, or describe the cabinet's controller",
+    },
+    CatalogueRow {
+        code: Code::Insignificant,
+        severity: Advisory,
+        messages: &["not significantly different from zero with this motion: …"],
+        blocked_uses: &[],
+        meaning: "these parameters may be zero",
+        remedy: "Leave them out, or move their joints more",
+    },
+    CatalogueRow {
+        code: Code::ColouredResiduals,
+        severity: Advisory,
+        messages: &["the residuals of joint … are not white …"],
+        blocked_uses: &[],
+        meaning: "coloured residuals; σ accounts for them",
+        remedy: "Nothing",
+    },
+    CatalogueRow {
+        code: Code::PositionFilterUnchecked,
+        severity: Advisory,
+        messages: &["the effect of the position filter at … Hz could not be checked, …"],
+        blocked_uses: &[],
+        meaning: "the cut-off is close to half the sample rate",
+        remedy: "Record at a higher rate, or lower the cut-off",
+    },
+    CatalogueRow {
+        code: Code::PositionNoiseUnchecked,
+        severity: Advisory,
+        messages: &[
+            "this method does not check the effect of the noise of the positions",
+            "the effect of the noise of the positions on the loop could not be simulated",
+        ],
+        blocked_uses: &[],
+        meaning: "one check did not run",
+        remedy: "Nothing",
+    },
+    CatalogueRow {
+        code: Code::TorqueDelayUnchecked,
+        severity: Advisory,
+        messages: &["the delay of the torques could not be checked: …"],
+        blocked_uses: &[],
+        meaning: "too few rows, or nothing moves",
+        remedy: "Record longer",
+    },
+    CatalogueRow {
+        code: Code::ControllerUnchecked,
+        severity: Advisory,
+        messages: &["the described controller could not be held against the recorded torques: …"],
+        blocked_uses: &[],
+        meaning: "the check of the controller did not run",
+        remedy: "Record reference and command at the controller's period",
+    },
+    CatalogueRow {
+        code: Code::FilterBias,
+        severity: Advisory,
+        messages: &["the position filter distorts the motion and moves P by …"],
+        blocked_uses: &[],
+        meaning: "bias of the filter; the combined uncertainty includes it",
+        remedy: "Raise the cut-off",
+    },
+    CatalogueRow {
+        code: Code::NoiseBias,
+        severity: Advisory,
+        messages: &["the noise of the positions distorts the friction law and moves P by …"],
+        blocked_uses: &[],
+        meaning: "bias of noise; the combined uncertainty includes it",
+        remedy: "Measure positions with less noise; with `idim-ls`, lower the cut-off",
+    },
+    CatalogueRow {
+        code: Code::LowPassed,
+        severity: Advisory,
+        messages: &[
+            "the torque of motor N looks low-passed, …",
+            "the position of motor N looks low-passed, …",
+            "all positions and torques look low-passed, …",
+        ],
+        blocked_uses: &[],
+        meaning: "a filter in the drive or the logger; the combined uncertainty includes it",
+        remedy: "Record without this filter; check that the position filter is not too low",
+    },
+    CatalogueRow {
+        code: Code::ClippedTorque,
+        severity: Advisory,
+        messages: &["the torque of motor N stays at its largest value, …"],
+        blocked_uses: &[],
+        meaning: "perhaps clipped",
+        remedy: "Check range and unit",
+    },
+    CatalogueRow {
+        code: Code::SwappedMotors,
+        severity: Advisory,
+        messages: &["with the drives of motors N and M swapped the squared residuals are …"],
+        blocked_uses: &[],
+        meaning: "perhaps swapped",
+        remedy: "Check the drives",
+    },
+    CatalogueRow {
+        code: Code::FrozenPosition,
+        severity: Advisory,
+        messages: &["the position of motor N stands still …"],
+        blocked_uses: &[],
+        meaning: "a few frozen samples",
+        remedy: "Remove the rows",
+    },
+    CatalogueRow {
+        code: Code::Outliers,
+        severity: Advisory,
+        messages: &["… of … rows were downweighted, at …"],
+        blocked_uses: &[],
+        meaning: "outliers, with their times",
+        remedy: "Check an encoder, a connector or a contact at that time",
+    },
+    CatalogueRow {
+        code: Code::DownweightedThroughout,
+        severity: Advisory,
+        messages: &["… were downweighted throughout the motion, …"],
+        blocked_uses: &[],
+        meaning: "too many outliers",
+        remedy: "Check the residuals: the model may be wrong",
+    },
+    CatalogueRow {
+        code: Code::UnmodelledEffect,
+        severity: Advisory,
+        messages: &["largest unmodelled effect: …"],
+        blocked_uses: &[],
+        meaning: "largest unmodelled effect",
+        remedy: "Friction law: try `friction = \"auto\"`. Coupling: check `transmission.rows`. \
+             Left-out parameters: `identify --essential`",
+    },
+    CatalogueRow {
+        code: Code::FarFromNominal,
+        severity: Advisory,
+        messages: &["the inertial parameters of link N are far from …"],
+        blocked_uses: &[],
+        meaning: "possible, and far from the nominal link",
+        remedy: "Look for a missing spring or counterbalance, signs of gravity and axes",
+    },
+    CatalogueRow {
+        code: Code::RateUnchecked,
+        severity: Advisory,
+        messages: &["the sample rate is taken as stated, …"],
+        blocked_uses: &[],
+        meaning: "frames or rows count, no times",
+        remedy: "Compare the rate with the controller's configuration",
+    },
+    CatalogueRow {
+        code: Code::TorqueLimitOpen,
+        severity: Advisory,
+        messages: &["no torque limit is known of joint …: …"],
+        blocked_uses: &[],
+        meaning: "the unit of the torques is not checked",
+        remedy: "Set `torque_max_nm` in the robot file",
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn every_code_has_its_row_and_no_row_is_there_twice() {
+        let rows: BTreeSet<String> =
+            CATALOGUE.iter().map(|row| format!("{} {:?}", row.code.name(), row.severity)).collect();
+        assert_eq!(rows.len(), CATALOGUE.len());
+        for code in FindingCode::ALL {
+            assert!(CATALOGUE.iter().any(|row| row.code == *code), "{}", code.name());
+        }
+        for row in CATALOGUE {
+            let blocks = row.severity == Blocking;
+            assert_eq!(blocks, !row.blocked_uses.is_empty(), "{}", row.code.name());
+            assert!(!row.messages.is_empty(), "{}", row.code.name());
+        }
+    }
+}
