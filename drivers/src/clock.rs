@@ -5,8 +5,10 @@
 //! are its own time.
 
 mod hardware;
+mod limits;
 
 pub use hardware::HardwareClock;
+use limits::ClockLimits;
 
 /// Both system clocks at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,16 +62,7 @@ pub struct ClockCounters {
     pub future_stamps: u64,
 }
 
-/// Smallest change of the offset that is a step \[ns\]. Both clocks are slewed alike (adjtimex(2)),
-/// so only steps should occur between them; a virtual machine may show small changes.
-const STEP_NS: u64 = 1_000_000;
-
-/// Largest change of the offset that is ignored \[ns\].
-const NOISE_NS: u128 = 1_000;
-
-/// Time after a step in which stamps of the earlier clock may still arrive \[ns\]. It is a second
-/// of transmission, plus the time that a [`HardwareClock`] keeps using the earlier offset.
-const STEP_MEMORY_NS: u64 = 1_000_000_000 + hardware::MEMORY_NS;
+const LIMITS: ClockLimits = ClockLimits::DEFAULT;
 
 /// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
 ///
@@ -107,7 +100,8 @@ impl ClockMap {
     /// Takes a later pair.
     pub fn handle_pair(&mut self, pair: ClockPair) -> ClockChange {
         let gained = self.offset - pair.offset();
-        let noise = u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns) + NOISE_NS;
+        let noise =
+            u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns) + LIMITS.noise_ns;
         if self.before_step.is_some_and(|(_, until)| pair.monotonic_ns > until) {
             self.before_step = None;
         }
@@ -118,12 +112,13 @@ impl ClockMap {
         let by_ns = i64::try_from(gained).unwrap_or(if gained < 0 { i64::MIN } else { i64::MAX });
         let before = core::mem::replace(&mut self.offset, pair.offset());
         self.uncertainty_ns = pair.uncertainty_ns;
-        if gained.unsigned_abs() < u128::from(STEP_NS) {
+        if gained.unsigned_abs() < u128::from(LIMITS.step_ns) {
             self.counters.small_changes += 1;
             self.counters.drift_ns = self.counters.drift_ns.saturating_add(by_ns);
             return ClockChange::Drift { by_ns };
         }
-        self.before_step = Some((before, pair.monotonic_ns.saturating_add(STEP_MEMORY_NS)));
+        self.before_step =
+            Some((before, pair.monotonic_ns.saturating_add(LIMITS.step_memory_ns())));
         self.counters.steps += 1;
         self.counters.last_step_ns = by_ns;
         ClockChange::Step { by_ns }

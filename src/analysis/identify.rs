@@ -11,6 +11,8 @@ use didim_identification::identification::{
     cross_validate, essential_parameters, identify,
 };
 
+use didim_identification::regression::RegressionLimits;
+
 use super::screening::{
     BeyondLimits, LawError, LimitExcess, RateError, check_limits, checked_measurement,
     commanded_controller,
@@ -254,11 +256,9 @@ pub fn reduce_measurements(
 ) -> Result<Reduction, IdentifyError> {
     let experiment = join_measurements(cell, measurements)?;
     let (robot, base) = (&cell.robot, &cell.base);
-    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE_LEVEL)?)
+    let level = RegressionLimits::DEFAULT.significance_level;
+    Ok(essential_parameters(robot, base, &experiment, &cell.options, level)?)
 }
-
-/// The usual level of an F-test: one in twenty zero parameters stays.
-const SIGNIFICANCE_LEVEL: f64 = 0.05;
 
 /// An identification and its window.
 #[derive(Clone, Debug)]

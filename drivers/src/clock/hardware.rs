@@ -1,16 +1,6 @@
 //! Mapping of a controller's free-running clock to CLOCK_REALTIME.
 
-/// Time over which differences are collected before they become the new offset \[ns\]. A crystal of
-/// 100 ppm drifts by 0.1 ms in this time.
-const WINDOW_NS: u64 = 1_000_000_000;
-
-/// Time for which the offset from before a small step of the computer's clock may still be used
-/// \[ns\]: the window of the step, and the one after it.
-pub(super) const MEMORY_NS: u64 = 2 * WINDOW_NS;
-
-/// Delay of a software stamp compared with the offset from which on a clock was set \[ns\]. A late
-/// interrupt does not explain it.
-const STEP_NS: i128 = 20_000_000;
+use super::LIMITS;
 
 /// Maps hardware stamps to CLOCK_REALTIME by the software stamps of the same frames.
 ///
@@ -31,8 +21,10 @@ impl HardwareClock {
     pub fn realtime_ns(&mut self, hardware_ns: u64, software_ns: u64) -> u64 {
         let difference = i128::from(software_ns) - i128::from(hardware_ns);
         let (last, filling) = match self.differences {
-            Some((last, filling)) if (difference - last.min(filling)).abs() < STEP_NS => {
-                if hardware_ns.saturating_sub(self.window_started_ns) < WINDOW_NS {
+            Some((last, filling))
+                if (difference - last.min(filling)).abs() < LIMITS.hardware_step_ns =>
+            {
+                if hardware_ns.saturating_sub(self.window_started_ns) < LIMITS.hardware_window_ns {
                     (last, filling.min(difference))
                 } else {
                     self.window_started_ns = hardware_ns;

@@ -4,11 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use super::limits::FleetLimits;
 use didim_formats::{LongTableError, read_long_table};
 use serde::Serialize;
-
-/// Minimum number of arms. With five, the scatter is so uncertain that nothing is improbable.
-pub const MIN_ARMS: usize = 6;
 
 /// Reason why arms are not compared.
 #[derive(Debug, thiserror::Error)]
@@ -35,7 +33,8 @@ pub enum FleetError {
     /// Too few arms. Name the files of more.
     #[error(
         "{arms} arms have a result that is usable for monitoring and has no payload noted; a \
-            population needs at least {MIN_ARMS}; name the histories of more"
+            population needs at least {}; name the histories of more",
+        FleetLimits::DEFAULT.min_arms
     )]
     TooFew {
         /// Number of arms.

@@ -2,8 +2,10 @@
 //!
 //! The decisions here are pure, like those of drift: the input is one result of each arm.
 
+mod limits;
 mod member;
 mod population;
 
-pub use member::{FleetError, MIN_ARMS, Member, MemberParameter, read_members};
+pub use limits::FleetLimits;
+pub use member::{FleetError, Member, MemberParameter, read_members};
 pub use population::{ArmDeviation, Fleet, FleetParameter};

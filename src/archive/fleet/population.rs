@@ -3,7 +3,8 @@
 use didim_dynamics::numeric::median;
 use serde::Serialize;
 
-use super::member::{FleetError, MIN_ARMS, Member, MemberParameter};
+use super::limits::FleetLimits;
+use super::member::{FleetError, Member, MemberParameter};
 
 /// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
 const NORMAL_MAD_RATIO: f64 = 1.4826;
@@ -71,7 +72,7 @@ impl FleetParameter {
     fn new(own: &MemberParameter, arms: &[Member]) -> Option<Self> {
         let values = arms.iter().filter_map(|arm| Some((arm, arm.parameter(&own.name)?)));
         let values: Vec<_> = values.filter(|(_, of)| of.value.is_finite()).collect();
-        if values.len() < MIN_ARMS {
+        if values.len() < FleetLimits::DEFAULT.min_arms {
             return None;
         }
         let median_value = median(values.iter().map(|(_, of)| of.value).collect())?;
@@ -108,7 +109,7 @@ impl Fleet {
     /// # Errors
     /// [`FleetError`]: too few arms, or not of one type.
     pub fn new(arms: Vec<Member>) -> Result<Self, FleetError> {
-        let first = arms.first().filter(|_| arms.len() >= MIN_ARMS);
+        let first = arms.first().filter(|_| arms.len() >= FleetLimits::DEFAULT.min_arms);
         let first = first.ok_or(FleetError::TooFew { arms: arms.len() })?;
         if let Some(other) = arms.iter().find(|arm| arm.kind() != first.kind()) {
             return Err(FleetError::OtherKind {

@@ -24,6 +24,9 @@ pub struct RegressionLimits {
     /// Least number of rows per coefficient of a spectrum \[1\]. Convention: a short record does
     /// not choose its own shape.
     pub rows_per_coefficient: f64,
+    /// Level of the F-test that leaves out inessential parameters \[1\]. Convention: one in twenty
+    /// parameters that are zero stays.
+    pub significance_level: f64,
 }
 
 impl RegressionLimits {
@@ -36,6 +39,7 @@ impl RegressionLimits {
         min_certainty: 1e-3,
         min_degrees_of_freedom: 20.0,
         rows_per_coefficient: 8.0,
+        significance_level: 0.05,
     };
 }
 

@@ -222,7 +222,7 @@ impl Experiment {
             if other.joints() != first.joints() {
                 return different("number of joints");
             }
-            if (other.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > RATE_TOLERANCE {
+            if (other.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > SAME_RATE {
                 return different("sample rate");
             }
             let timing = |of: &Self| (of.torque_timing, of.reference_timing);
@@ -384,7 +384,7 @@ impl Experiment {
 }
 
 /// Rates that differ by less are the same: times in a file are rounded.
-const RATE_TOLERANCE: f64 = 3e-4;
+const SAME_RATE: f64 = 3e-4;
 
 fn to_matrix(
     signal: &'static str,
