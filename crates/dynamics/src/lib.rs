@@ -48,7 +48,8 @@
 //! let (q, dq, ddq) = ([60_f64.to_radians()], [0.0], [0.0]); // rad, rad/s, rad/s²
 //! let mut torque_nm = [0.0];
 //! let mut workspace = Workspace::new();
-//! model.inverse_dynamics(&mut workspace, nominal.standard(), &q, &dq, &ddq, &mut torque_nm);
+//! let parameters = nominal.standard_parameters();
+//! model.inverse_dynamics(&mut workspace, parameters, &q, &dq, &ddq, &mut torque_nm);
 //! assert!((torque_nm[0] - 2.0 * 9.81 * q[0].cos()).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -23,13 +23,13 @@
 //!   </joint>
 //! </robot>"#;
 //! let arm = UrdfArm::read(urdf, None, None)?;
-//! let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(arm.joints())))?;
+//! let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::with_assumed_drives(arm.joints())))?;
 //! let nominal = robot.nominal().ok_or("a link has no body")?;
 //!
 //! let mut torque_nm = [0.0];
 //! Model::new(&robot).inverse_dynamics(
 //!     &mut Workspace::new(),
-//!     nominal.standard(),
+//!     nominal.standard_parameters(),
 //!     &[0.0], // rad
 //!     &[0.0], // rad/s
 //!     &[0.0], // rad/s²

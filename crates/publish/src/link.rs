@@ -94,7 +94,7 @@ fn tls_transport(ca: &str) -> Transport {
 
 /// Unreachable: a configuration that asks for encryption was refused.
 #[cfg(not(feature = "tls"))]
-fn encrypted(_: &str) -> Transport {
+fn tls_transport(_: &str) -> Transport {
     Transport::tcp()
 }
 
