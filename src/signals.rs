@@ -1,4 +1,4 @@
-//! Signals to a process, which are all registered here.
+//! Signals to a process. All signal handlers are registered here.
 
 use core::future::pending;
 use std::io;
@@ -10,15 +10,17 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::files::discard_unfinished;
 
-/// Exit code of a command that was ended early: the one that shells give for SIGINT.
+/// Exit code of a command that a signal has ended early. It is the code that shells return for
+/// SIGINT.
 pub const EXIT_CODE_INTERRUPTED: u8 = 130;
 
 /// Action for a received signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignalAction {
-    /// SIGTERM or SIGINT. Also SIGHUP if there is nothing to reload: a terminal was closed.
+    /// End the process, for SIGTERM or SIGINT. Also for SIGHUP if there is nothing to reload,
+    /// because SIGHUP then means that a terminal was closed.
     End,
-    /// SIGHUP.
+    /// Read the configuration again, for SIGHUP.
     Reload,
 }
 
@@ -32,13 +34,13 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Registers for the signals. If `reloads` is true, SIGHUP means to read the configuration
-    /// again.
+    /// Registers for the signals. If `reloads` is true, SIGHUP requests a reload of the
+    /// configuration.
     ///
-    /// # Errors
+    /// Errors of the system.
     /// Those of the system.
     pub fn register(reloads: bool) -> io::Result<Self> {
-        // SIGHUP is ignored under nohup(1), and stays ignored unless it has another meaning.
+        // Under nohup(1), SIGHUP is ignored. It stays ignored unless it requests a reload.
         let listens = reloads || !hangup_is_ignored();
         Ok(Self {
             terminate: signal(SignalKind::terminate())?,
@@ -53,7 +55,7 @@ impl Signals {
         while self.next().await != SignalAction::End {}
     }
 
-    /// The next signal.
+    /// Waits for the next signal, and returns its action.
     pub async fn next(&mut self) -> SignalAction {
         let Self { terminate, interrupt, hangup, on_hangup } = self;
         let hangup = async {
@@ -70,9 +72,9 @@ impl Signals {
     }
 }
 
-/// Returns a flag that the first signal sets. The second signal ends the process at once.
+/// Returns a flag that the first signal sets. The second signal ends the process immediately.
 ///
-/// # Errors
+/// The system cannot provide a handler or a thread.
 /// The system gives no handler or thread.
 pub fn stop_flag() -> io::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -85,10 +87,10 @@ pub fn stop_flag() -> io::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Lets the first signal end the process with [`EXIT_CODE_INTERRUPTED`] and without half-written
-/// files.
+/// Makes the first signal end the process with [`EXIT_CODE_INTERRUPTED`], without leaving
+/// unfinished files.
 ///
-/// # Errors
+/// The system cannot provide a handler or a thread.
 /// The system gives no handler or thread.
 pub fn end_on_signal() -> io::Result<()> {
     at_each(end_now)
@@ -102,7 +104,7 @@ fn end_now() {
 /// Calls `act` at each signal that ends a process, on a separate thread.
 fn at_each(mut act: impl FnMut() + Send + 'static) -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_io().build()?;
-    // Registered before this function returns, not when the thread first runs.
+    // The handler is registered before this function returns, and not when the thread first runs.
     let mut signals = runtime.block_on(async { Signals::register(false) })?;
     std::thread::Builder::new()
         .name("signals".into())

@@ -1,8 +1,8 @@
 //! Mapping of hardware and software stamps to one monotonic time.
 //!
-//! Pure state machines: pairs of readings are handed in (live ones come from
-//! [`crate::socket::clock_pair`]), nothing here reads a clock. A log needs no mapping: its stamps
-//! are its own time.
+//! This module contains only state machines and reads no clock. The caller passes pairs of clock
+//! readings to them (for a live bus from [`crate::socket::clock_pair`]). A log needs no mapping,
+//! because its stamps are its own time.
 
 mod hardware;
 mod limits;
@@ -31,16 +31,19 @@ impl ClockPair {
 /// Result of a new pair of readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockChange {
-    /// The clocks agree with the last pair, within the uncertainty of both and a microsecond.
+    /// The pair agrees with the present offset, within the sum of both uncertainties and one
+    /// microsecond.
     None,
-    /// A small change, adopted at once.
+    /// The offset between the clocks changed a little. The new offset applies at once.
     Drift {
-        /// Gain of CLOCK_REALTIME \[ns\].
+        /// Change of CLOCK_REALTIME relative to CLOCK_MONOTONIC \[ns\]; positive if it was put
+        /// forward.
         by_ns: i64,
     },
     /// CLOCK_REALTIME was set.
     Step {
-        /// Gain of CLOCK_REALTIME \[ns\].
+        /// Change of CLOCK_REALTIME relative to CLOCK_MONOTONIC \[ns\]; positive if it was put
+        /// forward.
         by_ns: i64,
     },
 }
@@ -50,15 +53,15 @@ pub enum ClockChange {
 pub struct ClockCounters {
     /// Number of times that CLOCK_REALTIME was set.
     pub steps: u64,
-    /// The last step \[ns\]; positive when the clock was put forward.
+    /// The last step \[ns\]; positive if the clock was put forward.
     pub last_step_ns: i64,
-    /// Small changes.
+    /// Number of small changes of the offset.
     pub small_changes: u64,
-    /// Their sum \[ns\].
+    /// Sum of the small changes \[ns\].
     pub drift_ns: i64,
-    /// Stamps that would have gone backwards and were set to the last one.
+    /// Number of stamps that would have gone backwards and were set to the previous stamp.
     pub held_back: u64,
-    /// Stamps in the future that were set to the instant of the latest pair.
+    /// Number of stamps in the future that were set to the instant of the latest pair.
     pub future_stamps: u64,
 }
 
@@ -66,26 +69,27 @@ const LIMITS: ClockLimits = ClockLimits::DEFAULT;
 
 /// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
 ///
-/// Read a fresh pair after each received batch and hand it in before the batch is mapped: then
-/// every stamp lies before the pair. After a step, one batch may contain stamps of both sides of
-/// it. Each is mapped by the offset that gives the latest time not after the pair: a stamp cannot
-/// be in the future, and it is recent when it is read.
+/// Read a new pair after each received batch, and pass it to [`Self::handle_pair`] before the batch
+/// is mapped. Every stamp then lies before the pair. After a step, one batch may contain stamps
+/// from before and from after the step. Each stamp is mapped with the offset that gives the later
+/// time, if this time is not after the pair. The reason is that a stamp cannot be in the future and
+/// is recent when it is read.
 #[derive(Clone, Debug)]
 pub struct ClockMap {
     offset: i128,
-    /// Offset before the last step, and the time until which it may apply \[monotonic ns\].
+    /// Offset before the last step \[ns\], and the time until which it may apply \[monotonic ns\].
     before_step: Option<(i128, u64)>,
     /// Uncertainty of the pair that gave the offset \[ns\].
     uncertainty_ns: u64,
     /// Instant of the latest pair \[monotonic ns\].
     latest_ns: u64,
-    /// Last stamp returned.
+    /// Last stamp that was returned \[monotonic ns\].
     last_ns: u64,
     counters: ClockCounters,
 }
 
 impl ClockMap {
-    /// Starts from one pair.
+    /// Creates a map from a first pair.
     pub fn new(pair: ClockPair) -> Self {
         Self {
             offset: pair.offset(),
@@ -97,7 +101,7 @@ impl ClockMap {
         }
     }
 
-    /// Takes a later pair.
+    /// Takes a later pair, and returns its difference from the present offset.
     pub fn handle_pair(&mut self, pair: ClockPair) -> ClockChange {
         let gained = self.offset - pair.offset();
         let noise =
@@ -124,8 +128,8 @@ impl ClockMap {
         ClockChange::Step { by_ns }
     }
 
-    /// Returns the monotonic instant of a CLOCK_REALTIME stamp \[ns\]. It is at least the one
-    /// returned before.
+    /// Returns the monotonic instant of a CLOCK_REALTIME stamp \[ns\]. It is never before the
+    /// instant that the previous call returned.
     pub fn map(&mut self, realtime_ns: u64) -> u64 {
         let latest = i128::from(self.latest_ns);
         let shifted = |offset: i128| i128::from(realtime_ns) + offset;
@@ -148,7 +152,7 @@ impl ClockMap {
         self.last_ns
     }
 
-    /// The counts.
+    /// Returns the counters of this map.
     pub fn counters(&self) -> ClockCounters {
         self.counters
     }

@@ -18,9 +18,9 @@ pub const MAX_EXTENDED_ID: u32 = 0x1FFF_FFFF;
 /// An identifier with its format (ISO 11898-1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FrameId {
-    /// 11 bits.
+    /// Identifier of 11 bits.
     Standard(u16),
-    /// 29 bits.
+    /// Identifier of 29 bits.
     Extended(u32),
 }
 
@@ -49,7 +49,7 @@ impl FrameId {
         }
     }
 
-    /// Returns the same identifier if it fits its format.
+    /// Returns the identifier unchanged, or an error if its number does not fit its format.
     const fn check_range(self) -> Result<Self, FrameError> {
         match self {
             Self::Standard(id) if id > MAX_STANDARD_ID => {
@@ -61,7 +61,7 @@ impl FrameId {
     }
 }
 
-/// Format of candump: three hexadecimal digits, or eight.
+/// Writes the identifier as candump does, with three or eight hexadecimal digits.
 impl core::fmt::Display for FrameId {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -83,7 +83,7 @@ pub enum FrameKind {
         /// True if the sender was error passive.
         error_state_indicator: bool,
     },
-    /// A classic remote request; carries no data.
+    /// A classic remote request, which carries no data.
     Remote,
     /// An error report of the controller, not a frame of the bus. Its identifier holds the error
     /// class bits of `linux/can/error.h`.
@@ -102,15 +102,16 @@ pub enum Direction {
 /// One frame. Plain data of fixed size: nothing is allocated for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Arrival time \[ns\] on the source's clock (CLOCK_REALTIME live, the log's own in replay).
+    /// Arrival time on the clock of the source \[ns\]: CLOCK_REALTIME of a live bus, or the log's
+    /// own clock in replay.
     pub stamp_ns: u64,
-    /// Index of the receiving interface, in the order in which the source was configured.
+    /// Index of the receiving interface, in the order of the source's interfaces.
     pub interface: u8,
-    /// The identifier.
+    /// Identifier of the frame.
     pub id: FrameId,
-    /// The kind.
+    /// Kind of the frame.
     pub kind: FrameKind,
-    /// The direction.
+    /// Direction of the frame.
     pub direction: Direction,
     /// Number of valid bytes of `payload`; for a remote request the number of requested bytes.
     pub length: u8,
@@ -157,10 +158,10 @@ impl Frame {
         Self::new(FrameId::Extended(class), FrameKind::Error, data)
     }
 
-    /// Creates a frame of any kind. A remote request from this function requests no bytes.
+    /// Creates a frame of any kind. A remote request that this function creates requests no bytes.
     ///
     /// # Errors
-    /// The same as the constructor of that kind.
+    /// [`FrameError`] as for the constructor of this kind.
     pub fn new(id: FrameId, kind: FrameKind, data: &[u8]) -> Result<Self, FrameError> {
         let id = id.check_range()?;
         let fits = match kind {
@@ -208,7 +209,7 @@ impl Frame {
         }
     }
 
-    /// Returns true if it reports an error of the controller instead of carrying data of the bus.
+    /// Returns true if the frame reports an error of the controller instead of data of the bus.
     pub const fn is_error(&self) -> bool {
         matches!(self.kind, FrameKind::Error)
     }
@@ -226,9 +227,9 @@ pub enum FrameError {
     /// The identifier does not fit its format: use an extended one, or correct the number.
     #[error("identifier 0x{id:X} does not fit {bits} bits")]
     IdRange {
-        /// The identifier.
+        /// The number of the identifier.
         id: u32,
-        /// 11 or 29.
+        /// Number of bits of the format: 11 or 29.
         bits: u8,
     },
     /// A classic frame holds at most 8 bytes: send fewer, or use CAN FD.
@@ -236,19 +237,19 @@ pub enum FrameError {
         "frame {id}: a classic frame cannot hold {length} bytes, at most 8 (a remote one none)"
     )]
     ClassicLength {
-        /// The identifier.
+        /// Identifier of the frame.
         id: FrameId,
-        /// The bytes given.
+        /// Number of data bytes.
         length: usize,
     },
-    /// This length has no FD data length code: pad to the next one.
+    /// No FD data length code exists for this length. Pad the data to the next possible length.
     #[error(
         "frame {id}: no CAN FD frame has {length} bytes, only 0 to 8, 12, 16, 20, 24, 32, 48 or 64"
     )]
     FdLength {
-        /// The identifier.
+        /// Identifier of the frame.
         id: FrameId,
-        /// The bytes given.
+        /// Number of data bytes.
         length: usize,
     },
 }

@@ -1,4 +1,5 @@
-//! Samples of a source: the single path for the frames of a bus, a log or a recording.
+//! Samples of a source, which is a bus, a log or a recording. All of them use the code in this
+//! module.
 
 use core::time::Duration;
 
@@ -10,21 +11,22 @@ use crate::frame::Frame;
 use crate::socket::clock_pair;
 use crate::source::{Received, Source, SourceCounters, SourceError, StampClock};
 
-/// Time of one wait of the iterator; a log has no silence.
+/// Longest time for which the iterator waits in one call of [`Samples::read`]; a log never makes it
+/// wait.
 const POLL_WAIT: Duration = Duration::from_millis(20);
 
-/// Receives all frames that were read together, with the stamps that the assembler sees. The second
-/// argument is the number of frames dropped unread so far.
+/// Function that receives all frames that were read together, with the stamps that the assembler
+/// sees. The second argument is the total number of frames dropped unread until now.
 pub type Tap<'a> = Box<dyn FnMut(&[Frame], u64) + 'a>;
 
-/// Reads both clocks of the machine.
+/// Function that reads both clocks of the machine.
 pub type Clocks<'a> = Box<dyn FnMut() -> ClockPair + 'a>;
 
 /// Samples of a source, in order. Nothing is allocated after [`Self::new`].
 ///
-/// A bus thread alternates: [`Self::read`], which waits once, then [`Self::poll`] until it returns
-/// no sample. The iterator gives every sample to the end of a log, including the one of the last
-/// cycle.
+/// A bus thread alternates between two calls. [`Self::read`] waits once, then [`Self::poll`] is
+/// called until it returns no sample. The iterator returns every sample up to the end of a log,
+/// including the sample of the last cycle.
 pub struct Samples<'a> {
     source: Box<dyn Source>,
     assembler: Assembler,
@@ -32,9 +34,9 @@ pub struct Samples<'a> {
     clock: Option<ClockMap>,
     clocks: Clocks<'a>,
     tap: Option<Tap<'a>>,
-    /// Frames that were read together.
+    /// Frames that the last call of [`Self::read`] received together.
     batch: Vec<Frame>,
-    /// Index of the next one to assemble.
+    /// Index in the batch of the next frame to assemble.
     next_frame: usize,
     read_ns: u64,
 }
@@ -50,12 +52,13 @@ pub struct Assembled {
 }
 
 impl<'a> Samples<'a> {
-    /// Creates a reader of at most `frames` frames at a time, and at least one.
+    /// Creates a reader that receives at most `frames` frames at a time, or one frame if `frames`
+    /// is 0.
     pub fn new(source: Box<dyn Source>, assembler: Assembler, frames: usize) -> Self {
         Self::with_clocks(Box::new(clock_pair), source, assembler, frames)
     }
 
-    /// Creates a reader like [`Self::new`], in the time of other clocks than the machine's.
+    /// Creates a reader like [`Self::new`] with other clocks than those of the machine.
     pub fn with_clocks(
         mut clocks: Clocks<'a>,
         source: Box<dyn Source>,
@@ -70,14 +73,15 @@ impl<'a> Samples<'a> {
         Self { source, assembler, clock, clocks, tap: None, batch, next_frame: 0, read_ns: 0 }
     }
 
-    /// Also passes every frame to a tap.
+    /// Returns the reader with a tap that receives every frame.
     #[must_use]
     pub fn with_tap(self, tap: Option<Tap<'a>>) -> Self {
         Self { tap, ..self }
     }
 
-    /// Waits at most `wait` for frames; returns at once while some are not assembled yet. Decides a
-    /// cycle that is over by the time of a silence, or that the end of a log truncates.
+    /// Waits at most `wait` for frames; returns at once if frames of the previous call are not
+    /// assembled yet. If the source is silent, this call ends a cycle whose time is over. At the
+    /// end of a log it ends the last cycle.
     ///
     /// # Errors
     /// [`SourceError`]; [`SourceError::is_recoverable`] is true if the call may be repeated.
@@ -93,7 +97,7 @@ impl<'a> Samples<'a> {
         match received {
             Received::Frames => self.map_stamps(now),
             Received::Silence => {
-                // The delay is known only for a clock that can be read here; a log's time is that
+                // Only a live source has a clock that can be read here. The time of a log is that
                 // of its frames.
                 if self.clock.is_some() {
                     self.assembler.handle_timeout(self.read_ns);
@@ -134,8 +138,8 @@ impl<'a> Samples<'a> {
         None
     }
 
-    /// Returns the time at which the last call of [`Self::read`] had its result \[ns,
-    /// CLOCK_MONOTONIC\].
+    /// Returns the time at which the source last answered a call of [`Self::read`] without an error
+    /// \[ns, CLOCK_MONOTONIC\].
     pub fn read_ns(&self) -> u64 {
         self.read_ns
     }

@@ -1,4 +1,4 @@
-//! Virtual device: converts the loop's samples to frames, without a clock.
+//! Virtual device that converts the samples of the closed loop to frames, without a clock.
 
 use didim_drivers::frame::{Frame, FrameError};
 use didim_drivers::layout::{CompiledLayout, Quantity, Role};
@@ -12,20 +12,21 @@ use crate::streamed::StreamedMeasurement;
 use crate::thermal_model::readings;
 use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
-/// Maximum number of frames in one cycle: SYNC, a sample, a target and the readings of each axis,
-/// each sent twice, and an error report.
+/// Maximum number of frames in one cycle. A cycle contains a SYNC, a sample, a target and the
+/// readings of each axis, each of them at most twice, and an error report.
 pub const CYCLE_FRAMES: usize = 2 * ((2 + Reading::ALL.len()) * MAX_JOINTS + 1) + 1;
 
 /// Interval of messages that contain only readings \[ns\].
 const READINGS_EVERY_NS: u64 = 25_000_000;
 
-/// Simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
+/// Simulated arm on a bus. It counts its own time: cycle k begins k periods after the start.
 pub struct VirtualDevice {
     closed_loop: ClosedLoop<Playback>,
     reference: Playback,
     encoder: CycleEncoder,
-    /// Messages of a cycle with their arrivals after its beginning \[ns\], if signals are valid at
-    /// the arrival of their frames. `streamed` measures them between the loop's samples.
+    /// Messages of a cycle, each with its arrival time after the beginning of the cycle \[ns\]. The
+    /// list is empty unless signals are valid at the arrival of their frames. `streamed` then
+    /// computes their values between the samples of the loop.
     arrivals: Vec<(usize, u64)>,
     streamed: StreamedMeasurement,
     faults: Vec<Fault>,
@@ -53,17 +54,17 @@ pub enum DeviceError {
         "the bus cycle of {cycle_ns} ns is not a whole number of controller periods of {period_s} s"
     )]
     Period {
-        /// The layout's cycle \[ns\].
+        /// Period of the bus cycle \[ns\].
         cycle_ns: f64,
-        /// The controller's period \[s\].
+        /// Period of the controller \[s\].
         period_s: f64,
     },
-    /// A fault cannot happen on this bus.
+    /// A fault of the scenario cannot happen on this bus.
     #[error("the fault of cycle {cycle}: {reason}")]
     Fault {
-        /// The cycle.
+        /// Cycle of the fault.
         cycle: u64,
-        /// Reason in words.
+        /// Reason why the fault cannot happen.
         reason: &'static str,
     },
     /// The loop cannot be built.
@@ -75,14 +76,14 @@ pub enum DeviceError {
     /// Gains and layout do not fit the arm or the rate.
     #[error(transparent)]
     Encode(#[from] CycleError),
-    /// An error report has impossible class bits.
+    /// An error report of a fault has class bits that cannot exist.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
 
 impl VirtualDevice {
-    /// Creates the arm of a scenario, with the frames of `layout` and drives whose gains are
-    /// `scales`. Stamps begin at `epoch_ns`.
+    /// Creates the device of a scenario. Its frames have the layout `layout`, and the gains of its
+    /// drives are `scales`. Its stamps begin at `epoch_ns`.
     ///
     /// # Errors
     /// [`DeviceError`] if scenario and layout do not match.
@@ -136,12 +137,12 @@ impl VirtualDevice {
         Ok(device)
     }
 
-    /// Returns the layout of its frames.
+    /// Returns the layout of the device's frames.
     pub fn layout(&self) -> &CompiledLayout {
         self.encoder.layout()
     }
 
-    /// Returns the bus cycle \[ns\].
+    /// Returns the period of the bus cycle \[ns\].
     pub fn period_ns(&self) -> u64 {
         self.period_ns
     }
@@ -160,7 +161,7 @@ impl VirtualDevice {
     /// them, and advances by one cycle. `frames` never grows by more than [`CYCLE_FRAMES`].
     ///
     /// # Errors
-    /// [`DeviceError`]; nothing is appended then, and the device is no longer usable.
+    /// [`DeviceError`]; then no frame is appended, and the device is no longer usable.
     pub fn poll_cycle(&mut self, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
         let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
         let before = frames.len();
@@ -179,7 +180,7 @@ impl VirtualDevice {
         Ok(())
     }
 
-    /// Appends the frames of a cycle, each with the values of its own arrival.
+    /// Appends the frames of a cycle. Each frame has the values at its own arrival time.
     fn append_streamed(
         &mut self,
         stamp_ns: u64,
@@ -198,14 +199,14 @@ impl VirtualDevice {
         Ok(())
     }
 
-    /// Returns the axes whose messages with only readings are sent in this cycle. The axes take
-    /// turns, because a bus may have no capacity for all.
+    /// Returns true for each axis that sends its messages with only readings in this cycle. The
+    /// axes take turns, because the bus may not have the capacity for all of them in one cycle.
     fn reports_temperature(&self) -> [bool; MAX_JOINTS] {
         let every = (READINGS_EVERY_NS / self.period_ns).max(1);
         core::array::from_fn(|axis| (self.cycle + axis as u64).is_multiple_of(every))
     }
 
-    /// Runs the loop to the next cycle's instant.
+    /// Runs the loop to the instant of the next cycle.
     fn advance(&mut self) -> Result<StepOutput, SimulationError> {
         let steps = if self.cycle == 0 { 1 } else { self.steps_per_cycle };
         for _ in 1..steps {
@@ -259,7 +260,7 @@ impl VirtualDevice {
         self.faults.iter().filter(|fault| fault.cycle == self.cycle).map(|fault| fault.action)
     }
 
-    /// Applies the faults to the cycle's frames, which begin at `before`.
+    /// Applies the faults to the frames of the cycle, which are those from index `before` on.
     fn apply_faults(
         &mut self,
         stamp_ns: u64,
@@ -267,8 +268,8 @@ impl VirtualDevice {
         frames: &mut Vec<Frame>,
     ) -> Result<(), DeviceError> {
         let mut report = None;
-        // From the last frame to the first, so that a removal does not shift frames still to be
-        // processed.
+        // Go from the last frame to the first, so that a removal does not shift the frames that are
+        // still to be processed.
         for index in (0..frames.len() - before).rev() {
             let index_of = |action: FaultAction| match action {
                 FaultAction::Drop { frame } | FaultAction::Duplicate { frame } => frame == index,

@@ -13,21 +13,22 @@ use crate::CycleReadings;
 /// CiA 402 "operation enabled", with the additional bits that a drive in position mode sets.
 const OPERATION_ENABLED: u16 = 0x1237;
 
-/// Returns the time of a frame on the bus. A classic frame of n bytes takes 47 + 8 n bits and some
-/// stuff bits; 20 % is between the usual and the worst case. At 1 Mbit/s a bit is a microsecond.
+/// Returns the time that a frame takes on the bus \[ns\]. A classic frame of n bytes has 47 + 8 n
+/// bits and some stuff bits. The additional 20 % are between the usual and the largest number of
+/// stuff bits. At 1 Mbit/s a bit takes a microsecond.
 fn wire_time_ns(frame: &Frame) -> u64 {
     (47 + 8 * u64::from(frame.length)) * 1_200
 }
 
-/// Returns the axis of a message, or its first axis.
+/// Returns the axis of a message, or the lowest axis if the message belongs to several.
 pub(crate) fn axis_of(message: &MessagePlan) -> usize {
     message.extractions.iter().map(|signal| signal.axis).min().unwrap_or(0)
 }
 
-/// Reason why a cycle has no frames.
+/// Reason why the frames of a cycle cannot be created.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CycleError {
-    /// A value does not fit its signal: the gains do not fit the arm.
+    /// A value does not fit its signal: the gains of the cell do not fit the arm.
     #[error("{0}; the cell's gains do not fit")]
     Value(#[from] EncodeError),
     /// The bus is too slow: no real bus could carry this layout at this rate.
@@ -52,21 +53,22 @@ pub struct BusCycle {
     pub motor_position_rad: [f64; MAX_JOINTS],
     /// Motor torque \[N·m\].
     pub motor_torque_nm: [f64; MAX_JOINTS],
-    /// Reference in this cycle's frames \[rad\]. If the layout says `next-sync`, it is the
+    /// Reference that is sent in this cycle \[rad\]. If the layout says `next-sync`, it is the
     /// reference of the next cycle.
     pub motor_reference_rad: [f64; MAX_JOINTS],
-    /// Additional readings of the drives.
+    /// Additional readings of the drives, such as temperatures.
     pub readings: CycleReadings,
-    /// Axes whose messages with only readings are sent in this cycle.
+    /// True for each axis that sends its messages with only readings in this cycle.
     pub has_temperature: [bool; MAX_JOINTS],
 }
 
-/// Encoder that writes frames like the drives of a cell: its layout, with its gains inverted.
+/// Encoder that writes frames as the drives of a cell do: it uses the layout of the cell and
+/// inverts its gains.
 #[derive(Clone, Debug)]
 pub struct CycleEncoder {
     layout: CompiledLayout,
     scales: Scales,
-    /// Status word of an enabled drive.
+    /// Value of the status word or of the state signal that means an enabled drive.
     enabled_value: u16,
 }
 
@@ -77,14 +79,15 @@ impl CycleEncoder {
         Self { layout, scales, enabled_value: signal.unwrap_or(OPERATION_ENABLED) }
     }
 
-    /// The layout.
+    /// Returns the layout of the frames.
     pub fn layout(&self) -> &CompiledLayout {
         &self.layout
     }
 
     /// Appends the frames of one cycle, stamped with the times at which a bus would deliver them.
     /// If signals are valid at the arrival of their frames ([`CompiledLayout::at_arrival`]), all
-    /// frames have the stamp of the instant. Every value is rounded to a count of its signal.
+    /// frames have the stamp of the cycle's instant. Every value is rounded to a count of its
+    /// signal.
     ///
     /// # Errors
     /// [`CycleError`] if a value does not fit its signal, or the frames do not fit the cycle.
@@ -105,10 +108,11 @@ impl CycleEncoder {
                 frames.push(message.encode(&values, stamp_ns)?);
             }
         }
-        // All data of one EtherCAT datagram arrives at once.
+        // All data of one EtherCAT datagram arrive at once.
         let one_by_one = self.layout.process_data().is_none() && !self.layout.at_arrival();
         if one_by_one && self.layout.sampled_by() == SampledBy::Sync {
-            // The instant is the SYNC's arrival; the other frames arrive one after the other.
+            // The arrival of the SYNC is the instant of the sample. The other frames arrive one
+            // after the other.
             let mut arrival_ns = stamp_ns;
             for frame in frames.iter_mut().skip(before + 1) {
                 arrival_ns += wire_time_ns(frame);
@@ -129,10 +133,10 @@ impl CycleEncoder {
         Ok(())
     }
 
-    /// Returns the messages of a cycle, as indices in the layout, in their order of arrival if none
-    /// waits for a SYNC. Each has its arrival time after the first \[ns\]. The message that marks
-    /// the cycle is first. For each axis the command and the reply to it follow; rarely sent
-    /// messages are last.
+    /// Returns the messages of a cycle, as indices in the layout, in their order of arrival on a
+    /// bus without SYNC. Each has its arrival time after the first message \[ns\]. The first
+    /// message marks the cycle. The command and the reply of each axis follow. The last messages
+    /// carry only readings.
     ///
     /// # Errors
     /// [`CycleError::Overrun`].
@@ -155,7 +159,8 @@ impl CycleEncoder {
         Ok(arrivals)
     }
 
-    /// Returns the bus values of a cycle from a motor-side record whose columns have equal length.
+    /// Returns the values on the bus in a cycle of a motor-side record. The columns of the record
+    /// have equal length.
     pub fn cycle_of(&self, record: &Signals, cycle: usize) -> BusCycle {
         let take = |columns: &[Vec<f64>], cycle: usize| {
             let mut values = [0.0; MAX_JOINTS];
@@ -180,7 +185,7 @@ impl CycleEncoder {
         }
     }
 
-    /// Returns the frame of one message of the layout, by its index.
+    /// Returns the frame of one message of the layout; `message` is its index in the layout.
     ///
     /// # Errors
     /// [`CycleError::Value`].

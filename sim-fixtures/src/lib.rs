@@ -1,8 +1,9 @@
 //! Simulated arm as a virtual device on a CAN bus.
 //!
-//! Contract: a [`Scenario`] is data and includes its true parameters. A [`VirtualDevice`] turns it
-//! into frames, cycle by cycle, without a clock. [`play`] sends them to a [`Sink`], in real time or
-//! as fast as possible. Only this crate can send: the service listens and has no sink.
+//! Contract: a [`Scenario`] is data and includes its true parameters. A [`VirtualDevice`] converts
+//! a scenario to frames, cycle by cycle, without a clock. [`play`] sends the frames to a [`Sink`],
+//! in real time or as fast as possible. Only this crate can send: the service only receives and has
+//! no sink.
 
 mod device;
 mod encoder;

@@ -5,9 +5,9 @@ use didim_dynamics::trajectory::{Reference, SampledReference, Trajectory};
 /// Planned moves, or a motion given point by point.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// Moves.
+    /// Moves, planned by [`Trajectory`].
     Moves(Trajectory),
-    /// Points in the format of `didim design`.
+    /// Motion given point by point, in the format of `didim design`.
     Recorded(SampledReference),
 }
 

@@ -4,7 +4,8 @@ use serde::Deserialize;
 
 /// Body fixed to the last link, as its contribution to that link's standard parameters.
 ///
-/// In a file it is a point mass, `mass_kg` and `position_m`, or a body, with the three keys below.
+/// In a file, it is either a point mass with `mass_kg` and `position_m`, or a body with the three
+/// keys below.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "RawPayload")]
 pub struct Payload {
@@ -12,12 +13,12 @@ pub struct Payload {
     pub mass_kg: f64,
     /// First moments MX, MY, MZ in the frame of the last link \[kg·m\].
     pub first_moment_kg_m: [f64; 3],
-    /// XX, XY, XZ, YY, YZ, ZZ about the origin of that frame \[kg·m²\].
+    /// Inertias XX, XY, XZ, YY, YZ, ZZ about the origin of the last link's frame \[kg·m²\].
     pub inertia_kg_m2: [f64; 6],
 }
 
 impl Payload {
-    /// Creates a mass \[kg\] at a point of the last link's frame \[m\].
+    /// Creates a point mass \[kg\] at a position in the frame of the last link \[m\].
     pub fn point_mass(mass_kg: f64, [x, y, z]: [f64; 3]) -> Self {
         let m = mass_kg;
         Self {
@@ -35,7 +36,7 @@ impl Payload {
         }
     }
 
-    /// Returns the ten parameters in the order of `ParameterKind::LINK`.
+    /// Returns the ten link parameters in the order of `ParameterKind::LINK`.
     pub(crate) fn link_parameters(&self) -> [f64; 10] {
         let [xx, xy, xz, yy, yz, zz] = self.inertia_kg_m2;
         let [mx, my, mz] = self.first_moment_kg_m;

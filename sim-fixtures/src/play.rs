@@ -10,21 +10,21 @@ use crate::{CYCLE_FRAMES, DeviceError, Sink, SinkError, VirtualDevice};
 /// Pace of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// Every cycle at its time on CLOCK_MONOTONIC, counted from the start: a late cycle does not
-    /// delay later ones.
+    /// Each cycle is sent at its time on CLOCK_MONOTONIC, counted from the start. A late cycle does
+    /// not delay later ones.
     RealTime,
-    /// As fast as the sink takes frames.
+    /// Cycles are sent as fast as the sink accepts frames.
     Unpaced,
 }
 
-/// Result of playing.
+/// Result of a playback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlaybackResult {
-    /// Cycles.
+    /// Number of cycles that were sent.
     pub cycles: u64,
-    /// Frames.
+    /// Number of frames that were sent.
     pub frames: u64,
-    /// Largest delay of a sent cycle, in real time.
+    /// Largest delay of a cycle after its time, in real time.
     pub largest_delay: Duration,
 }
 
@@ -39,11 +39,12 @@ pub enum PlayError {
     Sink(#[from] SinkError),
 }
 
-/// Plays until the device has no more cycles or `stop` is set, which is checked once per cycle.
-/// Allocates nothing per cycle.
+/// Sends the cycles of a device until it has no more cycles or `stop` is set. `stop` is checked
+/// once per cycle. No memory is allocated per cycle.
 ///
 /// # Errors
-/// [`PlayError`]; the cycles before the failed one and a part of it were sent.
+/// [`PlayError`]. All cycles before the failed one were sent, and possibly a part of the failed
+/// one.
 pub fn play(
     device: &mut VirtualDevice,
     sink: &mut dyn Sink,
@@ -58,7 +59,7 @@ pub fn play(
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        // The frames are ready before they are due, so that their creation does not delay them.
+        // Create the frames before they are due, so that creating them does not delay them.
         frames.clear();
         device.poll_cycle(&mut frames)?;
         if pace == Pace::RealTime {

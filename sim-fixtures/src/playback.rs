@@ -13,12 +13,13 @@ pub struct PlaybackConfig {
     pub lead_in_s: f64,
     /// Rest after the motion \[s\].
     pub tail_s: f64,
-    /// Number of repetitions; endless by default.
+    /// Number of repetitions of the motion with its rests; endless by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycles: Option<u32>,
 }
 
-/// Resulting reference: rest, motion, rest, and again from the start.
+/// Reference that results from a motion and its playback: rest, motion, rest, then again from the
+/// start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     trajectory: Motion,
@@ -26,18 +27,18 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Creates the playback of a motion that ends where it starts, or of one repetition of any
-    /// motion.
+    /// Creates the playback of a motion. A motion that is repeated has to end at its starting
+    /// point.
     pub(crate) fn new(trajectory: Motion, config: PlaybackConfig) -> Self {
         Self { trajectory, config }
     }
 
-    /// One cycle \[s\].
+    /// Returns the duration of one repetition: rest, motion, rest \[s\].
     pub fn cycle_s(&self) -> f64 {
         self.config.lead_in_s + self.trajectory.duration_s() + self.config.tail_s
     }
 
-    /// Returns the duration of all cycles \[s\]; infinite for endless playback.
+    /// Returns the duration of all repetitions \[s\]; infinite for endless playback.
     pub fn duration_s(&self) -> f64 {
         self.config.cycles.map_or(f64::INFINITY, |cycles| f64::from(cycles) * self.cycle_s())
     }
@@ -55,7 +56,7 @@ impl Reference for Playback {
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        // After the last cycle the arm stays at the end and does not return to the start.
+        // After the last repetition the arm stays at the end and does not return to the start.
         let in_cycle = if time_s < self.duration_s() {
             time_s.rem_euclid(self.cycle_s())
         } else {

@@ -17,8 +17,9 @@ use serde::Deserialize;
 use crate::motion::Motion;
 use crate::{Fault, Payload, Playback, PlaybackConfig};
 
-/// Scenario whose parts match each other. The true parameters are the nominal ones from the
-/// scenario, or otherwise from its robot; they do not include a payload.
+/// A simulated experiment whose parts are checked to match each other. Its true parameters are the
+/// nominal ones of the scenario or, if it has none, those of its robot. They do not include a
+/// payload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     name: String,
@@ -63,10 +64,10 @@ struct RawMotion {
 /// Reason why a scenario was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
-    /// Not TOML, an unknown or missing key, or a value of the wrong type.
+    /// The text is not TOML, a key is unknown or missing, or a value has the wrong type.
     #[error("line {line}: {message}")]
     Format {
-        /// Line, counted from 1.
+        /// Line of the error, counted from 1.
         line: usize,
         /// Message of the TOML parser.
         message: String,
@@ -77,15 +78,15 @@ pub enum ScenarioError {
         "joint {joint}: its speed limit is unknown; state velocity_max_rad_s in the robot file"
     )]
     OpenSpeed {
-        /// Joint.
+        /// Joint without a speed limit.
         joint: JointIndex,
     },
     /// The scenario is for another robot. Pass the robot that it names.
     #[error("the scenario is for the robot `{expected}`, not for `{found}`")]
     OtherRobot {
-        /// Name in the scenario.
+        /// Name of the robot in the scenario.
         expected: String,
-        /// The robot's name.
+        /// Name of the robot that was passed.
         found: String,
     },
     /// Neither the robot nor the scenario has nominal parameters, so there is no truth to simulate.
@@ -94,29 +95,29 @@ pub enum ScenarioError {
          in the scenario or in the robot file"
     )]
     NoTruth {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
     },
     /// The scenario has a parameter that is not in the robot. Correct its name.
     #[error("nominal.{name}: the robot has no such parameter")]
     UnknownParameter {
-        /// The name.
+        /// Name of the parameter.
         name: String,
     },
     /// A list does not have one value per joint.
     #[error("{key}: {found} values for {expected} joints")]
     Length {
-        /// The key.
+        /// Key of the list.
         key: &'static str,
         /// Number of joints of the robot.
         expected: usize,
         /// Number of values in the file.
         found: usize,
     },
-    /// A value makes no sense.
+    /// A value is impossible for its key.
     #[error("{key} must be {expected}")]
     BadValue {
-        /// The key.
+        /// Key of the value.
         key: &'static str,
         /// Requirement on the value.
         expected: &'static str,
@@ -133,7 +134,8 @@ pub enum ScenarioError {
     /// The loop cannot be built.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// The simulated arm diverged. Choose gains that hold it, or errors that leave it stable.
+    /// The simulated arm diverged. Choose controller gains that hold the arm, or smaller simulated
+    /// errors.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
 }
@@ -142,7 +144,7 @@ impl Scenario {
     /// Reads a scenario for a robot.
     ///
     /// # Errors
-    /// [`ScenarioError`] says what does not fit.
+    /// [`ScenarioError`] names the mismatch.
     pub fn from_toml(text: &str, robot: Robot) -> Result<Self, ScenarioError> {
         let raw: RawScenario = toml::from_str(text).map_err(|error| ScenarioError::Format {
             line: error.span().map_or(1, |span| {
@@ -185,12 +187,12 @@ impl Scenario {
         }
     }
 
-    /// The name.
+    /// Returns the name of the scenario.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The arm.
+    /// Returns the robot of the scenario.
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
@@ -200,23 +202,24 @@ impl Scenario {
         &self.truth
     }
 
-    /// Returns the true value of a base parameter by its name: `zz1r`.
+    /// Returns the true value of a base parameter by its name, such as `zz1r`; `None` for other
+    /// names.
     pub fn truth_of(&self, name: &str) -> Option<f64> {
         self.truth.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }
 
     /// Returns the standard parameters of the moving arm, in the order of the model's columns: the
-    /// nominal ones plus the payload.
+    /// nominal parameters plus the payload.
     pub fn standard_parameters(&self) -> &[f64] {
         &self.standard_parameters
     }
 
-    /// Returns the number of samples of the experiment, from the start of the motion.
+    /// Returns the number of samples of the experiment, counted from the start of the motion.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// The motion.
+    /// Returns the motion of the arm.
     pub fn trajectory(&self) -> &Motion {
         &self.trajectory
     }
@@ -229,8 +232,8 @@ impl Scenario {
     /// Returns the scenario with other playback settings.
     ///
     /// # Errors
-    /// [`ScenarioError::BadValue`] if a rest is negative, or if a motion that does not end where it
-    /// starts is to be repeated.
+    /// [`ScenarioError::BadValue`] if a rest is negative, or if the motion is to be repeated but
+    /// does not end at its starting point.
     pub fn with_playback(mut self, playback: PlaybackConfig) -> Result<Self, ScenarioError> {
         check_playback(&playback, &self.trajectory)?;
         self.playback = playback;
@@ -256,16 +259,17 @@ impl Scenario {
     /// Returns the scenario with other noise.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] if it does not fit the arm.
+    /// [`ScenarioError::Setup`] if the noise does not fit the arm.
     pub fn with_noise(mut self, noise: NoiseConfig) -> Result<Self, ScenarioError> {
         self.simulation.noise = Some(noise);
         self.validated()
     }
 
-    /// Returns the scenario with effects of the arm that its model does not contain.
+    /// Returns the scenario with unmodelled effects: effects of the arm that the model does not
+    /// contain.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] if they do not fit the arm.
+    /// [`ScenarioError::Setup`] if the effects do not fit the arm.
     pub fn with_unmodelled(mut self, unmodelled: Unmodelled) -> Result<Self, ScenarioError> {
         self.simulation.unmodelled = Some(unmodelled);
         self.validated()
@@ -274,7 +278,7 @@ impl Scenario {
     /// Returns the scenario with another controller of the arm.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] if it does not fit the arm.
+    /// [`ScenarioError::Setup`] if the controller does not fit the arm.
     pub fn with_controller(mut self, controller: ControllerConfig) -> Result<Self, ScenarioError> {
         self.controller = controller;
         self.validated()
@@ -305,11 +309,11 @@ impl Scenario {
         &self.limits
     }
 
-    /// Returns the scenario with an additional body on the last link. [`Self::truth`] stays that of
-    /// the arm without it.
+    /// Returns the scenario with an additional body on the last link. [`Self::truth`] remains that
+    /// of the arm without this body.
     ///
     /// # Errors
-    /// [`ScenarioError::Setup`] if it is not finite.
+    /// [`ScenarioError::Setup`] if a value of the body is not finite.
     pub fn with_payload(mut self, payload: Payload) -> Result<Self, ScenarioError> {
         let last = self.robot.joints() - 1;
         for (kind, value) in ParameterKind::LINK.into_iter().zip(payload.link_parameters()) {
@@ -320,11 +324,11 @@ impl Scenario {
         self.validated()
     }
 
-    /// Returns the scenario with a motion given point by point, and the duration of that motion.
-    ///
+    /// Returns the scenario with a motion given point by point. The duration of the experiment
+    /// becomes that of this motion.
     /// # Errors
-    /// [`ScenarioError::Length`] for another number of joints; [`ScenarioError::BadValue`] if it is
-    /// to be repeated and does not end where it starts.
+    /// [`ScenarioError::Length`] if the number of joints differs. [`ScenarioError::BadValue`] if
+    /// the motion is to be repeated but does not end at its starting point.
     pub fn with_recorded_motion(mut self, motion: SampledReference) -> Result<Self, ScenarioError> {
         check_length("the columns of the motion", self.robot.joints(), motion.joints())?;
         let period_s = self.controller.timing.sample_period_s();
@@ -340,13 +344,13 @@ impl Scenario {
         self.validated()
     }
 
-    /// Builds the loop, so that every error in it is reported now.
+    /// Builds the loop, so that every error in its settings is reported now.
     fn validated(self) -> Result<Self, ScenarioError> {
         self.closed_loop()?;
         Ok(self)
     }
 
-    /// The controller.
+    /// Returns the controller of the arm.
     pub fn controller(&self) -> &ControllerConfig {
         &self.controller
     }
@@ -361,18 +365,19 @@ impl Scenario {
         &self.faults
     }
 
-    /// Returns the experiment itself, without a bus: the loop at the start of the motion, on the
-    /// reference. Run it for [`Self::samples`].
+    /// Returns the closed loop of the experiment without a bus, at the start of the motion and on
+    /// the reference. Run it for [`Self::samples`] samples.
     ///
     /// # Errors
-    /// None beyond those of reading the scenario.
+    /// Only errors that reading the scenario would have reported already.
     pub fn closed_loop(&self) -> Result<ClosedLoop<&Motion>, SetupError> {
         self.closed_loop_along(&self.trajectory)
     }
 
-    /// Returns the drives' log of the experiment, with a rest before it and one after it. Filters
-    /// need neighbouring samples, and the loop first sags into its steady-state error. The motion
-    /// starts at sample `before` and has [`Self::samples`] samples.
+    /// Returns the drives' log of the experiment, with a rest of `before` samples before the motion
+    /// and a rest of `after` samples after it. Filters need neighbouring samples, and the loop
+    /// first settles to its steady-state error under gravity. The motion starts at sample `before`
+    /// and has [`Self::samples`] samples.
     ///
     /// # Errors
     /// [`ScenarioError::Simulation`] if the arm diverges.
@@ -386,15 +391,15 @@ impl Scenario {
         Ok(played.run(before + self.samples + after)?)
     }
 
-    /// Returns the loop as a device plays it, with the rests.
+    /// Returns the closed loop as a device plays it, with the rests before and after the motion.
     ///
     /// # Errors
-    /// None beyond those of reading the scenario.
+    /// Only errors that reading the scenario would have reported already.
     pub fn played_loop(&self) -> Result<ClosedLoop<Playback>, SetupError> {
         self.closed_loop_along(self.played_reference())
     }
 
-    /// Returns the reference as a device plays it.
+    /// Returns the reference as a device plays it, with the rests before and after the motion.
     pub fn played_reference(&self) -> Playback {
         Playback::new(self.trajectory.clone(), self.playback)
     }
@@ -411,7 +416,7 @@ impl Scenario {
     }
 }
 
-/// Returns the configured parameters in the order of the model's columns; missing ones are 0.
+/// Returns the configured parameters in the order of the model's columns. Missing parameters are 0.
 fn standard_values(
     configured: &BTreeMap<String, f64>,
     robot: &Robot,

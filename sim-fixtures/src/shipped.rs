@@ -17,11 +17,11 @@ pub fn shipped(name: &str) -> Option<Result<Scenario, ScenarioError>> {
     }
 }
 
-/// Returns the paper's arm: its 28 essential parameters and nothing else,
-/// `scenarios/tx40-paper.toml`.
+/// Returns the scenario of the paper's arm, `scenarios/tx40-paper.toml`. The arm has the 28
+/// essential parameters of the paper and no others.
 ///
 /// # Errors
-/// None with the files as shipped; a test reads them.
+/// No error with the shipped files; a test reads them.
 pub fn tx40_paper() -> Result<Scenario, ScenarioError> {
     Scenario::from_toml(
         include_str!("../scenarios/tx40-paper.toml"),
@@ -29,11 +29,11 @@ pub fn tx40_paper() -> Result<Scenario, ScenarioError> {
     )
 }
 
-/// Returns the paper's arm with errors that none of its models contains,
+/// Returns the scenario of the paper's arm with errors that none of its models contains,
 /// `scenarios/tx40-paper-errors.toml`.
 ///
 /// # Errors
-/// None with the files as shipped; a test reads them.
+/// No error with the shipped files; a test reads them.
 pub fn tx40_paper_errors() -> Result<Scenario, ScenarioError> {
     Scenario::from_toml(
         include_str!("../scenarios/tx40-paper-errors.toml"),
@@ -41,10 +41,10 @@ pub fn tx40_paper_errors() -> Result<Scenario, ScenarioError> {
     )
 }
 
-/// Returns the arm with physical links, `scenarios/tx40-physical.toml`.
+/// Returns the scenario of an arm with physically consistent links, `scenarios/tx40-physical.toml`.
 ///
 /// # Errors
-/// None with the files as shipped; a test reads them.
+/// No error with the shipped files; a test reads them.
 pub fn tx40_physical() -> Result<Scenario, ScenarioError> {
     Scenario::from_toml(
         include_str!("../scenarios/tx40-physical.toml"),

@@ -7,13 +7,14 @@ use didim_drivers::frame::{Frame, FrameError};
 use didim_drivers::source::{BusClosed, CandumpWriter, InProcessSender, WriteError};
 use socketcan::{CanAnyFrame, CanFdSocket, Socket, SocketOptions};
 
-/// Maximum time that a transmit queue may stay full before it is an error.
+/// Maximum time for which a transmit queue may stay full before sending fails.
 const TRANSMIT_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// Wait for space in a transmit queue: about the time of a frame on the bus.
+/// Time between two attempts to send into a full transmit queue: about the time of a frame on the
+/// bus.
 const TRANSMIT_PAUSE: Duration = Duration::from_micros(100);
 
-/// Takes frames.
+/// Destination of frames.
 pub trait Sink {
     /// Sends one frame.
     ///
@@ -31,25 +32,25 @@ pub enum SinkError {
     /// The log could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The frame does not exist in this format.
+    /// The frame cannot exist in the format of the sink.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// The interface cannot be opened. It must exist, be up, and take CAN FD frames where the
-    /// layout sends them: `ip link set NAME mtu 72 up` for a virtual one.
+    /// The interface cannot be opened. It must exist and be up. If the layout sends CAN FD frames,
+    /// the interface must accept them: `ip link set NAME mtu 72 up` for a virtual one.
     #[error("cannot open the interface `{interface}`: {source}")]
     Open {
-        /// The interface.
+        /// Name of the interface.
         interface: String,
-        /// The system's error.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The interface did not take the frame: it is down, or no node acknowledges and its queue
-    /// stays full.
+    /// The interface did not accept the frame: it is down, or its queue stays full because no node
+    /// acknowledges.
     #[error("cannot send on the interface `{interface}`: {source}")]
     Send {
-        /// The interface.
+        /// Name of the interface.
         interface: String,
-        /// The system's error.
+        /// Error of the system.
         source: io::Error,
     },
 }
@@ -59,7 +60,7 @@ pub enum SinkError {
 pub struct InProcessSink(InProcessSender);
 
 impl InProcessSink {
-    /// Sends through `sender`.
+    /// Creates a sink that sends through `sender`.
     pub fn new(sender: InProcessSender) -> Self {
         Self(sender)
     }
@@ -76,7 +77,7 @@ impl Sink for InProcessSink {
 pub struct CandumpSink<W: Write>(CandumpWriter<W>);
 
 impl<W: Write> CandumpSink<W> {
-    /// Writes through `writer`.
+    /// Creates a sink that writes through `writer`.
     pub fn new(writer: CandumpWriter<W>) -> Self {
         Self(writer)
     }
@@ -104,14 +105,14 @@ pub struct SocketCanSink {
 }
 
 impl SocketCanSink {
-    /// Opens an interface only for sending.
+    /// Opens an interface for sending only.
     ///
     /// # Errors
     /// [`SinkError::Open`].
     pub fn open(interface: &str) -> Result<Self, SinkError> {
         let open_socket = || {
             let socket = CanFdSocket::open(interface)?;
-            // Received frames would only fill this socket's buffer.
+            // Receive nothing: received frames would only fill the buffer of this socket.
             socket.set_filter_drop_all()?;
             socket.set_nonblocking(true)?;
             Ok(socket)

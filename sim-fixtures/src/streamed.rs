@@ -1,4 +1,4 @@
-//! Drives without a SYNC: each reports its measurement when its own frame arrives.
+//! Drives on a bus without SYNC. Each drive measures when its own frame arrives.
 
 use didim_dynamics::control::{ControlLaw, ControllerConfig};
 use didim_dynamics::simulation::{ClosedLoop, SimulationError, StepOutput};
@@ -9,16 +9,16 @@ use crate::{BusCycle, Playback};
 
 #[derive(Clone, Debug)]
 pub(crate) struct StreamedMeasurement {
-    /// Loop samples around the instant of the latest frame: the last one before it, and the first
-    /// one at or after it.
+    /// Samples of the loop on both sides of the latest frame's arrival: the last sample before it,
+    /// and the first sample at or after it.
     neighbouring_samples: Option<(StepOutput, StepOutput)>,
-    /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as in its commands.
+    /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as its commands contain them.
     gains: [[f64; 2]; MAX_JOINTS],
 }
 
 impl StreamedMeasurement {
-    /// Creates the drives of this controller. A law with more than stiffness and damping is
-    /// reported with none of them.
+    /// Creates the drives of this controller. Stiffness and damping are reported as 0 for a control
+    /// law that has more terms than these two.
     pub(crate) fn new(controller: &ControllerConfig) -> Self {
         let mut gains = [[0.0; 2]; MAX_JOINTS];
         for (gains, joint) in gains.iter_mut().zip(&controller.joints) {
@@ -29,8 +29,9 @@ impl StreamedMeasurement {
         Self { neighbouring_samples: None, gains }
     }
 
-    /// Returns the measurement at a time after the loop's first sample. Positions between two
-    /// samples are linear; a torque is held from one sample to the next. Times may not decrease.
+    /// Returns the measurement at a time after the first sample of the loop. Positions are
+    /// interpolated linearly between two samples, and a torque is held from one sample to the next.
+    /// The time must not decrease from one call to the next.
     ///
     /// # Errors
     /// [`SimulationError`].
@@ -41,7 +42,7 @@ impl StreamedMeasurement {
     ) -> Result<BusCycle, SimulationError> {
         #[expect(clippy::cast_precision_loss, reason = "days of nanoseconds")]
         let time_s = time_ns as f64 * 1e-9;
-        // A time that differs from a sample's only by rounding belongs to that sample.
+        // A time that differs from the time of a sample only by rounding belongs to that sample.
         let time_s = time_s - 1e-6 * closed_loop.period_s();
         let (mut before, mut after) = match self.neighbouring_samples {
             Some(around) => around,

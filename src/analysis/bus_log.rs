@@ -37,22 +37,22 @@ pub enum LogError {
     NoSample {
         /// The log.
         file: PathBuf,
-        /// Identifiers of the layout.
+        /// Identifiers that the layout contains.
         expected: Vec<FrameId>,
-        /// The first identifiers of the log.
+        /// The first identifiers found in the log.
         found: Vec<FrameId>,
-        /// The counts.
+        /// Counts of lost frames and cycles.
         losses: Box<Losses>,
     },
-    /// The stamps give another sample rate than the layout, or none.
+    /// The time stamps give a sample rate that differs from the layout's, or no sample rate.
     #[error("{}: {source}", file.display())]
     Rate {
         /// The log.
         file: PathBuf,
-        /// Both rates, and the remedy.
+        /// The mismatch, with both rates and the remedy.
         source: RateError,
     },
-    /// More samples than the free memory holds. Free some, or cut the log.
+    /// The log has more samples than the free memory holds. Free memory, or cut the log.
     #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the log",
         file.display())]
     TooLong {
@@ -63,8 +63,8 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole log, MCAP recording or capture, motor side. Cuts it where bus cycles are missing
-/// and where a drive changes its mode.
+/// Reads a complete log, MCAP recording or capture into a motor-side measurement. Splits it where
+/// bus cycles are missing and where a drive changes its mode.
 ///
 /// If targets take effect at the next SYNC, no target is known in the log's first cycle. The
 /// measurement then begins with the second one.
@@ -74,7 +74,8 @@ pub enum LogError {
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
     let (samples, since_1970_ns) = read_samples(path, bus)?;
-    // The check covers all samples: gaps do not affect it, and a short piece alone gives no rate.
+    // The check covers all samples. Gaps do not affect it, whereas a short piece alone determines
+    // no rate.
     let rate_unchecked = check_rate(&samples, &bus.layout, cell.screening.rate)
         .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
     // First sequence number and stamp of the samples in use; the first piece sets both.
@@ -126,10 +127,10 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     })
 }
 
-/// Leaves out the first sample of a piece if it alone has no reference. A target takes effect at
-/// the SYNC after its frame, so the first cycle of a piece has none. Otherwise one sample would
-/// cost the whole measurement its reference. If more samples have none, nothing is left out and the
-/// measurement has no reference.
+/// Removes the first sample of a piece if only this sample has no reference. A target takes effect
+/// at the SYNC after its frame, so the first cycle of a piece has no reference. Without the
+/// removal, one sample would cost the complete measurement its reference. If more samples have no
+/// reference, none is removed and the measurement has no reference.
 fn from_reference(samples: &[JointSample]) -> &[JointSample] {
     match samples {
         [first, rest @ ..]
@@ -157,7 +158,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
             }
         },
     )));
-    // A growing vector is in memory twice.
+    // While a vector grows, its old and its new allocation exist at the same time.
     let capacity = Capacity::of_bytes(3 * size_of::<JointSample>());
     let mut samples: Vec<JointSample> = Vec::new();
     for sample in &mut of_log {

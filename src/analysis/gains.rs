@@ -18,13 +18,13 @@ use crate::text::{significant_digits, to_uncertainty};
 /// Maximum number of digits of a gain in the line of a cell file.
 const MAX_DIGITS: usize = 6;
 
-/// Error when no gains are found. The inner errors state the remedy.
+/// Error when no gains can be identified. The inner errors state the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum FindGainsError {
-    /// A recording is not an experiment of this robot.
+    /// A recording does not fit this robot as an experiment.
     #[error("the data do not fit this robot: {0}")]
     Experiment(#[from] ExperimentError),
-    /// Torques of motors in one recording, of joints in the other.
+    /// One recording has motor torques, and the other has joint torques.
     #[error(
         "one recording has torques of the motors and the other of the joints; give both as they \
         come from one source"
@@ -40,19 +40,20 @@ pub enum FindGainsError {
 pub struct FoundGain {
     /// Its joint.
     pub joint: JointIndex,
-    /// Key of the gain in the cell file. `None` if the torque comes in N·m or from a table.
+    /// Key of the gain in the cell file. `None` if the drive reports the torque in N·m, or if the
+    /// torque comes from a table.
     pub key: Option<&'static str>,
-    /// Its unit.
+    /// Unit of the gain.
     pub unit: &'static str,
-    /// Gain configured in the cell, without its sign; 1 if it has no key.
+    /// Gain configured in the cell, without its sign. It is 1 if there is no key.
     #[serde(rename = "stated")]
     pub configured: f64,
-    /// Gain found, negative if opposite to the configured sign. `None` if it is not identifiable;
-    /// the configured gain then stays.
+    /// Identified gain, negative if its sign is opposite to the configured one. `None` if it is not
+    /// identifiable; the configured gain then remains in use.
     pub found: Option<UncertainValue>,
-    /// Gain by total least squares alone.
+    /// Gain identified by total least squares alone.
     pub total_least_squares: f64,
-    /// Line of `[[bus.drives]]` with the gain found.
+    /// Line for `[[bus.drives]]` of the cell file with the identified gain.
     pub cell_line: Option<String>,
 }
 
@@ -63,21 +64,22 @@ pub struct FoundGains {
     pub gains: Vec<FoundGain>,
     /// Base parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// Source of their scale.
+    /// Reference that sets the scale of gains and parameters: the mass of the load, or the
+    /// configured gain of one drive.
     #[serde(flatten)]
     pub scale: Scale,
-    /// Distance between the configured centre and the recordings. `None` if the recordings do not
-    /// identify it.
+    /// Distance between the configured centre of mass of the load and the identified one. `None` if
+    /// the recordings do not identify it.
     pub centre: Option<MahalanobisDistance>,
     /// ‖residuals‖ / ‖torque‖ of every drive.
     pub relative_error_per_joint: Vec<f64>,
 }
 
-/// Measurements with the range of counted samples of each.
+/// Measurements, each with its range of counted samples.
 type Counted<'a> = [(&'a Measurement, Range<usize>)];
 
-/// Finds the torque gains of a cell's drives from measurements without and with a load. Uses the
-/// samples in each range. Without a load, the gains are in units of one drive.
+/// Identifies the torque gains of a cell's drives from measurements without and with a load. Uses
+/// the samples in each range. Without a load, the configured gain of one drive is taken as correct.
 ///
 /// # Errors
 /// [`FindGainsError`].
@@ -146,8 +148,8 @@ impl FoundGain {
     }
 }
 
-/// Returns the number that a torque is proportional to, with its key and unit. `None` if the torque
-/// comes in N·m.
+/// Returns the configured number that the torque is proportional to, with its key and unit. `None`
+/// if the drive reports the torque in N·m.
 fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static str, &mut f64)> {
     match scale {
         TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
@@ -162,7 +164,7 @@ fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static
     }
 }
 
-/// Formats the drive's torque with the found gain for a cell file.
+/// Formats the drive's torque entry with the identified gain for a cell file.
 fn line_of(drive: &DriveSpec, found: UncertainValue, unit: &str, basis: &str) -> Option<String> {
     let (value, deviation) = (found.value.abs(), found.standard_deviation);
     let text = to_uncertainty(value, deviation, MAX_DIGITS);

@@ -22,34 +22,34 @@ use crate::cell::{Cell, CellError};
 use crate::window::{DriveReadings, Window};
 use didim_formats::{Measurement, Side};
 
-/// Error when nothing was identified. The inner errors state the remedy.
+/// Error when an identification fails. The inner errors state the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
-    /// The window's stamps give another sample rate than the layout, or none.
+    /// The time stamps give a sample rate that differs from the layout's, or no sample rate.
     #[error(transparent)]
     Rate(#[from] RateError),
-    /// Positions or torques lie far beyond the robot's limits.
+    /// Positions or torques are far beyond the robot's limits.
     #[error(transparent)]
     Limits(#[from] BeyondLimits),
     /// The cell has no bus.
     #[error(transparent)]
     Cell(Box<CellError>),
-    /// The data are not an experiment of this robot.
+    /// The data do not fit this robot as an experiment.
     #[error("the data do not fit this robot: {0}")]
     Experiment(#[from] ExperimentError),
     /// The cell asks for robust weights, but the method has none.
     #[error("`identification.robust`: {0}")]
     NotRobust(IdentificationError),
-    /// The commands of the record contain no law that the method can simulate.
+    /// The commands of the record do not contain a control law that the method can simulate.
     #[error("{0}")]
     Law(#[from] LawError),
-    /// The method refused or failed.
+    /// The method refused the data or failed.
     #[error("{0}")]
     Identification(#[from] IdentificationError),
 }
 
 impl IdentifyError {
-    /// Returns the method's kind of failure, if the error is one.
+    /// Returns the kind of failure if the method failed. `None` for other errors.
     pub fn failure(&self) -> Option<Failure> {
         match self {
             Self::Identification(error) => error.failure(),
@@ -64,7 +64,7 @@ impl IdentifyError {
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
     let (measurement, beyond) = measurement_of(cell, window)?;
-    // One line a window: the worst of a list that may have three entries for each joint.
+    // One line per window: the largest excess of a list that may have three entries per joint.
     if let Some(worst) = beyond.first() {
         tracing::warn!("window {}: {worst}", window.number);
     }
@@ -80,8 +80,9 @@ pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, I
     identify_measurement(cell, cell.method, &measurement, window.counted_samples.clone())
 }
 
-/// Returns the controller that the commands of the records state. Applies only if the method
-/// simulates it, the layout names its law and the cell configures none.
+/// Returns the controller that the commands of the records contain. `None` unless the method
+/// simulates a controller, the layout has the signals of the law, and the cell configures no
+/// controller.
 ///
 /// # Errors
 /// [`LawError`].
@@ -96,8 +97,8 @@ pub fn law_of_commands<'a>(
     commanded_controller(records, cell.robot.transmission(), cell.screening.commands).map(Some)
 }
 
-/// Returns the measurement of a window after a check of its rate and of the robot's limits, with
-/// the values beyond these that are no error, worst first.
+/// Converts a window to a measurement, and checks its sample rate and the robot's limits. Also
+/// returns the values that exceed a limit without being an error, largest excess first.
 pub(super) fn measurement_of(
     cell: &Cell,
     window: &Window,
@@ -109,8 +110,8 @@ pub(super) fn measurement_of(
     Ok((measurement, beyond))
 }
 
-/// Identifies from a measurement. Only the samples in `counted` count; the others are margin for
-/// the edges of the filters. The torque is valid when the cell's layout says so.
+/// Identifies from a measurement. Only the samples in `counted` are fitted; the others are margin
+/// for the edges of the filters. The layout of the cell sets the time at which a torque is valid.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -124,7 +125,7 @@ pub fn identify_measurement(
 }
 
 /// Identifies one set of parameters from several measurements, each with its range of counted
-/// samples. Owned measurements are not in memory twice.
+/// samples. Owned measurements are moved and not copied.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -143,8 +144,8 @@ pub fn identify_measurements(
     Ok(identification)
 }
 
-/// Chooses the cut-off of the position filter for measurements. Calls `tried` after each
-/// identification on the way.
+/// Chooses the cut-off of the position filter from measurements. Calls `tried` after each trial
+/// identification.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -157,8 +158,8 @@ pub fn choose_cutoff_from(
     Ok(choose_cutoff(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
-/// Chooses the friction laws of a cell's robot from measurements. Calls `tried` after each
-/// identification on the way.
+/// Chooses the friction laws of a cell's robot from measurements. Calls `tried` after each trial
+/// identification.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -172,8 +173,8 @@ pub fn choose_friction_from(
 }
 
 /// Returns the root mean square difference of two identifications over their common parameters.
-/// Each difference is in units of its standard deviation. The value is about 1 if both are of one
-/// arm and its model error is the same in both.
+/// Each difference is in units of its standard deviation. The value is about 1 if both
+/// identifications are of the same arm and have the same model error.
 pub fn rms_deviation(one: &Estimate, other: &Estimate) -> f64 {
     let squares = one.parameters.iter().filter_map(|p| {
         let q = other.parameters.iter().find(|q| q.name == p.name)?;
@@ -184,8 +185,8 @@ pub fn rms_deviation(one: &Estimate, other: &Estimate) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Leaves out each of `blocks` consecutive parts of the counted samples in turn, identifies from
-/// the rest and predicts the part.
+/// Cross-validates a measurement: leaves out each of `blocks` consecutive parts of the counted
+/// samples in turn, identifies from the rest and predicts the part.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -246,7 +247,7 @@ fn to_experiment(
     .with_counted(counted)
 }
 
-/// Finds the essential parameters in measurements, with the filters of the cell.
+/// Finds the essential parameters from measurements, with the filters of the cell.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -274,8 +275,8 @@ pub struct LastWindow {
 pub struct LastIdentification(Arc<Mutex<Option<LastWindow>>>);
 
 impl LastIdentification {
-    /// Takes the identification if it belongs to this window. An earlier one that was identified
-    /// and not stored is dropped.
+    /// Takes the identification out and returns it if it belongs to this window. An identification
+    /// of another window is dropped, because its result was not stored.
     pub fn take(&self, window: u64) -> Option<LastWindow> {
         let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         last.filter(|last| last.window.number == window)

@@ -1,4 +1,4 @@
-//! Payload of an arm along a recording, from a stored result of the arm without it.
+//! Payload of an arm during a recording, from a stored result of the arm without it.
 
 use std::ops::Range;
 
@@ -12,27 +12,29 @@ use crate::archive::store::FoundLoad;
 use crate::cell::Cell;
 use crate::window::Window;
 
-/// Error when no load is found. The inner errors state the remedy.
+/// Error when no load can be identified. The inner errors state the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The recordings are not an experiment of this robot.
+    /// The recordings do not fit this robot as an experiment.
     #[error(transparent)]
     Measurement(#[from] IdentifyError),
     /// The result does not identify the arm, or the recording does not identify the load.
     #[error(transparent)]
     Payload(#[from] PayloadError),
-    /// The baseline was set by an earlier version, or its result was missing. Set it again.
+    /// The baseline has no covariance: an earlier version set it, or its result file was missing.
+    /// Set the baseline again.
     #[error(
         "the baseline has no covariance: it was set by an earlier version, or its result was \
             missing; `didim baseline set` sets it again"
     )]
     NoCovariance,
-    /// The baseline belongs to another arm or to another model of it. Set a new one.
+    /// The baseline belongs to another arm, or to another model of the arm. Set a new baseline.
     #[error("the baseline belongs to another robot or model; set a new baseline")]
     OtherModel,
 }
 
-/// Finds the payload along a window relative to the payload of the baseline's identification.
+/// Identifies the payload during a window, relative to the payload at the identification of the
+/// baseline.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -60,7 +62,7 @@ pub fn find_load(
 }
 
 impl StoredModel {
-    /// Finds the load on the last link along measurements, from the samples in each range.
+    /// Identifies the load on the last link from measurements. Uses the samples in each range.
     ///
     /// # Errors
     /// [`LoadError`].

@@ -21,11 +21,11 @@ pub enum ResultError {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is no result. Use one that the service stored, or the output of
-    /// `didim identify --json`.
+    /// The file is not a result. Use one that the service stored, or the output of `didim identify
+    /// --json`.
     #[error(
         "{}: {source}; give a result that the service stored, or the output of `didim identify \
          --json`", file.display()
@@ -33,7 +33,7 @@ pub enum ResultError {
     NoResult {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Error of the JSON parser.
         source: serde_json::Error,
     },
     /// The parameters of the result are not those of the robot. Use the cell of its identification.
@@ -67,18 +67,20 @@ pub const OTHER_CONFIGURATION: &str = "the result was identified with another co
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredModel {
     pub(super) parameters: Vec<(String, f64)>,
-    /// Other parameters, fixed at their nominal values.
+    /// Parameters that were fixed at their nominal values.
     pub(super) fixed_parameters: Vec<(String, f64)>,
     /// Name of the method.
     pub method: String,
-    /// Hash of the configuration of its identification, if reported; see [`Self::is_of`].
+    /// Hash of the configuration of the identification, if the result contains it; see
+    /// [`Self::is_of`].
     pub(super) configuration: Option<String>,
     pub(super) uncertainty: Option<ModelUncertainty>,
     pub(super) covariance: Option<ParameterCovariance>,
-    /// Standard deviation of a row of each joint \[N·m or N\], as for independent rows; empty if
-    /// the result does not report it.
+    /// Standard deviation of the torque noise per row, by joint \[N·m or N\]. It is enlarged for
+    /// autocorrelated residuals, so that rows may be treated as independent. Empty if the result
+    /// does not report it.
     pub(super) noise: Vec<f64>,
-    /// Range of the motion, per joint; empty in results of versions that did not report it.
+    /// Range of the motion, by joint. Empty in results of versions that did not report it.
     pub(super) reached: Vec<ReachedRange>,
     /// Combined standard uncertainty of each parameter, if the result reports it.
     pub(super) combined_deviations: Vec<Option<f64>>,
@@ -91,14 +93,14 @@ pub struct StoredModel {
 pub struct JudgedUse {
     /// The use.
     pub usage: Use,
-    /// True if the result is usable for it; `None` if that is unknown.
+    /// True if the result is usable for this use. `None` if that is unknown.
     pub applicable: Option<bool>,
     /// Reasons against the use.
     pub reasons: Vec<String>,
 }
 
 impl JudgedUse {
-    /// Returns the answer with the first reason, unless the result is usable.
+    /// Describes the answer with its first reason. `None` if the result is usable.
     pub fn objection(&self) -> Option<String> {
         let answer = match self.applicable {
             Some(true) => return None,
@@ -123,19 +125,19 @@ struct StoredEstimate {
     robot: String,
     #[serde(default)]
     method: String,
-    /// Cut-off, if the data chose it.
+    /// Cut-off, if it was chosen from the data.
     position_cutoff: Option<StoredCutoff>,
-    /// Friction laws, if the data chose them.
+    /// Friction laws, if they were chosen from the data.
     friction: Option<StoredFriction>,
-    /// Missing in results of earlier versions.
+    /// Friction laws of each joint. Missing in results of earlier versions.
     friction_laws: Option<Vec<JointFriction>>,
     parameters: Vec<StoredParameter>,
     #[serde(default)]
     #[serde(rename = "kept")]
     fixed: Vec<StoredParameter>,
-    /// Missing in results of earlier versions.
+    /// Model uncertainty. Missing in results of earlier versions.
     model_uncertainty: Option<ModelUncertainty>,
-    /// Missing in results of earlier versions.
+    /// Covariance of the parameters. Missing in results of earlier versions.
     covariance: Option<ParameterCovariance>,
     #[serde(default)]
     rms_error_per_joint_nm: Vec<f64>,
@@ -208,9 +210,9 @@ impl StoredEstimate {
 }
 
 impl StoredModel {
-    /// Reads a result file, or the output of `didim identify --json`. Also returns the cell for
-    /// predictions. Its friction laws are those of the result, and so is the position filter if the
-    /// data chose it.
+    /// Reads a result file, or the output of `didim identify --json`. Also returns the cell to use
+    /// for predictions. Its friction laws are those of the result. Its position filter is that of
+    /// the result as well if the filter was chosen from the data.
     ///
     /// # Errors
     /// [`ResultError`].
@@ -220,7 +222,8 @@ impl StoredModel {
         Self::parse(&text, file, cell)
     }
 
-    /// Does the same from the file's text. `file` is the name in errors.
+    /// Parses the text of a result file like [`read_stored_model`](Self::read_stored_model). `file`
+    /// is the name in errors.
     ///
     /// # Errors
     /// Same as [`read_stored_model`](Self::read_stored_model).
@@ -295,7 +298,7 @@ impl StoredModel {
         Ok((model, cell))
     }
 
-    /// Creates the model of a baseline, whose parameters are those of the cell's robot.
+    /// Creates the model of a baseline. Its parameters are those of the cell's robot.
     pub(super) fn of_baseline(baseline: &Baseline) -> Self {
         let Baseline { result, available, .. } = baseline;
         Self {
@@ -327,19 +330,19 @@ impl StoredModel {
         self.uses.iter().find(|of| of.usage == usage)
     }
 
-    /// Describes each of these uses for which the verdict is no.
+    /// Describes each of the required uses for which the verdict is no.
     pub fn refusals(&self, required: &[Use]) -> Vec<String> {
         let judged = required.iter().filter_map(|usage| self.judged_use(*usage));
         judged.filter(|of| of.applicable == Some(false)).filter_map(JudgedUse::objection).collect()
     }
 
-    /// Returns its parameters, and those fixed at their nominal values.
+    /// Returns the identified parameters, and those fixed at their nominal values.
     pub(super) fn named_parameters(&self) -> [Vec<(&str, f64)>; 2] {
         [&self.parameters, &self.fixed_parameters]
             .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect())
     }
 
-    /// Returns the known arm; `named` comes from [`Self::named_parameters`].
+    /// Returns the arm with fixed parameters. `named` comes from [`Self::named_parameters`].
     pub(super) fn known_arm<'s>(&'s self, named: &'s [Vec<(&'s str, f64)>; 2]) -> KnownArm<'s> {
         let [parameters, fixed_part] = named;
         let uncertainty = self.uncertainty.as_ref();
@@ -347,7 +350,8 @@ impl StoredModel {
         KnownArm { model, covariance: self.covariance.as_ref() }
     }
 
-    /// Returns the base parameters of the robot that the result does not have. They count as 0.
+    /// Returns the robot's base parameters that the result does not contain. Predictions use 0 for
+    /// them.
     pub fn missing_parameters<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
         let names = cell.base.names().iter().map(String::as_str);
         let parameters = || self.parameters.iter().chain(&self.fixed_parameters);

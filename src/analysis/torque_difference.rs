@@ -14,10 +14,11 @@ use crate::cell::Cell;
 /// Error when two results have no comparable torques.
 #[derive(Debug, thiserror::Error)]
 pub enum TorqueDifferenceError {
-    /// The recording is not an experiment of this robot.
+    /// The recording does not fit this robot as an experiment.
     #[error(transparent)]
     Measurement(#[from] IdentifyError),
-    /// The torques of both results come from different filters.
+    /// The two results were identified with different filters, so their torque rows cannot be
+    /// compared.
     #[error(
         "the two results were identified with different filters, so their rows cannot be \
             compared; identify both with the same cut-off and decimation"
@@ -34,10 +35,10 @@ pub struct JointDifference {
     pub unit: &'static str,
     /// Root mean square of the difference.
     pub rms: f64,
-    /// Root mean square expected from the statistical uncertainty of both results alone. Null if
-    /// one has none.
+    /// Root mean square expected from the statistical uncertainty of both results alone. `None` if
+    /// a result has no statistical uncertainty.
     pub by_chance: Option<f64>,
-    /// Largest difference, later result minus earlier one.
+    /// Largest difference: later result minus earlier result.
     pub largest: f64,
     /// Time of the largest difference, since the first sample \[s\].
     pub at_s: f64,
@@ -45,9 +46,9 @@ pub struct JointDifference {
     pub relative: f64,
 }
 
-/// Computes the torque difference of a later and an earlier result along recordings. Only the
-/// samples in each range count. Each result comes with the cell that it [was read
-/// with](StoredModel::read_stored_model).
+/// Computes the torque difference of a later and an earlier result along recordings. Uses only the
+/// samples in each range. Each result comes with the cell that [`StoredModel::read_stored_model`]
+/// returned.
 ///
 /// # Errors
 /// [`TorqueDifferenceError`].

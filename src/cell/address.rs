@@ -1,4 +1,5 @@
-//! Address of a bus: `can:vcan0`, `log:file.log`, `pcap:file.pcapng`, `ethercat:eth1` or `inproc:`.
+//! Address of a bus, such as `can:vcan0`, `log:file.log`, `pcap:file.pcapng`, `ethercat:eth1` or
+//! `inproc:`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -19,33 +20,33 @@ pub enum BusAddress {
     Log(PathBuf),
     /// An EtherCAT capture.
     Pcap(PathBuf),
-    /// An interface at an EtherCAT tap.
+    /// An interface that is connected to an EtherCAT tap.
     Ethercat(InterfaceName),
     /// The bus inside this process, used by the simulated arm.
     InProcess,
 }
 
-/// A bus address that cannot be read.
+/// Error when a bus address cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusAddressError {
-    /// The address starts with no known scheme. Write one of the known ones.
+    /// The address does not start with a known scheme. Use one of the known schemes.
     #[error(
         "`{0}` is not a bus; write can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or \
         inproc:"
     )]
     Scheme(String),
-    /// The part behind the scheme is missing or not allowed.
+    /// The part after the scheme is missing or not allowed.
     #[error("`{address}` is not a bus: {reason}")]
     Name {
-        /// The text as written.
+        /// Address as written.
         address: String,
         /// Problem with the name.
         reason: &'static str,
     },
-    /// No interface can have this name.
+    /// The name is not valid for an interface.
     #[error("`{address}` is not a bus: {source}")]
     Interface {
-        /// The text as written.
+        /// Address as written.
         address: String,
         /// Problem with the name.
         source: InterfaceNameError,
@@ -89,7 +90,8 @@ impl TryFrom<String> for BusAddress {
     }
 }
 
-/// Parses one bus or a list of them. An untagged enum would lose the problem with an address.
+/// Parses one bus or a list of buses. An untagged enum would not report the problem with an
+/// address.
 pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<BusAddress>, D::Error> {

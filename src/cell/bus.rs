@@ -1,4 +1,4 @@
-//! The bus of a cell: the source of its frames and their meaning.
+//! The bus of a cell: the sources of its frames, and the meaning of the frames.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use didim_dynamics::Reading;
 use super::file::BusSection;
 use super::{BusAddress, CellError, Library, layout};
 
-/// Texts of the layout's files, each with the name for its stored copy.
+/// Texts of the layout's files. Each comes with its name in the stored copy.
 type Texts = Vec<(String, String)>;
 
 /// A bus, validated.
@@ -33,8 +33,8 @@ pub struct CellBus {
 }
 
 impl CellBus {
-    /// Reads the bus with the files that the layout names. `joints` is the robot's joint count, if
-    /// that could be read.
+    /// Reads the bus and the files that its layout names. `joints` is the joint count of the robot,
+    /// if the robot could be read.
     pub(super) fn read(
         library: Library,
         cell: &Path,
@@ -61,7 +61,7 @@ impl CellBus {
         Ok((bus, texts))
     }
 
-    /// Returns true if commands state their control law.
+    /// Returns true if the commands contain their control law.
     pub(super) fn states_law(&self) -> bool {
         self.layout.signal(Quantity::Reading(Reading::Stiffness), 0).is_some()
     }
@@ -72,8 +72,7 @@ impl CellBus {
     }
 }
 
-/// Checks that buses and captures match the kind of the layout. A log may have the frames of any
-/// layout.
+/// Checks that buses and captures match the kind of layout. A log may be combined with any layout.
 fn check_kind(
     cell: &Path,
     sources: &[BusAddress],

@@ -192,7 +192,7 @@ const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 /// Units of a quantity.
 struct QuantityUnits {
     units: &'static [(&'static str, JointKind, f64)],
-    /// True if it may be a current.
+    /// True if the quantity may be given as a current.
     allows_current: bool,
 }
 
@@ -215,13 +215,13 @@ const TORQUE_UNITS: QuantityUnits = QuantityUnits {
     ],
     allows_current: true,
 };
-/// Placeholder unit for dates in text.
+/// Unit that means dates as text.
 pub(crate) const DATE_UNIT: &str = "iso8601";
 const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
-    /// Returns the sampling, the columns of tables and the joints of bags. `named` lists the joints
-    /// of a URDF.
+    /// Returns the sampling, the columns of tables and the joints of bags. `named` are the joint
+    /// names of a URDF.
     pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<RecordingFormat, Wrong> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
@@ -243,7 +243,7 @@ impl DataSection {
         })
     }
 
-    /// Returns the columns for the robot's axes. `None` if the tables are didim's own.
+    /// Returns the columns for the robot's axes. `None` if the tables have didim's own format.
     fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),
@@ -380,7 +380,7 @@ fn axis_columns(
     Ok(AxisColumns { names, scales: torque_unit.axis_scales(units, side, kinds)? })
 }
 
-/// Configured unit of a quantity.
+/// Configured unit and sign of a quantity, and the torque per ampere of a current.
 struct TorqueUnit<'a> {
     unit: &'a OneOrEach<String>,
     sign: Option<&'a OneOrEach<f64>>,
@@ -388,7 +388,7 @@ struct TorqueUnit<'a> {
 }
 
 impl TorqueUnit<'_> {
-    /// Returns the SI value of one unit of each axis, with its sign.
+    /// Returns the signed SI value of one unit, for each axis.
     fn axis_scales(
         &self,
         units: &QuantityUnits,

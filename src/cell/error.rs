@@ -13,16 +13,16 @@ use super::open::OpenKey;
 use super::suggestion::Suggestion;
 use crate::files::TextError;
 
-/// Error when a cell cannot be used. Every variant names the file. The inner error names key and
-/// line if they are known.
+/// Error when a cell cannot be used. Every variant names the file. The inner error names the key
+/// and the line if they are known.
 #[derive(Debug, thiserror::Error)]
 pub enum CellError {
-    /// A file cannot be read. Check path and permissions, and that it is text.
+    /// A file cannot be read. Check its path and permissions, and that it is a text file.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: TextError,
     },
     /// A file that the cell names cannot be read. Correct the path, which is relative to the cell
@@ -31,12 +31,12 @@ pub enum CellError {
     Named {
         /// The cell file.
         cell: PathBuf,
-        /// The key.
+        /// Key that names the file.
         key: &'static str,
-        /// The file and the system's message.
+        /// Error of the named file.
         source: Box<CellError>,
     },
-    /// Not TOML, or a key is missing, unknown or of the wrong type.
+    /// The file is not TOML, or a key is missing, unknown or of the wrong type.
     #[error("{}: {source}{}", file.display(), Suggestion::from_message(.source.message()))]
     Cell {
         /// The cell file.
@@ -44,7 +44,7 @@ pub enum CellError {
         /// Message of the parser, with line and key.
         source: Box<toml::de::Error>,
     },
-    /// Values are open. Put them in place of the question marks.
+    /// The file has open values. Replace the question marks by values.
     #[error(
         "{}: {} open:{}{}",
         file.display(),
@@ -63,12 +63,12 @@ pub enum CellError {
     Open {
         /// The cell file.
         file: PathBuf,
-        /// All of them.
+        /// All open keys.
         open: Vec<OpenKey>,
-        /// Other values that are invalid.
+        /// Keys with invalid values.
         wrong: Vec<WrongKey>,
     },
-    /// An invalid value.
+    /// A value is invalid.
     #[error(
         "{}: {}`{key}`: {problem}",
         file.display(), line.map_or_else(String::new, |line| format!("line {line}: "))
@@ -76,14 +76,14 @@ pub enum CellError {
     Value {
         /// The cell file.
         file: PathBuf,
-        /// Line of the key, or of the section without it, if known.
+        /// Line of the key if known. If the key is missing, line of its section.
         line: Option<usize>,
         /// The key.
         key: String,
         /// The problem and the allowed values.
         problem: String,
     },
-    /// The robot file is wrong.
+    /// The robot file is invalid.
     #[error("{}: {source}{}", file.display(), Suggestion::parse(&.source.to_string()))]
     Robot {
         /// The robot file.
@@ -91,16 +91,16 @@ pub enum CellError {
         /// Problem in the file.
         source: RobotError,
     },
-    /// Frames are needed, but the cell describes none. State `[bus]`.
+    /// The command needs frames, but the cell has no bus. Add `[bus]`.
     #[error(
         "the cell {cell} has no [bus], and this takes its frames; describe the bus, or give `didim \
         identify` a table (CSV)"
     )]
     NoBus {
-        /// The cell.
+        /// Name of the cell.
         cell: String,
     },
-    /// The URDF describes no identifiable arm.
+    /// The URDF does not describe an arm that can be identified.
     #[error("{}: {source}", file.display())]
     Urdf {
         /// The URDF.
@@ -121,7 +121,7 @@ pub enum CellError {
     Layout {
         /// The cell file.
         file: PathBuf,
-        /// The DBC file, or the folder that the device files' names are relative to.
+        /// The DBC file, or the folder of the device files.
         with: PathBuf,
         /// The mismatch.
         source: Box<LayoutError>,
@@ -149,7 +149,7 @@ pub enum CellError {
     },
 }
 
-/// Faults of a cell, as many as can be reported at once.
+/// All faults of a cell that can be reported at once.
 #[derive(Debug)]
 pub struct Faults {
     /// The fault found first.

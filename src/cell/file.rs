@@ -1,4 +1,4 @@
-//! The cell file as written by the user. [`Cell`](super::Cell) is the form that the program needs.
+//! The cell file as the user writes it. The program uses the validated form, [`Cell`](super::Cell).
 
 use core::fmt;
 use std::borrow::Cow;
@@ -67,7 +67,7 @@ pub struct CellFile {
     pub service: ServiceSection,
 }
 
-/// A table whose keys another file's format defines.
+/// A table whose keys are defined by the format of another file.
 type FreeTable = BTreeMap<String, serde_json::Value>;
 
 /// `[urdf]`
@@ -168,9 +168,9 @@ pub struct PositionFilterSection {
 /// The cut-off of the position filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cutoff {
-    /// Stated \[Hz\].
+    /// Configured cut-off \[Hz\].
     Hz(f64),
-    /// The data choose it.
+    /// The cut-off is chosen from the data.
     Auto,
 }
 

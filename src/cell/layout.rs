@@ -8,7 +8,8 @@ use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
 
 use super::{CellError, Library};
 
-/// Reads the compiled layout and its source texts, each with the name for its stored copy.
+/// Reads the files of the layout and compiles it. Also returns their texts, each with its name in
+/// the stored copy.
 pub(super) fn read(
     library: Library,
     cell: &Path,
@@ -47,7 +48,8 @@ pub(super) fn read(
             let capture = Capture::open(&path).map_err(LayoutError::from);
             let compiled = capture.and_then(|open| CompiledLayout::compile_startup(open, spec));
             let text = compiled.as_ref().map(CompiledLayout::description).unwrap_or_default();
-            // A capture is not text. The network description read from it is kept instead.
+            // A capture is not text, so the network description that was read from it is stored
+            // instead.
             (vec![("network.txt".to_owned(), text)], path, compiled)
         }
         (None, None, None) => {
@@ -58,7 +60,7 @@ pub(super) fn read(
                 .map_err(named("bus.layout.nodes"))?;
             let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
             let compiled = CompiledLayout::compile_nodes(&borrowed, spec);
-            // A file of several nodes is kept once for each.
+            // A file that describes several nodes is stored once per node.
             let named = (1..).zip(texts).map(|(node, text)| (format!("node-{node}.eds"), text));
             (named.collect(), folder.to_path_buf(), compiled)
         }

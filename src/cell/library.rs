@@ -1,12 +1,12 @@
-//! Source of configuration files: the disk, or the copies inside the program. With the copies, a
-//! demonstration needs nothing installed.
+//! Source of configuration files: the disk, or the copies inside the program. The copies let a
+//! demonstration run without installed files.
 
 use std::path::Path;
 
 use super::CellError;
 use crate::files::{read_bytes, read_text};
 
-/// The shipped files by their path below `config/`.
+/// The shipped files, each with its path below `config/`.
 pub const SHIPPED_FILES: &[(&str, &str)] = &[
     ("config/robots/tx40.toml", include_str!("../../config/robots/tx40.toml")),
     ("config/robots/tx40-physical.toml", include_str!("../../config/robots/tx40-physical.toml")),
@@ -24,7 +24,7 @@ pub const SHIPPED_FILES: &[(&str, &str)] = &[
 /// A source of configuration files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Library {
-    /// The file system.
+    /// Files on disk.
     Files,
     /// The copies inside the program.
     Shipped,
@@ -49,8 +49,9 @@ impl Library {
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
     }
 
-    /// Returns the text of an EDS, DCF or ENI file. Many are not in UTF-8. Their other characters
-    /// occur only in names and comments, so an unreadable character does no harm.
+    /// Returns the text of an EDS, DCF or ENI file. Many of these files are not in UTF-8.
+    /// Characters outside ASCII occur only in names and comments, so that unreadable ones do no
+    /// harm.
     ///
     /// # Errors
     /// [`CellError::Read`].
@@ -64,7 +65,7 @@ impl Library {
     }
 }
 
-/// Removes `..`: `config/cells/../robots/tx40.toml` is `config/robots/tx40.toml`.
+/// Removes `..` from a path: `config/cells/../robots/tx40.toml` becomes `config/robots/tx40.toml`.
 fn normalise(path: &Path) -> std::path::PathBuf {
     use std::path::Component;
 

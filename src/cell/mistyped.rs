@@ -1,4 +1,5 @@
-//! Keys that are of the wrong type, unknown or missing, all at once. A parser stops at the first.
+//! Search for all keys that are of the wrong type, unknown or missing. A parser stops at the first
+//! one.
 
 use core::fmt;
 use core::ops::Range;
@@ -9,7 +10,7 @@ use super::suggestion::Suggestion;
 
 /// Maximum number of keys to check.
 const MAX_CHECKED_KEYS: usize = 100;
-/// A value of each type that a key may need.
+/// Example values, one for each type that a key may have.
 const EXAMPLE_VALUES: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"]"];
 
 /// A key with an invalid value.
@@ -17,7 +18,7 @@ const EXAMPLE_VALUES: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"
 pub struct WrongKey {
     /// Key with its section.
     pub key: String,
-    /// The line, from 1.
+    /// Line of the key, counted from 1.
     pub line: usize,
     /// The problem and the expected value.
     pub problem: String,
@@ -29,7 +30,7 @@ impl fmt::Display for WrongKey {
     }
 }
 
-/// Finds all wrong keys. It replaces each refused value by one of another type, until the parser
+/// Finds all wrong keys. Replaces each refused value by one of another type until the parser
 /// accepts it and continues.
 pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     let mut wrong = Vec::new();
@@ -50,7 +51,7 @@ pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     wrong
 }
 
-/// Returns the line of a byte, from 1.
+/// Returns the line that contains a byte, counted from 1.
 pub(super) fn line_at(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
@@ -62,20 +63,20 @@ fn first_error(text: &str) -> Option<(Range<usize>, String)> {
     Some((error.span().unwrap_or(text.len()..text.len()), problem))
 }
 
-/// Returns the text with an acceptable value in that place, if there is one.
+/// Returns the text with an accepted value at the given span. `None` if no value is accepted.
 fn with_accepted_value(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
     if problem.starts_with("unknown field") {
         return without_line(text, span.start);
     }
     let value = text.get(span.clone()).filter(|value| !value.contains('\n'))?;
-    // The span of a key, or of a section without the key, is no value.
+    // The span of an unknown key, or of a section with a missing key, is not that of a value.
     format!("x = {value}").parse::<toml::Table>().ok()?;
-    // The message has the expected words in backticks.
+    // The parser's message has the expected words in backticks.
     let named = problem.split('`').skip(1).step_by(2).map(|word| format!("\"{word}\""));
     let candidates = EXAMPLE_VALUES.into_iter().map(str::to_owned).chain(named);
     let mut taken = candidates.map(|candidate| {
         let changed = [&text[..span.start], &candidate, &text[span.end..]].concat();
-        // No further error at the inserted value or within it.
+        // The parser must report no further error at or within the inserted value.
         let inserted = span.start..span.start + candidate.len();
         let is_taken =
             first_error(&changed).is_none_or(|(next, _)| !inserted.contains(&next.start));
@@ -84,7 +85,7 @@ fn with_accepted_value(text: &str, span: &Range<usize>, problem: &str) -> Option
     taken.find_map(|text| text)
 }
 
-/// Empties a line that is a key with its whole value. The line itself stays.
+/// Empties a line that contains a key with its complete value. The line break stays.
 fn without_line(text: &str, byte: usize) -> Option<String> {
     let begin = text.get(..byte)?.rfind('\n').map_or(0, |at| at + 1);
     let end = text.get(byte..)?.find('\n').map_or(text.len(), |at| byte + at);

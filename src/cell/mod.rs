@@ -1,7 +1,7 @@
-//! The cell file: the robot, the bus, the drives, and the content and time of identification.
+//! The cell file: the robot, the bus, the drives, and the options and times of identification.
 //!
-//! [`CellFile`] is what a person types. [`Cell`] is what the program needs, and it is always valid:
-//! the robot, the DBC file and the drives were read, checked and found to fit each other.
+//! [`CellFile`] is the text that a person writes. [`Cell`] is its validated form: the robot, the
+//! DBC file and the drives have been read and checked, and fit each other.
 
 mod address;
 mod bus;
@@ -51,45 +51,45 @@ use crate::text::sha256;
 pub struct Cell {
     /// Name of the cell.
     pub name: String,
-    /// The file of the robot.
+    /// Path of the robot file.
     pub robot_file: PathBuf,
-    /// The arm, with the sign model that the cell chose.
+    /// The arm, with the sign law of friction that the cell chooses.
     pub robot: Robot,
-    /// The arm as in its own file. A simulated arm must not depend on the settings of the
-    /// identification.
+    /// The arm as described in its own file. A simulated arm uses it, because it must not depend on
+    /// identification settings.
     pub robot_as_described: Robot,
-    /// The arm from a URDF, if the robot is one.
+    /// The arm in the URDF, if the robot is described by one.
     pub urdf: Option<UrdfArm>,
     /// Notes on an arm from a URDF.
     pub robot_notes: Vec<String>,
-    /// Its dynamics.
+    /// Dynamic model of the arm.
     pub model: Model,
-    /// Its base parameters.
+    /// Base parameters of the arm.
     pub base: BaseParameters,
     pub(crate) bus: Option<CellBus>,
-    /// Returns the nominal sample rate \[Hz\].
+    /// Nominal sample rate \[Hz\].
     sample_rate_hz: f64,
     /// Time at which a torque is valid.
     pub torque_timing: SignalTiming,
-    /// Columns of tables, if they are not didim's own.
+    /// Columns of the tables. `None` if the tables have didim's own format.
     pub columns: Option<Columns>,
     /// Content to read from ROS 2 bags.
     pub bag: Option<BagSpec>,
-    /// When to identify.
+    /// Options of the windows, which set the times of identification.
     pub window: WindowOptions,
-    /// Options of the screening before anything is fitted.
+    /// Options of the screening checks before a fit.
     pub screening: ScreeningOptions,
-    /// The method.
+    /// Identification method.
     pub method: Method,
     /// Identification options, for all methods.
     pub options: Options,
-    /// True if the cell sets the law for the sign, for all joints.
+    /// True if the cell sets the sign law of friction for all joints.
     pub overrides_sign: bool,
-    /// True if the data choose the cut-off of the position filter first.
+    /// True if the cut-off of the position filter is chosen from the data first.
     pub chooses_cutoff: bool,
-    /// True if the data choose the friction laws first.
+    /// True if the friction laws are chosen from the data first.
     pub chooses_friction: bool,
-    /// Operation of the service.
+    /// Options for the operation of the service.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files. It identifies the configuration of a
     /// result.
@@ -107,14 +107,14 @@ impl Cell {
         self.bus.as_ref().ok_or_else(|| CellError::NoBus { cell: self.name.clone() })
     }
 
-    /// Returns the converter from frames of its bus to joint curves.
+    /// Returns the converter from frames of the bus to joint curves.
     pub fn joint_curves(&self, bus: &CellBus) -> JointCurves {
         let names = joint_names(self.urdf.as_ref(), self.robot.joints());
         JointCurves::new(bus.assembler(), self.robot.transmission().clone(), names)
     }
 
-    /// Returns true if a reference is recorded, as far as the cell shows. didim's own tables may
-    /// have one.
+    /// Returns true if the data contain a reference, as far as the cell shows this. didim's own
+    /// tables may contain one.
     pub fn has_reference(&self) -> bool {
         match (&self.bus, &self.columns) {
             (Some(bus), _) => bus.layout.has_reference(),
@@ -123,13 +123,13 @@ impl Cell {
         }
     }
 
-    /// Returns true if the commands on its bus state their control law.
+    /// Returns true if the commands on the bus contain their control law.
     pub fn has_commanded_law(&self) -> bool {
         self.bus.as_ref().is_some_and(|bus| bus.states_law())
     }
 
-    /// Returns the cell with other parameters to identify. They are no longer fixed at their
-    /// nominal values.
+    /// Returns the cell with other parameters to identify. These parameters are then no longer
+    /// fixed at their nominal values.
     #[must_use]
     pub fn with_parameters(mut self, names: &[String]) -> Self {
         self.options.parameters = Some(names.to_vec());
@@ -154,8 +154,8 @@ impl Cell {
         Ok(self)
     }
 
-    /// Does the same as [`Self::read`] for a cell that leaves no choice to the data. Services and
-    /// studies need it, because their results have to be of one model.
+    /// Reads a cell like [`Self::read`], but refuses a cell that leaves choices to the data.
+    /// Services and studies need this, because all their results must be of the same model.
     ///
     /// # Errors
     /// See [`CellError`].
@@ -197,7 +197,7 @@ impl Cell {
         Self::from_library(Library::Files, path)
     }
 
-    /// Does the same as [`Self::read`], from files or from the copies inside the program.
+    /// Reads a cell like [`Self::read`], from files on disk or from the copies inside the program.
     ///
     /// # Errors
     /// See [`CellError`].
@@ -205,8 +205,8 @@ impl Cell {
         Self::read_all(library, path).map_err(|faults| *faults.first_fault)
     }
 
-    /// Returns the SHA-256 of the composition of the base parameters. If two results have the same
-    /// one, a name represents the same sum of parameters in both.
+    /// Returns the SHA-256 of the composition of the base parameters. If it is equal for two
+    /// results, a name means the same sum of parameters in both.
     pub fn regrouping_sha256(&self) -> String {
         let sums =
             self.base.names().iter().map(|name| {
@@ -216,7 +216,7 @@ impl Cell {
         let plain = friction.iter().all(|own| own.laws.is_empty() && own.sign == friction[0].sign);
         let laws =
             if plain { format!("{:?}", self.robot.sign_model(0)) } else { format!("{friction:?}") };
-        // No parameter contains known torques and fixed values.
+        // Known torques and fixed values are not part of any parameter.
         let known_torques = self.robot.known_torques();
         let known_torques =
             known_torques.iter().any(Option::is_some).then(|| format!("{known_torques:?}"));
@@ -226,8 +226,8 @@ impl Cell {
         sha256(&[&(laws + &additional), &sums.collect::<String>()])
     }
 
-    /// Returns the nominal values as results of earlier versions hash them. The text must not
-    /// change, whatever the fields are called.
+    /// Returns the nominal values in the text form that results of earlier versions hashed. The
+    /// text must not change, even if fields are renamed.
     fn nominal_text(&self) -> String {
         self.robot.nominal().map_or_else(
             || "None".to_owned(),
@@ -238,7 +238,7 @@ impl Cell {
         )
     }
 
-    /// The nominal sample rate \[Hz\].
+    /// Returns the nominal sample rate \[Hz\].
     pub fn sample_rate_hz(&self) -> f64 {
         self.sample_rate_hz
     }

@@ -1,4 +1,4 @@
-//! Values that a cell file leaves open, because `didim new` could not find them.
+//! Values that a cell file leaves open because `didim new` could not find them.
 
 use core::fmt;
 use std::collections::BTreeMap;
@@ -11,9 +11,9 @@ pub const MISSING_VALUE: &str = "?";
 pub struct OpenKey {
     /// Key with its section.
     pub key: String,
-    /// The line, from 1.
+    /// Line of the key, counted from 1.
     pub line: usize,
-    /// Requested value, from the comment above the key.
+    /// Question for the missing value, from the comment above the key.
     pub question: Option<String>,
 }
 
@@ -24,8 +24,8 @@ impl fmt::Display for OpenKey {
     }
 }
 
-/// Returns all open keys, in the order of the file. The list is empty if the file is not TOML,
-/// which is reported in another place.
+/// Returns all open keys, in the order of the file. Returns an empty list if the file is not TOML,
+/// because the parser reports that error.
 pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     let mut keys = Vec::new();
     if let Ok(table) = text.parse::<toml::Table>() {
@@ -44,20 +44,21 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     open_keys_found
 }
 
-/// Returns the line of a key, or of the value or section that would contain it.
+/// Returns the line of a key. If the key is missing, returns the line of the value or section that
+/// would contain it.
 pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
     nearest_place(&list_places(text), key).map(|(_, line, _)| *line)
 }
 
-/// Returns the key or section with the nearest line at or above the given line.
+/// Returns the key or section at the given line, or else the nearest one above it.
 pub(super) fn key_at(text: &str, line: usize) -> Option<String> {
     let places = list_places(text);
     let above = places.into_iter().filter(|(_, own, _)| *own <= line);
     above.max_by_key(|(_, own, _)| *own).map(|(key, ..)| key)
 }
 
-/// Returns the place of a key, or of the value or section that would contain it. Quotes in keys are
-/// ignored.
+/// Returns the place of a key. If the key is missing, returns the place of the value or section
+/// that would contain it. Quotes in keys are ignored.
 fn nearest_place<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     let key = key.replace('"', "");
     let is_above =
@@ -88,14 +89,14 @@ fn collect_open(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     }
 }
 
-/// A section or a key on a separate line, the line number, and the comment above it.
+/// A section, or a key on a separate line: its name, its line number, and the comment above it.
 type Place = (String, usize, Option<String>);
 
 /// Lists every section and every key on a separate line.
 fn list_places(text: &str) -> Vec<Place> {
     let mut places = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
-    // Number of occurrences so far of a section that may repeat.
+    // Number of occurrences so far of each section that may repeat.
     let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();

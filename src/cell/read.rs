@@ -1,5 +1,5 @@
-//! Conversion of a cell's text to the cell. Each part is checked, whatever is wrong with the
-//! others.
+//! Conversion of a cell file's text to the cell. Each part is checked even if other parts are
+//! invalid.
 
 use std::path::{Path, PathBuf};
 
@@ -34,12 +34,12 @@ impl FoundFaults<'_> {
         self.faults.push(CellError::Value { file, line, key, problem });
     }
 
-    /// Returns the value, or adds the fault.
+    /// Returns the value of a result, or adds its error as a fault.
     fn value_or_fault<T>(&mut self, of: Result<T, CellError>) -> Option<T> {
         of.map_err(|fault| self.faults.push(fault)).ok()
     }
 
-    /// Does the same for the value of a key.
+    /// Returns the value of a result, or adds its error as the fault of a key.
     fn keep_value<T>(&mut self, key: &str, of: Result<T, impl ToString>) -> Option<T> {
         of.map_err(|problem| self.add_fault(key, problem.to_string())).ok()
     }
@@ -53,7 +53,7 @@ struct CellArm {
     base: BaseParameters,
 }
 
-/// Sources of the signals, and the times at which they are valid.
+/// Sources of the signals, and the times at which the signals are valid.
 struct CellSignals {
     bus: Option<(CellBus, Vec<(String, String)>)>,
     columns: Option<Columns>,
@@ -63,8 +63,8 @@ struct CellSignals {
 }
 
 impl Cell {
-    /// Does the same as [`Self::from_library`], and returns every fault that can be reported
-    /// besides the first.
+    /// Reads a cell like [`Self::from_library`], but returns all faults that can be reported and
+    /// not only the first.
     ///
     /// # Errors
     /// [`Faults`].
@@ -94,7 +94,7 @@ fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
             Ok(assemble_cell((file, text), robot_path, (arm, signals), (options, window)))
         }
         (first, ..) => {
-            // Every missing part has a fault in the list.
+            // If a part is missing, the list has a fault for it.
             let none = || CellError::NoBus { cell: path.display().to_string() };
             Err(Faults {
                 first_fault: Box::new(first.unwrap_or_else(none)),
@@ -214,13 +214,13 @@ fn signals(
     }
 }
 
-/// Collects the identification options; a cell without a rate is invalid.
+/// Collects the identification options. Without a sample rate the cell is invalid.
 fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
     let section = &file.identification;
     let decimation_filter = section.decimation_filter;
     let cutoff_hz = match section.position_filter.cutoff_hz {
         Cutoff::Hz(configured) => configured,
-        // The identified band, until the data have chosen.
+        // Until the cut-off is chosen from the data, it is that of the decimation filter.
         Cutoff::Auto => decimation_filter.cutoff_hz(rate_hz.unwrap_or(f64::NAN)),
     };
     let position_filter = PositionFilter { order: section.position_filter.order, cutoff_hz };
@@ -259,7 +259,7 @@ fn check_options(
     if let Some(arm) = arm {
         let before = found.faults.len();
         check_parameters(options.parameters.as_deref(), arm, found);
-        // Wrong names allow no further checks.
+        // Further checks need valid names.
         if found.faults.len() == before {
             let selected = options.selection(&arm.robot, &arm.base);
             found.keep_value("identification.keep_nominal", selected);
@@ -280,8 +280,8 @@ fn check_options(
         );
         found.add_fault(key, problem);
     } else if let (Some(arm), Some(signals)) = (arm, signals) {
-        // Checked for every method: if layout and controller contradict each other, both are in
-        // doubt.
+        // The controller is checked for every method: if it contradicts the layout, one of the two
+        // is wrong.
         let simulated =
             options.validate_simulation(&arm.robot, signals.rate_hz, signals.torque_timing);
         if let Err(source) = simulated {
@@ -313,7 +313,7 @@ fn check_parameters(listed: Option<&[String]>, arm: &CellArm, found: &mut FoundF
     }
 }
 
-/// Assembles the cell from valid parts.
+/// Creates the cell from valid parts.
 fn assemble_cell(
     (file, text): (CellFile, String),
     robot_file: PathBuf,
@@ -356,7 +356,7 @@ fn assemble_cell(
     }
 }
 
-/// Returns the key of the cell file at fault.
+/// Returns the key of the cell file that caused the error.
 fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",

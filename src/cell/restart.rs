@@ -1,11 +1,11 @@
-//! Changes of a cell file that a running service cannot adopt.
+//! Changes of a cell file that need a restart of the service.
 
 use super::{Cell, CellBus, ServiceSection};
 
 impl Cell {
-    /// Returns the first key of `other` whose change needs a restart: the bus, the meaning of its
-    /// frames, and the operation of the service. `None` if only windows, identification, controller
-    /// and robot differ.
+    /// Returns the first changed key that needs a restart: a key of the bus, of the meaning of its
+    /// frames, or of the operation of the service. `None` if only windows, identification,
+    /// controller and robot differ.
     pub fn needs_restart_for(&self, other: &Self) -> Option<&'static str> {
         let name = (self.name != other.name).then_some("name");
         let bus = match (&self.bus, &other.bus) {
@@ -18,8 +18,7 @@ impl Cell {
 }
 
 fn bus_differs(one: &CellBus, other: &CellBus) -> Option<&'static str> {
-    // The robot decides the number of joints of a sample; a layout for another number would be
-    // refused.
+    // The joint count needs no comparison: the layout would be refused for another joint count.
     let differs = [
         ("bus.source", one.sources != other.sources),
         ("bus.receive_buffer_bytes", one.receive_buffer_bytes != other.receive_buffer_bytes),
@@ -44,8 +43,8 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
         ("service.recordings", one.recordings != other.recordings),
     ];
     let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
-    // A key that is not listed needs a restart too. The limits of drift are the exception: each
-    // result is judged by the current ones.
+    // A change of an unlisted key needs a restart as well. The drift limits are an exception,
+    // because each result is judged by the current limits.
     let other = ServiceSection { drift: one.drift, ..other.clone() };
     named.or_else(|| (*one != other).then_some("service"))
 }

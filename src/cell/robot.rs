@@ -1,5 +1,4 @@
-//! The robot of a cell: a robot file (TOML), or a URDF with the drive data that it does not
-//! contain.
+//! The robot of a cell: a robot file (TOML), or a URDF together with its missing drive data.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,13 +15,13 @@ use super::suggestion::Suggestion;
 pub struct RobotSource {
     /// The robot.
     pub robot: Robot,
-    /// Its robot file; for a URDF, the file made from it.
+    /// Text of the robot file. For a URDF, it is the robot file made from it.
     pub toml: String,
-    /// The arm in the URDF, if the source is one.
+    /// The arm in the URDF, if the source is a URDF.
     pub urdf: Option<UrdfArm>,
 }
 
-/// Returns the names of an arm's joints: those of a URDF, or their numbers.
+/// Returns the names of an arm's joints. Without a URDF, these are the joint numbers.
 pub fn joint_names(urdf: Option<&UrdfArm>, joints: usize) -> Vec<String> {
     match urdf {
         Some(arm) => arm.joint_names().map(str::to_owned).collect(),
@@ -34,8 +33,9 @@ pub fn joint_names(urdf: Option<&UrdfArm>, joints: usize) -> Vec<String> {
 type Wrong = (String, String);
 
 impl RobotSource {
-    /// Reads the robot from the text of a file; `section` has the ends of a URDF's arm. Its drives
-    /// are assumed ([`UrdfDrives::with_assumed_drives`]), which is enough to inspect the arm.
+    /// Reads the robot from the text of a file. `section` names the first and the last link of a
+    /// URDF's arm. The drives of a URDF are assumed ([`UrdfDrives::with_assumed_drives`]), which is
+    /// sufficient to inspect the arm.
     ///
     /// # Errors
     /// [`CellError::Robot`], [`CellError::Urdf`].
@@ -64,7 +64,8 @@ impl RobotSource {
         Ok(Self { robot, toml, urdf: Some(arm) })
     }
 
-    /// Returns the robot with the drive data of a cell for a URDF. A robot file has its own.
+    /// Returns the robot with the drive data that the cell gives for a URDF. A robot file contains
+    /// its own drive data.
     pub(super) fn with_drives(self, section: Option<&UrdfSection>) -> Result<Self, Wrong> {
         let wrong = |problem: String| Err(("urdf".to_owned(), problem));
         let (arm, section) = match (&self.urdf, section) {
@@ -98,8 +99,8 @@ impl RobotSource {
     }
 }
 
-/// Returns the problem without the line number, which belongs to a file that the user does not
-/// have.
+/// Returns the problem without the line number, which refers to a generated file that the user does
+/// not have.
 fn problem_text(error: &RobotError) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
@@ -107,7 +108,7 @@ fn problem_text(error: &RobotError) -> String {
     format!("{text}{}", Suggestion::parse(text))
 }
 
-/// Returns the configured value that gives no robot; tries each by itself.
+/// Returns the configured value that makes the robot invalid. Tries each value separately.
 fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     let UrdfDrives { joints, .. } = drives.clone();
     let wrong = |key: String, joints| -> Option<Wrong> {
@@ -125,18 +126,18 @@ fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     })
 }
 
-/// Returns true if these are gear ratios for this number of joints.
+/// Returns true if the ratios are valid gear ratios for this number of joints.
 fn is_gear(ratios: &[f64], joints: usize) -> bool {
     ratios.len() == joints && ratios.iter().all(|ratio| ratio.is_finite() && *ratio != 0.0)
 }
 
-/// Detects a URDF by its name, or else by its first character.
+/// Detects a URDF by its file extension, or else by its first character.
 fn is_urdf(file: &Path, text: &str) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
         || text.trim_start().starts_with('<')
 }
 
-/// Keys of a joint in a robot file that a URDF does not have.
+/// Keys of a joint in a robot file that a URDF does not contain.
 const ROBOT_FILE_REMEDY: [&str; 7] = [
     "drive_inertia",
     "friction",
@@ -147,7 +148,7 @@ const ROBOT_FILE_REMEDY: [&str; 7] = [
     "jerk_max_m_s3",
 ];
 
-/// Reads the drives of a section, which has to configure all of them.
+/// Reads the drives of a section. The section has to configure all of them.
 fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     let (Some(drive_inertia), Some(gear_ratios), Some(friction)) =
         (section.drive_inertia, &section.gear_ratios, &section.friction)
@@ -196,7 +197,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     })
 }
 
-/// Returns the section to paste.
+/// Returns the text of the missing section, for the user to paste.
 fn missing_section(arm: &UrdfArm) -> String {
     let ones = vec!["1.0"; arm.joints()].join(", ");
     let names: Vec<&str> = arm.joint_names().collect();

@@ -1,4 +1,4 @@
-//! Options of the screening before anything is fitted.
+//! Options of the screening checks before a fit.
 
 /// Options of the checks of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,7 +25,8 @@ pub struct LimitCheck {
     /// Half step of the position difference that gives a speed \[s\]. Convention: it keeps noise
     /// out of the speed.
     pub half_step_s: f64,
-    /// Largest number of samples beyond a limit that is a glitch and no motion. Convention.
+    /// Maximum number of samples beyond a limit that counts as a glitch and not as a motion.
+    /// Convention.
     pub glitch_samples: usize,
     /// Multiple of a limit that indicates a wrong unit \[1\]. Derived: a wrong unit is off by a
     /// factor of 57, of 1000 or of a gear ratio.
@@ -50,15 +51,16 @@ pub struct RateCheck {
     /// Number of standard uncertainties beyond the tolerance at which a rate counts as wrong.
     /// Convention.
     pub coverage_deviations: f64,
-    /// Largest relative standard uncertainty of a checked rate \[1\]. Derived: a rate error of
-    /// 1e-3 is then four of these uncertainties away from an accepted rate.
+    /// Largest relative standard uncertainty of a checked rate \[1\]. Derived: a rate error of 1e-3
+    /// then differs from a correct rate by four standard uncertainties.
     pub most_uncertainty: f64,
     /// Number of blocks of samples. Convention: fewer samples than this identify nothing.
     pub block_count: usize,
-    /// Share of the blocks within the scatter \[1\]. Convention: it tolerates nearly as many
+    /// Share of the blocks that the scatter includes \[1\]. Convention: it tolerates nearly as many
     /// outlier blocks as the median of the slopes does.
     pub share_within: f64,
-    /// Standard deviations of normal noise that hold this share. Derived: Φ⁻¹((1 + 0.75) / 2).
+    /// Number of standard deviations of normal noise that include this share. Derived: Φ⁻¹((1 +
+    /// 0.75) / 2).
     pub deviations_within: f64,
 }
 
@@ -77,14 +79,16 @@ impl Default for RateCheck {
 /// Options of the check of the commanded law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandCheck {
-    /// A target below this is zero \[rad/s, N·m\]. Derived: no count of a 12-bit signal over
-    /// ±45 rad/s or ±54 N·m is zero; its step is half of this value.
+    /// Magnitude up to which a target counts as zero \[rad/s, N·m\]. Derived: a 12-bit signal over
+    /// ±45 rad/s or ±54 N·m has no count for exactly zero, and its step is about half of this
+    /// value.
     pub zero_tolerance: f64,
     /// Relative tolerance between a speed target and the reference speed \[1\]. Convention: their
-    /// extremes have to agree within `zero` plus this share.
+    /// extremes have to agree within `zero_tolerance` plus this share of the largest reference
+    /// speed.
     pub speed_share: f64,
     /// Half of the time over which the reference is differentiated \[s\]. Convention: over a
-    /// shorter time, single counts are visible.
+    /// shorter time, the steps of single counts dominate.
     pub reach_s: f64,
     /// Minimum computation rate of the loop \[Hz\]. Convention: motors compute it at tens of
     /// kilohertz.

@@ -5,16 +5,16 @@ use core::fmt;
 /// Similarity above which a name is suggested for another one (1 is equal).
 const MIN_SIMILARITY: f64 = 0.5;
 
-/// The known name that is most similar to the unknown one, as a remark after the parser's message.
+/// The known name that is most similar to an unknown one. It is appended to the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Suggestion {
     known_names: Option<String>,
-    /// True if the message ends with its own line break.
+    /// True if the message ends with a line break.
     in_a_line_of_its_own: bool,
 }
 
 impl Suggestion {
-    /// Parses the parser's message. The unknown name comes first, in backticks; the known ones
+    /// Parses the parser's message. The unknown name comes first, in backticks. The known names
     /// follow, also in backticks.
     pub(super) fn parse(message: &str) -> Self {
         if !message.contains("unknown field `") && !message.contains("unknown variant `") {

@@ -7,7 +7,8 @@ use crate::live::stream::{FOLDER_NAME, SERVICE_PREFIX, StreamError, StreamOption
 /// Key of an invalid value, and the problem.
 type Wrong = (&'static str, String);
 
-/// Returns all problems. The stream is checked if the joints and the sample rate \[Hz\] are known.
+/// Returns all problems. The stream is checked only if the joint count and the sample rate \[Hz\]
+/// are known.
 pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong> {
     let mut checked = Vec::new();
     if let Some(bus) = &file.bus {
@@ -45,8 +46,8 @@ fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Checks who may connect. Connecting needs write permission (unix(7)), and the status answers
-/// everyone who connects.
+/// Checks which users may connect. Connecting needs write permission (unix(7)), and every connected
+/// user can read the status.
 fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
     let command = service.command_mode();
     for (key, mode) in

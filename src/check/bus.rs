@@ -109,7 +109,8 @@ fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Fi
     }
 }
 
-/// Checks how many seconds of bus data the socket's buffer holds, and if the kernel grants it.
+/// Checks that the socket's buffer holds enough seconds of bus data, and that the kernel grants its
+/// size.
 fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut Vec<Finding>) {
     #[expect(clippy::cast_precision_loss, reason = "at most 64 messages")]
     let frames_per_second = bus.layout.messages().len() as f64 * cell.sample_rate_hz();

@@ -57,9 +57,9 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Returns the share of time that the layout's messages occupy the bus, in the worst case. Each
-/// message is sent once a cycle. Messages with readings only are rare and do not count. Frames that
-/// the layout does not read come on top.
+/// Returns the share of time for which the layout's messages occupy the bus, in the worst case.
+/// Each message is sent once per cycle. Messages that only contain additional readings are rare and
+/// do not count. Frames that the layout does not use add to this load.
 fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
     let seconds: f64 = layout
         .messages()

@@ -8,11 +8,11 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// Creates an error: the run would fail, or its results would be wrong.
+    /// The run would fail, or its results would be wrong.
     Error,
-    /// The run works, but not as well as it could, or not always.
+    /// The run works, but not always or not at its best.
     Warning,
-    /// Worth knowing.
+    /// The finding is information and needs no action.
     Note,
 }
 
@@ -31,16 +31,16 @@ impl fmt::Display for Severity {
 pub struct Finding {
     /// Its severity.
     pub severity: Severity,
-    /// Key of the cell file that it concerns.
+    /// Key of the cell file that the finding concerns.
     pub key: String,
-    /// The finding.
+    /// Description of the finding.
     pub what: String,
-    /// Remedy.
+    /// Remedy for the finding.
     pub remedy: String,
 }
 
 impl Finding {
-    /// The run would fail, or its results would be wrong.
+    /// Creates an error: the run would fail, or its results would be wrong.
     pub fn error(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
         Self::new(Severity::Error, key, what, remedy)
     }
@@ -50,12 +50,12 @@ impl Finding {
         Self::new(Severity::Warning, key, what, remedy)
     }
 
-    /// Worth knowing.
+    /// Creates a note: information that needs no action.
     pub fn note(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
         Self::new(Severity::Note, key, what, remedy)
     }
 
-    /// Creates a finding of a severity that was decided in another place.
+    /// Creates a finding with a given severity.
     pub fn new(
         severity: Severity,
         key: impl Into<String>,

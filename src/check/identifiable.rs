@@ -7,8 +7,8 @@ use super::finding::Finding;
 use super::limits::CheckLimits;
 use crate::cell::Cell;
 
-/// Number of random motions. They give several times as many equations as eight joints have
-/// parameters.
+/// Number of random motions. They give several times as many equations as an arm with eight joints
+/// has parameters.
 const RANDOM_MOTIONS: usize = 60;
 /// Smallest independent share of a column. Below it, the column is a combination of others.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-8;
@@ -77,7 +77,8 @@ fn indistinct_columns(model: &Model, columns: &[usize]) -> Vec<usize> {
             dq[k] = speed * (2.0 * random.unit() - 1.0);
             ddq[k] = if moves { 10.0 * (2.0 * random.unit() - 1.0) } else { 0.0 };
         }
-        // The hysteresis of friction at reversals is independent of the state, so it is random.
+        // The hysteresis of friction at reversals does not depend on the current state, so a random
+        // value is used.
         let share = |_| 2.0 * random.unit() - 1.0;
         workspace.set_hysteresis(Some(core::array::from_fn(share)));
         model.selected_regressor(&mut workspace, &selected, &q, &dq, &ddq, &mut rows);
@@ -121,7 +122,7 @@ fn dependent_columns(columns: Vec<Vec<f64>>) -> Vec<usize> {
 struct SplitMix64(u64);
 
 impl SplitMix64 {
-    /// In [0, 1).
+    /// Returns a random number in [0, 1).
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

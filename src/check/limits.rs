@@ -9,17 +9,17 @@ pub(crate) struct CheckLimits {
     /// it, the filter passes the noise that central differences amplify most.
     pub max_cutoff_share: f64,
     /// Smallest ratio of the position filter's cut-off to the identified band \[1\]. Derived: the
-    /// filter has to be flat in this band; four poles, forward and backward, are down by 1 % at
-    /// 0.56 of their cut-off frequency.
+    /// filter has to be flat in this band, and four poles, applied forward and backward, attenuate
+    /// by 1 % at 0.56 of their cut-off frequency.
     pub min_cutoff_ratio: f64,
-    /// Largest share of the bit rate for the layout \[1\]. Convention: the rest is for repetitions
-    /// and SDOs.
+    /// Largest share of the bit rate that the layout's frames may use \[1\]. Convention: the rest
+    /// is for repetitions and SDOs.
     pub max_bus_load: f64,
-    /// Delay of a bus thread of ordinary priority on a busy machine that the receive buffer has to
-    /// cover \[s\]. Convention.
+    /// Delay that the receive buffer has to cover \[s\]. It is that of a bus thread of ordinary
+    /// priority on a busy machine. Convention.
     pub thread_delay_s: f64,
-    /// Longest delay between a window and the writing of its recording that the ring has to cover
-    /// \[s\]. Convention: the time of an identification.
+    /// Delay that the ring has to cover \[s\]. It is the longest one between a window and the
+    /// writing of its recording. Convention: the time of an identification.
     pub extraction_delay_s: f64,
 }
 

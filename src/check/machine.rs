@@ -1,4 +1,4 @@
-//! The machine that a cell is checked on, as far as files describe it.
+//! The machine on which a cell is checked, as far as its files describe it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 /// Folders in which the kernel describes the machine. Tests replace them by their own folders.
 #[derive(Clone, Debug)]
 pub struct Machine {
-    /// `/proc`
+    /// Folder of the kernel's process files: `/proc`.
     pub proc: PathBuf,
-    /// `/sys`
+    /// Folder of the kernel's device files: `/sys`.
     pub sys: PathBuf,
-    /// Folder of shared memory: `/dev/shm`
+    /// Folder of shared memory: `/dev/shm`.
     pub shared_memory: PathBuf,
 }
 
@@ -27,12 +27,12 @@ pub(super) struct Interface {
     pub(super) is_can: bool,
     /// True if it is up (IFF_UP).
     pub(super) is_up: bool,
-    /// The largest frame \[bytes\]: 16 classic, 72 CAN FD.
+    /// Maximum transfer unit \[bytes\]: 16 for classic frames, 72 for CAN FD.
     pub(super) mtu: u32,
 }
 
 impl Machine {
-    /// Returns an interface. `None` if no interface has this name.
+    /// Returns the interface with this name. `None` if there is none.
     pub(super) fn interface(&self, name: &str) -> Option<Interface> {
         const ARPHRD_CAN: u32 = 280;
         const IFF_UP: u32 = 1;

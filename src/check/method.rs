@@ -1,5 +1,4 @@
-//! Requirements of the method that the bus does not meet; filters and windows that do not fit each
-//! other.
+//! Checks of the method: its requirements on the bus, and the match of filters and windows.
 
 use didim_dynamics::JointSample;
 
@@ -19,7 +18,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Checks the reference, which methods that simulate the closed loop follow.
+/// Checks that the reference exists, which methods that simulate the closed loop need.
 fn check_reference(cell: &Cell, findings: &mut Vec<Finding>) {
     if cell.has_reference() || !cell.method.simulates() {
         return;
@@ -76,8 +75,8 @@ fn check_filters(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Checks that the shortest window leaves enough rows for the verdict after decimation. Also checks
-/// the requirements of the longest one.
+/// Checks that the shortest window has enough rows for the verdict after decimation. Also checks
+/// the requirements for the longest window.
 fn check_rows(cell: &Cell, findings: &mut Vec<Finding>) {
     let (decimation, limits) = (&cell.options.decimation_filter, &cell.options.limits);
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
@@ -122,7 +121,7 @@ fn shortest_window(cell: &Cell) -> (&'static str, f64) {
     }
 }
 
-/// Returns the largest memory that the windows of the service take \[bytes\].
+/// Returns the largest memory size of the service's windows \[bytes\].
 pub(super) fn window_bytes(cell: &Cell) -> u64 {
     #[expect(
         clippy::cast_possible_truncation,

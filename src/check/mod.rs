@@ -1,7 +1,7 @@
-//! Checks for problems before the service starts.
+//! Checks that find problems before the service starts.
 //!
-//! [`Cell::read`] refuses what cannot be meant. These checks find valid settings that will not
-//! work: a bus without capacity for its frames, gains of unknown origin, parameters that no motion
+//! [`Cell::read`] refuses invalid settings. These checks find valid settings that will not work: a
+//! bus without capacity for its frames, gains of unknown origin, parameters that no motion
 //! identifies, a machine without the interface. There is one file per kind of finding.
 
 mod bus;
@@ -24,7 +24,7 @@ pub use machine::Machine;
 use crate::analysis::screening::{FRICTION_LAWS_REMEDY, LIMITS_REMEDY, open_limits, unlisted_laws};
 use crate::cell::Cell;
 
-/// Returns the problems of a cell on any machine, the worst first.
+/// Returns the problems of a cell that do not depend on the machine, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     let mut findings = Vec::new();
     for note in &cell.robot_notes {

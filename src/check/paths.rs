@@ -63,7 +63,8 @@ fn check_writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Returns the user of the service. Root checks on behalf of the user who owns the results.
+/// Returns the user id of the service. If root runs the check, it is that of the owner of the
+/// results.
 fn service_user(cell: &Cell) -> u32 {
     let user = geteuid();
     let state = std::fs::metadata(&cell.service.state_directory);
@@ -123,7 +124,7 @@ fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
 
 fn check_memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     let paths = Paths::of_service(cell);
-    // Values that do not fit the stream were refused when the cell was read.
+    // The reader of the cell has already refused values that do not fit the stream.
     let Ok(stream) = paths.stream_options(cell) else { return };
     let shared = stream.shared_memory_bytes();
     if let Some(free) = space_left(&machine.shared_memory).filter(|rest| *rest < shared) {

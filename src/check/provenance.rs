@@ -1,4 +1,4 @@
-//! Gains of unknown origin.
+//! Check for torque gains of unknown origin.
 
 use super::finding::Finding;
 use crate::cell::CellBus;

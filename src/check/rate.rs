@@ -1,4 +1,4 @@
-//! Sample rates that cannot be checked.
+//! Check for sample rates that cannot be verified.
 
 use didim_drivers::layout::CyclesBy;
 

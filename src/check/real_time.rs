@@ -1,4 +1,4 @@
-//! Check that the bus thread may have the configured priority and processor.
+//! Check that the bus thread may use the configured priority and processor.
 
 use rustix::process::{Resource, geteuid, getrlimit};
 
@@ -8,12 +8,12 @@ use crate::cell::Cell;
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let asked = cell.service.real_time;
     if let Some(priority) = asked.priority {
-        // The superuser has CAP_SYS_NICE, to which the limit does not apply.
+        // A superuser has CAP_SYS_NICE, and the limit does not apply.
         let limit = if geteuid().is_root() { None } else { getrlimit(Resource::Rtprio).maximum };
         findings.extend(priority_above(priority, limit));
     }
     if asked.lock_memory && !geteuid().is_root() {
-        // With any limit, a later allocation would fail: `run` locks all or nothing.
+        // `run` locks all memory or none. With a limit, a later allocation would fail.
         if let Some(bytes) = getrlimit(Resource::Memlock).maximum {
             findings.push(Finding::warning(
                 "service.real_time.lock_memory",
@@ -24,7 +24,8 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         }
     }
     if let Some(cpu) = asked.cpu {
-        // Same as in `run`. A separate thread keeps this one on its processor.
+        // The request is the same as in `run`. It is made on a separate thread, so that the current
+        // thread keeps its processor.
         let options =
             crate::live::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
         let granted = std::thread::spawn(move || options.apply().cpu).join();
@@ -38,7 +39,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Reports a priority above the limit. No limit permits all.
+/// Reports a priority above the limit. `None` as the limit permits all priorities.
 fn priority_above(priority: u8, limit: Option<u64>) -> Option<Finding> {
     let limit = limit.filter(|limit| *limit < u64::from(priority))?;
     Some(Finding::warning(

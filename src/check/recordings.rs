@@ -15,7 +15,7 @@ const FRAME_BYTES: f64 = 67.0;
 const RING_KEY: &str = "service.recordings.ring_mb";
 const DIRECTORY_KEY: &str = "service.recordings.directory";
 
-/// Finds problems that are independent of the machine.
+/// Finds problems that do not depend on the machine.
 pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
@@ -39,7 +39,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Finds problems on this machine.
+/// Finds problems that depend on this machine.
 pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     let folder = options.folder(&cell.service.state_directory);
@@ -49,7 +49,7 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let nearest_folder = existing_parent(&folder);
     let Some(free) = space_left(&nearest_folder) else { return };
     let needed = (options.ring_mb + options.keep_mb).saturating_mul(1_000_000);
-    // The recordings of an earlier run are replaced.
+    // The recordings of an earlier run count as free space, because they will be replaced.
     if free.saturating_add(used_bytes(&folder)) < needed {
         findings.push(Finding::warning(
             RING_KEY,
@@ -64,8 +64,8 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Returns the data rate of the layout's frames. Other frames on the bus are recorded as well if no
-/// filter excludes them.
+/// Returns the data rate of the layout's frames \[bytes/s\]. Other frames on the bus are recorded
+/// as well unless a filter excludes them.
 fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
     let frames = bus.layout.messages().iter();
     let bytes: f64 =
@@ -73,7 +73,8 @@ fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
     bytes * cell.sample_rate_hz()
 }
 
-/// Returns the bytes in the folder's two folders. Unreadable files do not count.
+/// Returns the total size of the files in the two recording folders \[bytes\]. Unreadable files do
+/// not count.
 fn used_bytes(folder: &std::path::Path) -> u64 {
     let folders = recording_folders(folder).map(std::fs::read_dir);
     let entries = folders.into_iter().flatten().flatten().flatten();

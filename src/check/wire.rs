@@ -9,10 +9,10 @@ use didim_drivers::frame::FrameId;
 /// delimiter, the end of the frame, and the interframe space.
 const CLASSIC_TAIL: u32 = 1 + 2 + 7 + 3;
 
-/// The same for a CAN FD frame, without the delimiter of the check sequence.
+/// Bits after the check sequence of a CAN FD frame, without the delimiter of the check sequence.
 const FD_TAIL: u32 = 2 + 7 + 3;
 
-/// Bits of one frame, by bit rate.
+/// Number of bits of one frame, by bit rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct FrameBits {
     /// Bits at the bit rate of the arbitration.
@@ -22,7 +22,7 @@ pub(super) struct FrameBits {
 }
 
 impl FrameBits {
-    /// Returns their duration \[s\].
+    /// Returns the duration of the bits \[s\].
     pub(super) fn duration_s(self, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
         f64::from(self.nominal_bits) / bitrate_bps + f64::from(self.data_bits) / data_bitrate_bps
     }

@@ -8,15 +8,16 @@ use std::path::{Path, PathBuf};
 use nix::unistd::{Uid, User};
 use rustix::process::{getegid, geteuid};
 
-/// The group may write.
+/// Permission bit: the group may write.
 const WRITABLE_BY_GROUP: u32 = 0o020;
-/// Anybody may write.
+/// Permission bit: every user may write.
 const WRITABLE_BY_OTHERS: u32 = 0o002;
 
-/// Error when a folder cannot belong to the service.
+/// Error when a folder cannot be used by the service.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be created or inspected. Check its parent's permissions, or name another one.
+    /// The folder cannot be created or inspected. Check the permissions of its parent, or name
+    /// another folder.
     #[error(
         "{}: {cause}; check the permissions of its parent folder, or name another one",
         folder.display()
@@ -33,7 +34,7 @@ pub enum FolderError {
         /// The path.
         folder: PathBuf,
     },
-    /// Its owner may change the files in it.
+    /// The owner of the folder is another user, who could change its files.
     #[error(
         "{} belongs to user {owner}, and the service runs as user {user}. The owner could change \
         the files in it. Run `chown {user} {}`, run the service as the owner, or name another \
@@ -43,12 +44,12 @@ pub enum FolderError {
     OtherOwner {
         /// The folder.
         folder: PathBuf,
-        /// Its owner.
+        /// Owner of the folder.
         owner: u32,
         /// The user of the service.
         user: u32,
     },
-    /// Anybody may change its content.
+    /// Every user may change the content of the folder.
     #[error(
         "every user can write to {}; run `chmod o-w {}`, or name another folder",
         folder.display(), folder.display()
@@ -57,7 +58,7 @@ pub enum FolderError {
         /// The folder.
         folder: PathBuf,
     },
-    /// Members of a group that is not the user's own may change its content.
+    /// Members of another group than the user's own may change the content of the folder.
     #[error(
         "{} can be written by group {group}, and the service's is {own}; take that away with \
          `chmod g-w {}`, or name another folder",
@@ -66,21 +67,22 @@ pub enum FolderError {
     WritableByGroup {
         /// The folder.
         folder: PathBuf,
-        /// Its group.
+        /// Group of the folder.
         group: u32,
         /// Group of the service.
         own: u32,
     },
 }
 
-/// Creates a folder of the own user if needed, and refuses one that others may change.
+/// Creates a folder for the own user if it does not exist. Refuses a folder that other users may
+/// change.
 ///
 /// # Errors
 /// [`FolderError`].
 pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     let made = DirBuilder::new().recursive(true).mode(0o755).create(folder);
     match made {
-        // If the path exists, the check below reports what it is.
+        // If the path exists, the check below finds out its type.
         Err(cause) if cause.kind() != io::ErrorKind::AlreadyExists => {
             Err(FolderError::Io { folder: folder.to_owned(), cause })
         }
@@ -88,7 +90,7 @@ pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     }
 }
 
-/// Refuses a folder that anyone except the given user and that user's own group may change.
+/// Refuses a folder that anyone except the given user and the user's own group may change.
 ///
 /// # Errors
 /// [`FolderError`].
@@ -109,7 +111,8 @@ pub fn check_folder(folder: &Path, user: u32) -> Result<(), FolderError> {
     }
 }
 
-/// Returns a user's own group: that of this process, or the one known to the system.
+/// Returns the own group of a user. For the user of this process it is the group of the process,
+/// for others the group in the system's user database.
 fn group_of(user: u32) -> u32 {
     let other = (user != geteuid().as_raw()).then(|| User::from_uid(Uid::from_raw(user)));
     let owner = other.and_then(|found| found.ok().flatten());

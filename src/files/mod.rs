@@ -1,4 +1,4 @@
-//! Files on disk: written completely or not at all, read within bounds, in folders of the own user.
+//! Files on disk: complete replacement, bounded reading, and folders of the own user.
 
 mod folder;
 mod replace;

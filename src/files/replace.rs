@@ -1,4 +1,4 @@
-//! Replacement of a file by another, completely or not at all.
+//! Replacement of a file by another one, completely or not at all.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -8,15 +8,15 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Suffix of a file that is being written: `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
+/// Suffix of a file that is being written. `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
 const TEMPORARY_SUFFIX: &str = ".tmp";
 
 /// Files that this process is writing.
 static UNFINISHED_FILES: UnfinishedFiles = UnfinishedFiles(Mutex::new(BTreeSet::new()));
 
-/// Writes a file next to its place, syncs it, renames it and syncs the folder. After a power cut,
-/// the name has the old content or the new one (rename(2), fsync(2)). The file is as readable as
-/// any other file that the user creates.
+/// Writes a new file in the same folder, syncs it, renames it to `path` and syncs the folder. After
+/// a power cut, the name has the old content or the new one (rename(2), fsync(2)). The file has the
+/// same read permissions as other files that the user creates.
 ///
 /// # Errors
 /// That of `write` or of the file system. The old file is untouched, unless the last step failed,
@@ -28,7 +28,7 @@ pub fn replace<T>(
     UNFINISHED_FILES.replace(path, write)
 }
 
-/// Removes the unfinished files of this process, before it ends during a write.
+/// Removes the unfinished files of this process, for a process that ends during a write.
 pub fn discard_unfinished() {
     UNFINISHED_FILES.discard();
 }
@@ -73,7 +73,8 @@ impl UnfinishedFiles {
         prefix.push(".");
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(TEMPORARY_SUFFIX).permissions(Permissions::from_mode(0o666));
-        // The error's own text contains the name of the temporary file, which helps nobody.
+        // The error's own text contains the name of the temporary file, which does not help the
+        // user.
         let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
         let listed = self.list(file.path());
         let mut buffered = BufWriter::new(file.as_file());
@@ -103,7 +104,7 @@ impl UnfinishedFiles {
     }
 }
 
-/// Entry in the list for its lifetime.
+/// An entry of the list. It is removed when this value is dropped.
 struct UnfinishedEntry<'a> {
     unfinished_files: &'a UnfinishedFiles,
     path: PathBuf,

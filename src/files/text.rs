@@ -6,7 +6,7 @@ use std::path::Path;
 
 use rustix::fs::{Mode, OFlags};
 
-/// Size limit of a configuration file \[bytes\]. A DBC file of a complete vehicle has some
+/// Maximum size of a configuration file \[bytes\]. A DBC file of a complete vehicle has some
 /// megabytes.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 
@@ -16,7 +16,7 @@ pub enum TextError {
     /// The file system refused. Check path and permissions.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// A folder, a device, a pipe or a socket.
+    /// The path is a folder, a device, a pipe or a socket.
     #[error("it is not a regular file; name a file, or copy its content to one")]
     NotAFile,
     /// The file is too large for a configuration.
@@ -25,7 +25,7 @@ pub enum TextError {
         MAX_TEXT_BYTES >> 20
     )]
     TooLarge,
-    /// Not UTF-8.
+    /// The file is not in UTF-8.
     #[error("line {line} is not UTF-8; save the file as UTF-8")]
     NotText {
         /// First unreadable line, counted from 1.
@@ -56,7 +56,7 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
 /// # Errors
 /// [`TextError`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, TextError> {
-    // The open does not wait for the other end of a pipe, and nothing is read from a device.
+    // `open` does not block on a pipe, and no byte is read from a device.
     let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
     let file = File::from(rustix::fs::open(path, flags, Mode::empty()).map_err(io::Error::from)?);
     if !file.metadata()?.is_file() {

@@ -1,23 +1,23 @@
-//! Durations as a histogram: one thread records while others read.
+//! Durations as a histogram, which one thread fills while others read it.
 //!
-//! Recording adds to one counter of a fixed array: no allocation, no lock, no system call. The
-//! buckets are those of an HDR histogram: one nanosecond wide up to 64 ns, then 32 for each power
-//! of two. A bucket is therefore at most 1/32 of its values wide.
+//! Adding a duration increments one counter of a fixed array, without an allocation, a lock or a
+//! system call. The buckets are those of an HDR histogram: one nanosecond wide up to 64 ns, then 32
+//! buckets per power of two. The width of a bucket is therefore at most 1/32 of its values.
 
 use core::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-/// Number of buckets of each power of two, as a power of two.
+/// Number of buckets per power of two, as a binary logarithm.
 const PARTS_BITS: u32 = 5;
 const PARTS_PER_OCTAVE: usize = 1 << PARTS_BITS;
 const LONGEST_BITS: u32 = 36;
-/// End of the last bucket, 69 s. Longer times are counted there too \[ns\].
+/// End of the last bucket, 69 s \[ns\]. Longer times count in this bucket.
 pub const LONGEST_NS: u64 = (1 << LONGEST_BITS) - 1;
 const BUCKET_COUNT: usize = PARTS_PER_OCTAVE * (LONGEST_BITS - PARTS_BITS + 1) as usize;
 
-/// Counters of times, in 8 KiB.
+/// Histogram of times. It takes 8 KiB.
 pub struct Latencies {
     counts: [AtomicU64; BUCKET_COUNT],
     max_ns: AtomicU64,
@@ -25,15 +25,15 @@ pub struct Latencies {
 
 /// Summary of the times counted since the start.
 ///
-/// A quantile is the smallest time that this share of the times does not exceed. It is rounded up
-/// to the end of its bucket, but not above the longest time. It is too long by less than 1/32,
-/// never too short. Only times beyond [`LONGEST_NS`] give a quantile that is too short: that limit.
-/// The longest time is exact there as well.
+/// A quantile is the smallest time that is not exceeded by this share of the times. It is rounded
+/// up to the end of its bucket, but not above the longest time. It is therefore too long by less
+/// than 1/32, and never too short. The only exception are times beyond [`LONGEST_NS`], for which
+/// the quantile is that limit. The longest time is always exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LatencySummary {
-    /// Times counted.
+    /// Number of counted times.
     pub count: u64,
-    /// The median \[ns\].
+    /// Median \[ns\].
     pub p50_ns: u64,
     /// 99 % quantile \[ns\].
     pub p99_ns: u64,
@@ -58,8 +58,8 @@ impl fmt::Debug for Latencies {
 impl Latencies {
     /// Counts one time \[ns\].
     pub fn count_time(&self, ns: u64) {
-        // The longest time is updated before the count. A reader who sees a time counted never sees
-        // a shorter longest time.
+        // The longest time is updated before the count, so that a reader never sees a counted time
+        // above the longest one.
         if ns > self.max_ns.load(Ordering::Relaxed) {
             self.max_ns.fetch_max(ns, Ordering::Relaxed);
         }
@@ -68,7 +68,7 @@ impl Latencies {
         }
     }
 
-    /// Returns the summary. `None` if nothing was counted.
+    /// Returns the summary. `None` if no time was counted.
     pub fn summary(&self) -> Option<LatencySummary> {
         let counts = self.counts.each_ref().map(|count| count.load(Ordering::Acquire));
         let max_ns = self.max_ns.load(Ordering::Relaxed);
@@ -95,13 +95,14 @@ impl Latencies {
 /// Returns the bucket of a time.
 fn bucket_of_time(ns: u64) -> usize {
     let ns = ns.min(LONGEST_NS);
-    // Number of ignored bits: only the highest set bit and the five below it count.
+    // Number of ignored low bits. Only the highest set bit and the five bits below it select the
+    // bucket.
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(PARTS_BITS + 1);
     let part = (ns >> shift) as usize;
     PARTS_PER_OCTAVE * shift as usize + part
 }
 
-/// Returns the longest time that is counted in a bucket \[ns\].
+/// Returns the longest time that counts in a bucket \[ns\].
 fn longest_in_bucket(bucket: usize) -> u64 {
     let shift = (bucket / PARTS_PER_OCTAVE).saturating_sub(1);
     let part = bucket - PARTS_PER_OCTAVE * shift;

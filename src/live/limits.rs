@@ -2,26 +2,26 @@
 
 use std::time::Duration;
 
-/// Limits that decide about the state of a running service.
+/// Limits for the state of a running service.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LiveLimits {
-    /// Length of the period of recent counts. Convention: several of the longest cycles, and short
-    /// compared with the time that people wait.
+    /// Length of the period of recent counts. Convention: it covers several of the longest cycles,
+    /// but is short for a person who waits.
     pub recent_period: Duration,
-    /// Shortest time over which recent counts are conclusive \[s\]. Derived: a cycle takes up to a
-    /// second, and is decided when it is over.
+    /// Shortest time over which recent counts are conclusive \[s\]. Derived: a cycle lasts up to a
+    /// second, and counts only after its end.
     pub settled_s: f64,
-    /// Share of lost cycles above which the loss is a current fault \[1\]. Convention: a single
-    /// lost cycle costs a window, which is reported there.
+    /// Share of lost cycles above which the loss is a current fault \[1\]. Convention: a smaller
+    /// loss only costs its window, which is reported as rejected.
     pub tolerated_loss_share: f64,
-    /// Number of standard deviations beyond which two masses differ \[σ\]. The standard deviations
-    /// are too large if model errors of the arm are part of both masses. Convention.
+    /// Number of standard deviations beyond which two masses differ \[σ\]. Convention. The combined
+    /// standard deviation is too large if both masses have the same error from the arm's model.
     pub load_deviations: f64,
-    /// Duration of the counted samples of a load survey \[s\]. Derived: the wrist has rotated by
-    /// then, and a load is identifiable within seconds.
+    /// Duration of the counted samples of a load survey \[s\]. Derived: the wrist rotates within
+    /// this time, and a load is identifiable from a few seconds of motion.
     pub load_survey_s: f64,
-    /// Time without a sample after which a bus is silent. Derived: many times the waiting time of a
-    /// batch.
+    /// Time without a sample after which a bus is silent. Derived: it is many times the waiting
+    /// time of a batch.
     pub silent_after: Duration,
 }
 

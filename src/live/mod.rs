@@ -1,4 +1,5 @@
-//! Parts that run while the arm moves: the bus thread, shared memory, the worker, and the recorder.
+//! Parts that run while the arm moves: the bus thread, the shared memory, the worker and the
+//! recorder.
 
 pub mod acquire;
 pub mod latency;

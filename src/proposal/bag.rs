@@ -38,7 +38,7 @@ pub(super) fn propose(
     }
     let fits = |topic: &&BagTopic| joints.len() == robot.joints() && has_all(topic, &joints);
     let mut fitting: Vec<&BagTopic> = contents.topics.iter().filter(fits).collect();
-    // For each topic, the publisher with the most messages counts.
+    // If a topic has several publishers, the one with the most messages is used.
     fitting.sort_by_key(|topic| core::cmp::Reverse(topic.messages));
     let mut names: Vec<&str> = Vec::new();
     fitting.retain(|topic| {
@@ -91,7 +91,7 @@ pub(super) fn propose(
     Ok(())
 }
 
-/// Returns the clock of the samples, and the rate by it \[messages/s\].
+/// Proposes the clock of the samples. Also returns the rate by this clock \[messages/s\].
 fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
     match topic {
         Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
@@ -116,7 +116,7 @@ fn time_guess(topic: Option<&BagTopic>) -> (Guess, Option<f64>) {
     }
 }
 
-/// Reads the states of a topic whose messages have an effort of every joint.
+/// Reads the joint states of a topic, if its messages have an effort for every joint.
 fn survey_of_topic<'r>(
     file: &Path,
     robot: &'r Robot,
@@ -145,7 +145,7 @@ fn survey_of_topic<'r>(
     Ok(survey)
 }
 
-/// Unit and sign of the efforts.
+/// Proposes the unit and the sign of the efforts.
 fn effort_guesses(survey: Option<&SignalSurvey<'_>>, topic: Option<&BagTopic>) -> [Guess; 2] {
     match survey {
         Some(survey) => survey.torque(None),

@@ -1,5 +1,5 @@
-//! Common parts of a cell with any bus: its interface, its rate, the gains of its drives, its
-//! windows.
+//! Parts of a proposed cell that are common to all buses: the interface, the rate, the gains of the
+//! drives and the windows.
 
 use std::path::Path;
 use std::time::Duration;
@@ -18,7 +18,8 @@ use crate::live::recording::open_log;
 /// Number of stamps of a log that determine its rate.
 const RATE_STAMPS: usize = 20_000;
 const BATCH_FRAMES: usize = 4096;
-/// Question for a torque that may or may not be measured.
+/// Question about the time at which a torque is valid, if it is unknown whether the torque was
+/// measured.
 pub(super) const VALIDITY_QUESTION: &str = "\"instant\" if it is measured; { held = { hold_us = …, \
     delay_us = … } } if it is a command, usually for one cycle of the controller";
 
@@ -40,7 +41,8 @@ pub(super) fn propose_bus_and_windows(draft: &mut Draft<'_>) {
     draft.add_entry("window", "max_s", Guess::assumed("60.0".to_owned(), "bounds the memory"));
 }
 
-/// Proposes the gains of each drive. The lower-case units of the signals settle a part of them.
+/// Proposes the gains of each drive. The units of the signals determine some of them; `unit`
+/// returns the unit in lower case.
 pub(super) fn drives(
     draft: &mut Draft<'_>,
     axes: usize,

@@ -27,8 +27,8 @@ pub(super) fn propose(
     let database = Database::parse(text).map_err(wrong)?;
     let axes = evidence.robot.robot.joints();
     let signals: Vec<NamedSignal<'_>> = database.signals().collect();
-    // A gripper may be an additional drive of the same kind. Messages whose last number is beyond
-    // the axes belong to no axis.
+    // A gripper may be an additional drive of the same kind. Messages with a number above the axis
+    // count belong to no axis.
     let named = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
     let names: Vec<String> = signals
         .iter()
@@ -62,9 +62,9 @@ struct DbcSignals<'a> {
 }
 
 impl DbcSignals<'_> {
-    /// Proposes the message that marks a sample, and the rate if a log shows it. Returns two flags:
-    /// the message is a SYNC, and every signal is valid when its own frame arrives, as on a bus
-    /// without SYNC.
+    /// Proposes the message that marks a sample, and the rate if a log shows it. Returns two flags.
+    /// The first is true if the message is a SYNC. The second is true if every signal is valid when
+    /// its own frame arrives, as on a bus without SYNC.
     fn propose_instant(
         &self,
         draft: &mut Draft<'_>,
@@ -80,7 +80,7 @@ impl DbcSignals<'_> {
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
         let reference =
             self.find_reference().map(|group| vec![group.name().replace(AXIS_PLACEHOLDER, "1")]);
-        // The command begins the cycle of drives that answer it.
+        // The command begins the cycle if the drives send their frames in answer to it.
         let once = reference.or(self.find_position().ok());
         let once = once.and_then(|names| self.find(names.first()?));
         let sync = self.messages.iter().find(is_sync);
@@ -142,8 +142,8 @@ impl DbcSignals<'_> {
             Ok(group) => format!("`{}` counts otherwise", group.name()),
             Err(which) => which.clone(),
         };
-        // Fallback: several axes in one message, with the number of the axis in the signal's name
-        // only.
+        // Fallback for several axes in one message, where only the signal's name has the number of
+        // the axis.
         let names: Option<Vec<String>> = (1..=self.axes)
             .map(|axis: usize| {
                 let axis = axis.to_string();
@@ -172,9 +172,11 @@ impl DbcSignals<'_> {
         (position.is_none() || axis_unit == position).then_some(group)
     }
 
-    /// Proposes the additional readings of drives, if exactly one group of signals has such a name.
+    /// Proposes the additional readings of the drives. A reading is proposed if exactly one group
+    /// of signals has a fitting name.
     fn propose_readings(&self, draft: &mut Draft<'_>) {
-        // Key, its word, words that select one of several groups, and units.
+        // For each reading: its key, the word in its name, the words that select one of several
+        // groups, and its units.
         let kinds: [(&str, &str, &[&str], &[&str]); 3] = [
             ("temperature", "temperature", &["motor", "rotor"], &["degC", "°C", "C"]),
             ("supply_voltage", "voltage", &["supply", "bus", "dc", "link"], &["V", "mV"]),
@@ -194,7 +196,8 @@ impl DbcSignals<'_> {
             let names: Vec<&str> =
                 self.groups.iter().map(ColumnGroup::name).filter(|name| fits(name)).collect();
             let meant: Vec<&str> = names.iter().copied().filter(|name| is(name, which)).collect();
-            // A mode without a word for the drive's own mode may be the requested one.
+            // A mode signal is ambiguous if its name does not mark it as the drive's own mode. It
+            // may then be the requested mode.
             let single_name = match (names.as_slice(), meant.as_slice()) {
                 (_, [one]) => one,
                 ([one], []) if key != "mode" => one,

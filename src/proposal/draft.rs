@@ -7,7 +7,7 @@ use super::evidence::ProposalError;
 use super::value::{Guess, ValueOrigin, parse_value, quote_text, text_list};
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
-/// Values by key, as TOML; a bare word is text.
+/// Values by key, as TOML. A bare word is read as text.
 pub type Answers = BTreeMap<String, String>;
 
 /// A key with its value.
@@ -15,11 +15,11 @@ pub type Answers = BTreeMap<String, String>;
 pub struct Entry {
     section: String,
     name: String,
-    /// As TOML.
+    /// Value as TOML.
     pub value: String,
     /// Source of the value.
     pub origin: ValueOrigin,
-    /// Reason, or question.
+    /// Reason for the value, or question about it.
     pub explanation: String,
 }
 
@@ -51,10 +51,10 @@ const SECTION_ORDER: [&str; 10] = [
     "window",
     "identification",
 ];
-/// Sections that occur once for each axis.
+/// Sections that occur once per axis.
 const AXIS_SECTIONS: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
 
-/// Splits a section of an axis into its list and the number.
+/// Splits the section of an axis into the list's name and the axis number.
 fn split_axis_section(section: &str) -> Option<(&str, &str)> {
     section.rsplit_once('.').filter(|(list, _)| AXIS_SECTIONS.contains(list))
 }
@@ -62,7 +62,7 @@ fn split_axis_section(section: &str) -> Option<(&str, &str)> {
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
     asked_keys: BTreeSet<String>,
-    /// Values that the files state themselves, so they need no key.
+    /// Values that the files themselves contain, so that the cell file needs no key for them.
     stated_values: Vec<(&'static str, String)>,
     entries: Vec<Entry>,
 }
@@ -77,7 +77,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Adds the answer, or else the guess.
+    /// Adds an entry with the answer, or else with the guess.
     pub(super) fn add_entry(&mut self, section: &str, name: &str, guess: Guess) {
         let Guess { value, origin: standing, explanation: why } = guess;
         let (section, name) = (section.to_owned(), name.to_owned());
@@ -138,17 +138,17 @@ impl<'a> Draft<'a> {
         parse_value(entry.map(|entry| &entry.value).or(answer)?)
     }
 
-    /// Returns the answer to a question that has not been asked yet.
+    /// Returns the answer to a question that was not asked yet.
     pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
         parse_value(&as_toml(self.answers.get(key)?))
     }
 
-    /// Returns the text that answers a question that has not been asked yet.
+    /// Returns the answer to a question that was not asked yet, if it is text.
     pub(super) fn answered_text(&self, key: &str) -> Option<String> {
         self.answer(key)?.as_str().map(str::to_owned)
     }
 
-    /// Returns the list of texts that answers a question that has not been asked yet.
+    /// Returns the answer to a question that was not asked yet, if it is a list of texts.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
         self.answer(key)?.as_array().map(|values| text_list(values))
     }
@@ -177,12 +177,12 @@ fn as_toml(answer: &str) -> String {
 }
 
 impl Proposal {
-    /// Returns the missing entries.
+    /// Returns the entries without a value.
     pub fn missing(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().filter(|entry| entry.origin == ValueOrigin::Missing)
     }
 
-    /// The cell file.
+    /// Returns the text of the cell file.
     pub fn text(&self) -> String {
         let mut text = format!(
             "# The comment above a value names its source: stated by you, found in the files, \
@@ -200,7 +200,7 @@ impl Proposal {
                     None => writeln!(text, "\n[{section}]"),
                 };
             }
-            // A name in the reason may have several lines, but a comment has only one.
+            // A name in the explanation may have several lines, but a comment has only one line.
             let why = entry.explanation.replace(char::is_control, " ");
             let why = if why.is_empty() { why } else { format!(": {why}") };
             let _ = writeln!(text, "# {}{why}", entry.origin.as_str());

@@ -1,4 +1,4 @@
-//! The files that a proposal is made from.
+//! The files from which a cell is proposed.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use didim_formats::{BagContents, BagError, TableError, TableNames, list_bag, lis
 
 use crate::cell::{CellError, Library, RobotSource, UrdfSection};
 
-/// Names of files.
+/// Paths of the files.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     /// A robot file or a URDF.
@@ -25,11 +25,11 @@ pub struct Sources {
     pub dbc: Option<PathBuf>,
     /// Device files (EDS, DCF): one for each drive, or one EDS for all.
     pub eds: Vec<PathBuf>,
-    /// A log or a recording of its bus.
+    /// A log or a recording of the bus.
     pub log: Option<PathBuf>,
 }
 
-/// Error when there is no proposal.
+/// Error when no cell can be proposed.
 #[derive(Debug, thiserror::Error)]
 pub enum ProposalError {
     /// The robot file or another file cannot be read or is invalid.
@@ -41,18 +41,18 @@ pub enum ProposalError {
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// Too few columns: another separator, no header, or no table.
+    /// The table has too few columns: it has another separator or no header, or is not a table.
     #[error("{}: {axes} joints need as many columns of positions and of torques, with their names \
         in the first line; found {columns:?}", file.display())]
     NoTable {
         /// The file.
         file: PathBuf,
-        /// Those there are.
+        /// Columns of the table.
         columns: String,
         /// Number of joints of the robot.
         axes: usize,
     },
-    /// Times go back.
+    /// The times of the table are not in ascending order.
     #[error(
         "{}: time goes back in row {row} of `{column}`; sort the rows, or record them again",
         file.display()
@@ -76,7 +76,7 @@ pub enum ProposalError {
     /// A device file is invalid.
     #[error(transparent)]
     Eds(Box<EdsError>),
-    /// The device files are neither one for each drive nor one for all.
+    /// The number of device files is neither one per drive nor one for all drives.
     #[error(
         "{files} device files for {axes} joints; name one for each with --eds, in their order, or \
         one EDS for all of them"
@@ -101,15 +101,15 @@ pub enum ProposalError {
             .unwrap_or_default()
     )]
     NoRobot {
-        /// The bag without a description of the arm.
+        /// The bag, if there is one, which contains no description of the arm.
         bag: Option<PathBuf>,
     },
     /// An answer belongs to no question.
     #[error("`{key}` is not a key of this cell; available keys: {available}")]
     NotAsked {
-        /// Its key.
+        /// Key of the answer.
         key: String,
-        /// Those there are.
+        /// Keys of the questions.
         available: String,
     },
 }
@@ -126,12 +126,12 @@ pub struct Evidence {
     pub(super) dbc: Option<(PathBuf, String)>,
     pub(super) eds: Vec<(PathBuf, DeviceContents)>,
     pub(super) log: Option<PathBuf>,
-    /// URDF published in a bag, if no other robot was named.
+    /// URDF published in a bag. It is used if no other robot was named.
     pub description: Option<String>,
 }
 
 impl Evidence {
-    /// Reads the arm, the header of a table and a complete bag.
+    /// Reads the arm, the header of the table and the complete bag.
     ///
     /// # Errors
     /// [`ProposalError`].
@@ -170,7 +170,8 @@ impl Evidence {
         Ok(Self { robot, robot_file, base, tip, table, bag, dbc, eds, log, description })
     }
 
-    /// Returns the robot's path in the cell file, and true if the robot file is written next to it.
+    /// Returns the path of the robot for the cell file, and true if the robot file is written next
+    /// to the cell file.
     pub(super) fn robot_path(&self, out: &Path) -> (PathBuf, bool) {
         match &self.robot_file {
             Some(file) => (relative_to_cell(file, out), false),
@@ -181,7 +182,7 @@ impl Evidence {
         }
     }
 
-    /// Returns the path for a bag's description.
+    /// Returns the path to which the robot description of a bag is written.
     pub fn description_path(out: &Path) -> PathBuf {
         out.with_extension("urdf")
     }
@@ -192,7 +193,8 @@ pub(super) fn is_dcf(file: &Path) -> bool {
     file.extension().is_some_and(|own| own.eq_ignore_ascii_case("dcf"))
 }
 
-/// Returns a path for the cell file: relative to its folder if it lies below, else absolute.
+/// Returns a path as written in the cell file: relative if it is below the folder of the cell file,
+/// otherwise absolute.
 pub(super) fn relative_to_cell(path: &Path, out: &Path) -> PathBuf {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));

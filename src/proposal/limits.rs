@@ -1,28 +1,28 @@
 //! Limits of the proposal of a cell.
 
-/// Limits that decide about the content of columns.
+/// Limits for detecting the content of columns.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ProposalLimits {
     /// Factor by which a position may exceed its limits \[1\]. Derived: limits are round numbers.
     pub limit_factor: f64,
-    /// Smallest motion of a joint that shows its unit \[rad or m\]. Derived: in the smaller unit it
-    /// would be almost none.
+    /// Smallest motion of a joint that indicates its unit \[rad or m\]. Derived: in the smaller
+    /// unit, the joint would hardly move.
     pub min_motion: f64,
     /// Smallest share of a torque's square that gravity has to explain \[1\]. Convention: half.
     pub min_explained_share: f64,
-    /// Factors within which the nominal masses are correct, with payload: overall, and at each
-    /// joint \[1\]. Convention.
+    /// Factors between the nominal masses and the true ones with payload: for the complete arm, and
+    /// for each joint \[1\]. Convention.
     pub mass_factors: [f64; 2],
     /// Smallest share of the power that a drive loses in an arm with friction \[1\]. Convention.
     pub min_lost_share: f64,
     /// Tolerance for a joint's return to its position, as a share of its span in the log \[1\].
     /// Convention.
     pub return_tolerance: f64,
-    /// Rows per second of any robot's log \[Hz\]. Derived: it spans three powers of ten, so one
-    /// unit of time fits.
+    /// Range of plausible row rates of a robot's log \[Hz\]. Derived: it spans three powers of ten,
+    /// so that one unit of time fits.
     pub rates_hz: core::ops::Range<f64>,
-    /// Largest number of rows per second after the decimation filter \[Hz\]. Derived: they cover
-    /// the motion of an arm below about 10 Hz.
+    /// Largest number of rows per second after the decimation filter \[Hz\]. Derived: these rows
+    /// cover motion of an arm below about 10 Hz.
     pub rows_hz: f64,
     /// Smallest number of samples per row \[1\]. Convention: the paper decimates by 50.
     pub samples_per_row: f64,

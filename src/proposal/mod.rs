@@ -1,8 +1,8 @@
 //! Proposal of a cell file from the files of an engineer: an arm, and a table, a bag, a DBC file or
 //! device files.
 //!
-//! Values in the files are found. Usual values are assumed and marked as assumed. Values that the
-//! files cannot show stay open: nothing physical is guessed.
+//! A value that the files contain is taken from them. A usual value is assumed and marked as
+//! assumed. A value that the files cannot show stays open. No physical value is guessed.
 
 mod bag;
 mod bus;
@@ -27,8 +27,8 @@ pub use value::ValueOrigin;
 use draft::Draft;
 use value::{Guess, list_text, quote_text};
 
-/// Creates the cell file for these files and answers. The keys of answers are those of the cell
-/// file, with their sections.
+/// Proposes a cell file from these files and answers. The keys of the answers are keys of the cell
+/// file with their sections.
 ///
 /// # Errors
 /// [`ProposalError`], if a file cannot be read or an answer belongs to no question.

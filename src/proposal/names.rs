@@ -1,4 +1,4 @@
-//! Content of columns, from their names.
+//! Detection of the content of columns from their names.
 
 use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER};
 
@@ -33,7 +33,7 @@ const COMMAND_WORDS: &[&str] = &[
     "demand",
     "soll",
 ];
-/// Words that mark a column as another quantity.
+/// Words that mark a column as a quantity that is not used.
 const OTHER_WORDS: &[&str] = &[
     "velocity",
     "vel",
@@ -91,8 +91,8 @@ fn has_any_word(words: &[String], any: &[&str]) -> bool {
     words.iter().any(|word| any.contains(&word.as_str()))
 }
 
-/// Returns the content of a column. A bus signal has the name of its message in front. That name
-/// shows whether the signal is a command, but not its quantity.
+/// Returns the content of a column. The name of a bus signal begins with the name of its message,
+/// which shows if the signal is a command, but not its quantity.
 pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
     let all_words = split_words(name);
     let last_words = name.rsplit_once('.').map(|(_, own)| split_words(own));
@@ -113,7 +113,7 @@ pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
     }
 }
 
-/// Words for whole seconds, and for the nanoseconds beyond them.
+/// Last words of the two columns of a stamp: the whole seconds, and the remaining nanoseconds.
 const STAMP_PARTS: [&[&str]; 2] =
     [&["sec", "secs", "seconds"], &["nanosec", "nsec", "nanosecs", "nsecs", "nanoseconds"]];
 
@@ -138,7 +138,7 @@ pub(super) fn stamp_pairs(columns: &[String]) -> Vec<[&String; 2]> {
 /// Columns of one quantity, one for each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ColumnGroup {
-    /// Their name, with a placeholder for the number.
+    /// Name of the columns with a placeholder for the axis number.
     Numbered(String),
     /// Columns named after the joints.
     Named(Vec<String>),
@@ -160,8 +160,8 @@ impl ColumnGroup {
     }
 }
 
-/// Finds columns that differ by a number. Returns their name with a placeholder, counted from 0 or
-/// 1, and the number of consecutive columns.
+/// Finds columns whose names differ by a number. Returns their name with a placeholder for the
+/// number, which begins at 0 or 1, and the number of consecutive columns.
 fn number_patterns(columns: &[String]) -> Vec<(String, usize)> {
     let is = |name: String| columns.contains(&name);
     let mut patterns = Vec::new();
@@ -183,7 +183,7 @@ fn number_patterns(columns: &[String]) -> Vec<(String, usize)> {
     patterns
 }
 
-/// Returns all groups of columns with one column for each axis.
+/// Returns all groups that have one column per axis.
 pub(super) fn column_groups(
     columns: &[String],
     axes: usize,
@@ -199,7 +199,7 @@ pub(super) fn column_groups(
         let Some((begin, end)) = column.split_once(first.as_str()) else { continue };
         let names: Vec<String> =
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
-        // Numbered joints are found by their numbers.
+        // Joints with numbered names are found by their numbers.
         let numbered = groups.iter().any(|other| match other {
             ColumnGroup::Numbered(pattern) => [(AXIS_PLACEHOLDER, 1), (INDEX_PLACEHOLDER, 0)]
                 .iter()
@@ -248,13 +248,14 @@ pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&
     unit_of(last).map(Ok).or_else(|| is_other.then(|| Err(last.to_owned())))
 }
 
-/// Last words that are unsupported units.
+/// Units that are not supported and may be the last word of a name.
 const OTHER_UNITS: &[&str] = &[
     "ma", "knm", "ncm", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad",
     "rpm",
 ];
 
-/// Lists the columns of a quantity whose number differs from the number of axes, with that number.
+/// Lists the quantities whose number of columns differs from the number of axes, each with its
+/// number of columns.
 pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> {
     let patterns = number_patterns(columns).into_iter();
     let otherwise = patterns.filter(|(pattern, count)| {

@@ -57,7 +57,7 @@ pub(super) fn propose(
         propose_node(draft, axis, file, number, out);
     }
     propose_objects(draft, files);
-    // A device file has no units that could give a gain.
+    // A device file contains no units from which a gain could be proposed.
     drives(draft, axes, |_, _, _| None);
     Ok(())
 }
@@ -132,8 +132,8 @@ fn propose_objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
     }
 }
 
-/// Checks that every file has an object in a PDO sent with every SYNC. Returns the first objection
-/// otherwise.
+/// Checks that every file has the object in a PDO that is sent with every SYNC. Otherwise returns
+/// the first problem.
 fn check_usable(
     files: &[(PathBuf, DeviceContents)],
     object: &str,

@@ -1,4 +1,5 @@
-//! Likely units and signs, from the arm's limits, its nominal masses and the work of its drives.
+//! Detection of likely units and signs from the arm's limits, its nominal masses and the work of
+//! its drives.
 
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointKind, Robot};
@@ -14,7 +15,7 @@ use crate::text::significant_digits;
 
 /// Number of rows to inspect.
 const INSPECTED_ROWS: usize = 2000;
-/// Number of rows to either side in the differences for speeds and accelerations.
+/// Number of rows to either side for the differences that give speeds and accelerations.
 const DIFFERENCE_ROWS: usize = 10;
 
 /// Rounds a rate that is close to a whole number, within the tolerance for a table's times.
@@ -36,7 +37,7 @@ pub(super) fn torque_valid(is_command: bool) -> Guess {
     Guess::assumed(quote_text("instant"), why)
 }
 
-/// Joint-side signals in unknown units, compared with the arm.
+/// Joint-side signals in unknown units, which are compared with the arm.
 pub(super) struct SignalSurvey<'a> {
     pub(super) robot: &'a Robot,
     /// By joint.
@@ -53,8 +54,8 @@ impl SignalSurvey<'_> {
         self.robot.chain().iter().map(|joint| joint.kind)
     }
 
-    /// Checks each joint's positions against its limits, for a unit of `rad` radians or `metres`
-    /// metres.
+    /// Checks each joint's positions against its limits, if one unit of the signal is `rad` radians
+    /// or `metres` metres.
     fn within_limits(&self, rad: f64, metres: f64) -> Vec<bool> {
         let joints = self.robot.chain().iter().zip(&self.position);
         let within = joints.map(|(joint, position)| {
@@ -75,7 +76,7 @@ impl SignalSurvey<'_> {
             .count()
     }
 
-    /// Proposes rad or deg, m or mm, from the limits of the joints.
+    /// Proposes rad or deg, or m or mm, from the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
             return Guess::without_value(POSITION_UNIT_QUESTION);
@@ -96,7 +97,7 @@ impl SignalSurvey<'_> {
         Guess::without_value(POSITION_UNIT_QUESTION)
     }
 
-    /// Returns one unit for all axes, or one for each.
+    /// Returns one unit for all axes, or a list with one unit per axis.
     fn units(&self, [turn, length]: [&str; 2]) -> String {
         let quoted_units =
             |kind| quote_text(if kind == JointKind::Revolute { turn } else { length });
@@ -134,7 +135,8 @@ impl SignalSurvey<'_> {
         columns.iter().enumerate().map(factor_of).collect()
     }
 
-    /// Returns the signals with positions in rad or m. `unit` is their present unit, as TOML.
+    /// Returns the signals with positions converted to rad or m. `unit` is their current unit, as
+    /// TOML.
     pub(super) fn in_si(&self, unit: &str) -> Option<Self> {
         let units: Vec<String> = match parse_value(unit)? {
             toml::Value::String(unit) => vec![unit; self.position.len()],
@@ -185,13 +187,14 @@ impl SignalSurvey<'_> {
             }
             None => Guess::without_value(TORQUE_UNIT_QUESTION),
         };
-        // A torque far from every unit shows no sign: the nominal masses are not those of the arm.
+        // If the ratio is far from every unit, the torque shows no sign, because the nominal masses
+        // are not those of the arm.
         let gravity = if is_a_unit(&factors_found) { gravity } else { vec![None; gravity.len()] };
         [unit, self.sign(&gravity, &why)]
     }
 
-    /// Proposes the sign from gravity, or else from the friction losses. A joint that shows neither
-    /// takes the sign of the others.
+    /// Proposes the sign from gravity, or else from the friction losses. A joint for which neither
+    /// is conclusive takes the sign of the others.
     fn sign(&self, gravity: &Gravity, why: &str) -> Guess {
         let sign = |of: f64| if of < 0.0 { "-1" } else { "1" };
         let signs: Vec<&str> = gravity.iter().flatten().map(|factor| sign(*factor)).collect();
@@ -237,7 +240,8 @@ impl SignalSurvey<'_> {
         }
     }
 
-    /// Returns the last row of the second half in which the arm is nearly back at its start.
+    /// Returns the last row in the second half of the log in which the arm is nearly back at its
+    /// initial position.
     fn return_row(&self) -> Option<usize> {
         let rows = self.position.first().map_or(0, Vec::len);
         let near: Vec<f64> = self
@@ -251,8 +255,8 @@ impl SignalSurvey<'_> {
         })
     }
 
-    /// Returns the share of power that one joint or all joints lose until a row in which the arm is
-    /// back at its start. `None` if the share is small.
+    /// Returns the share of power that one joint or all joints lose up to a row in which the arm is
+    /// back at its initial position. `None` if the share is too small.
     fn lost_share(&self, back: usize, joint: Option<usize>) -> Option<f64> {
         let (mut work, mut all) = (0.0, 0.0);
         let is_selected = |(index, _): &(usize, _)| joint.is_none_or(|joint| joint == *index);
@@ -284,8 +288,8 @@ impl SignalSurvey<'_> {
     }
 }
 
-/// Fits the ratio of signal torque to gravity torque, next to friction, offset and the joint's own
-/// acceleration. `None` unless gravity explains much of the remainder.
+/// Fits the ratio of signal torque to gravity torque, together with friction, an offset and the
+/// joint's own acceleration. `None` unless gravity explains a large share of the remaining torque.
 fn gravity_ratio(
     position: &[f64],
     torque: &[f64],
@@ -302,7 +306,7 @@ fn gravity_ratio(
         [column(&|_| 1.0), column(&|row| step(row).signum()), column(&step), column(&bend)];
     let torque = column(&|row| torque[row]);
     let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-    // Gram-Schmidt, each step twice: the remainders of gravity and of the torque.
+    // Gram-Schmidt with each step made twice. It gives the residuals of gravity and of the torque.
     let mut directions: Vec<Vec<f64>> = Vec::new();
     let without = |values: &[f64], directions: &[Vec<f64>]| {
         let mut remainder = values.to_vec();
@@ -341,8 +345,8 @@ fn is_a_unit(reported: &[f64]) -> bool {
     are_near(reported, 1.0) || are_near(reported, 1e3)
 }
 
-/// Returns true if torques in a unit match those of the nominal masses. The input has their ratio
-/// for each joint that shows it.
+/// Returns true if torques in this unit match those of the nominal masses. `reported` has the ratio
+/// of the two for each joint that shows it.
 fn are_near(reported: &[f64], unit: f64) -> bool {
     let logarithms = reported.iter().map(|factor| (factor.abs() / unit).ln());
     #[expect(clippy::cast_precision_loss, reason = "joints")]
@@ -351,7 +355,7 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
     !reported.is_empty() && mean.abs() < complete && logarithms.clone().all(|of| of.abs() < each)
 }
 
-/// Returns one value for all if they are equal, else one for each.
+/// Returns one value for all axes if the values are equal, or else a list with one value per axis.
 fn one_or_each(values: &[String]) -> String {
     match values.first() {
         Some(first) if values.iter().all(|value| value == first) => first.clone(),

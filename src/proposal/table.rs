@@ -18,7 +18,7 @@ use super::value::{
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
 const SECTION_NAME: &str = "data";
-/// Words at the end of a name that state its unit.
+/// Last words of a name that denote its unit.
 const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("rad", "rad"),
     ("deg", "deg"),
@@ -36,7 +36,7 @@ const TORQUE_UNIT_WORDS: &[(&str, &str)] = &[
     ("ampere", "A"),
     ("n", "N"),
 ];
-/// Words that mark the measured columns, if there are several of a kind.
+/// Words that mark the measured columns. They are used if a quantity has several groups of columns.
 const MEASURED_WORDS: &[&str] =
     &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
 
@@ -145,7 +145,8 @@ impl TableProposal<'_> {
             self.guess_side(&[&position, &torque], survey.as_ref(), in_si.as_ref()),
         );
         let of_joints = draft.has_text("data.side", "joint");
-        // The robot has no limits of its motors, and gravity has another torque on the motor side.
+        // The robot file has no motor-side limits, and gravity causes other torques on the motor
+        // side.
         let in_si = in_si.filter(|_| of_joints);
         put_columns(draft, "position", &position);
         let certain = of_joints || matches!(named, Some(Ok(_)));
@@ -178,7 +179,7 @@ impl TableProposal<'_> {
         Ok(())
     }
 
-    /// Returns the columns of the answer, or those found.
+    /// Returns the columns of the answer, or else the detected ones.
     fn answer_or_found(
         &self,
         draft: &Draft<'_>,
@@ -202,8 +203,8 @@ impl TableProposal<'_> {
         survey: Option<&SignalSurvey<'_>>,
         in_si: Option<&SignalSurvey<'_>>,
     ) -> Guess {
-        // Both groups have to name motors: joint angles together with motor currents are common.
-        // The word "joint" shows nothing, because it also numbers the axes of motors.
+        // Both groups must name motors, because joint angles together with motor currents are
+        // common. The word "joint" is not conclusive, because it also numbers the axes of motors.
         let of_motors = groups.iter().all(|group| {
             let words = group.as_ref().map(|group| split_words(group.name()));
             words.is_ok_and(|words| words.iter().any(|own| own == "motor"))
@@ -227,7 +228,7 @@ impl TableProposal<'_> {
     }
 }
 
-/// Unit of the positions, by the answer, the columns' names or the values.
+/// Proposes the unit of the positions from the answer, the columns' names or the values.
 fn position_guess(
     draft: &mut Draft<'_>,
     survey: Option<&SignalSurvey<'_>>,
@@ -244,7 +245,7 @@ fn position_guess(
     }
 }
 
-/// Unit and sign of the torques, by the columns' names and the values.
+/// Proposes the unit and the sign of the torques from the columns' names and the values.
 fn torque_guesses(
     in_si: Option<&SignalSurvey<'_>>,
     named: Option<Result<&str, String>>,
@@ -284,8 +285,8 @@ fn torque_guesses(
     (unit, sign)
 }
 
-/// Returns the only group of a meaning, or the measured one if there are several. The error lists
-/// the available groups.
+/// Returns the only group of a quantity, or the measured group if there are several. The error
+/// lists the available groups.
 pub(super) fn choose_group(
     groups: &[ColumnGroup],
     wanted: ColumnMeaning,
@@ -312,8 +313,8 @@ pub(super) fn choose_group(
     }
 }
 
-/// Returns the torques or the currents, or the commands if nothing is measured. The flag is true
-/// for commands.
+/// Returns the group of torques or currents, or the group of commands if nothing was measured. The
+/// flag is true for commands.
 pub(super) fn choose_torque_group(groups: &[ColumnGroup]) -> (Result<ColumnGroup, String>, bool) {
     let is = |wanted: &ColumnMeaning| {
         groups.iter().any(|group| column_meaning(group.name()) == Some(*wanted))

@@ -1,4 +1,5 @@
-//! `time` of `[data]`: the columns of a table with the time, their unit, and the resulting rate.
+//! `time` of `[data]`: the columns of a table that contain the time, their unit, and the resulting
+//! rate.
 
 use std::path::Path;
 
@@ -19,9 +20,9 @@ const UNIT_SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), 
 /// The time of a table.
 pub(super) struct TableTime {
     time_source: TimeSource,
-    /// Rate from its unit \[Hz\].
+    /// Sample rate that results from the unit \[Hz\].
     pub(super) rate_hz: Option<f64>,
-    /// True if the unit is stated by somebody, the name or the values.
+    /// True if the unit is known from an answer, from the name or from the values.
     pub(super) is_stated: bool,
 }
 
@@ -30,15 +31,15 @@ enum TimeSource {
         name: String,
         unit: Option<&'static str>,
     },
-    /// Whole seconds, and the nanoseconds beyond them.
+    /// Columns of the whole seconds and of the remaining nanoseconds.
     Stamp([String; 2]),
-    /// Candidates, by their names.
+    /// Columns that may contain the time, by their names.
     OneOf(Vec<String>),
 }
 
 impl TableTime {
-    /// Finds the time of a table, by detection or from an answer. Several candidates become a
-    /// question.
+    /// Finds the time of a table by detection or from an answer. If several columns are possible, a
+    /// question is added.
     pub(super) fn find_time(
         draft: &Draft<'_>,
         file: &Path,
@@ -53,7 +54,7 @@ impl TableTime {
             (None, None, None) => {}
         }
         let pairs = stamp_pairs(&names.columns);
-        // The stamps of messages belong to their signals; the times of a log do not.
+        // The stamps of messages belong to their signals. The times of a log do not.
         if let [[sec, nanosec]] = pairs.as_slice()
             && let Some(time) = of_stamp(file, [(*sec).clone(), (*nanosec).clone()])?
         {
@@ -75,7 +76,7 @@ impl TableTime {
         }
     }
 
-    /// Puts its keys.
+    /// Adds the entries for the keys of the time.
     pub(super) fn add_entries(&self, draft: &mut Draft<'_>, section: &str) {
         let Self { time_source: which, rate_hz, is_stated } = self;
         let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
@@ -114,8 +115,8 @@ impl TableTime {
 
 const UNIT_QUESTION: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
 
-/// Reads the times since the first one, which must not go back, and their rate. `None` if the
-/// column has no time.
+/// Reads the times relative to the first one, and their rate. Times that go back are an error.
+/// `None` if the column has no time.
 fn read_advancing(
     file: &Path,
     name: &str,
@@ -168,7 +169,7 @@ fn of_column(
             TableTime { time_source: which, rate_hz: Some(round_rate(rate_hz)), is_stated: true }
         }));
     };
-    // The column's type has a unit, so the times are already in seconds.
+    // The type of the column includes a unit, so the times are in seconds already.
     let rate_of = |unit: f64| rate_hz * second / unit;
     let by_type = UNIT_SECONDS.into_iter().find(|(_, second)| by_type == Some(*second));
     let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
@@ -179,8 +180,8 @@ fn of_column(
     let fits = match unit_found {
         Some(Ok(configured)) => UNIT_SECONDS.into_iter().find(|(unit, _)| *unit == configured),
         Some(Err(_)) => None,
-        // A slow log in seconds or a fast one in milliseconds is ambiguous. A row number is no
-        // time.
+        // The unit is ambiguous between a slow log in seconds and a fast log in milliseconds. A row
+        // number is not a time.
         None if counts || (1.0..ProposalLimits::DEFAULT.rates_hz.start).contains(&rate_of(1.0)) => {
             None
         }

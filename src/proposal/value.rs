@@ -5,18 +5,18 @@ use crate::cell::MISSING_VALUE;
 /// Source of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ValueOrigin {
-    /// It was answered.
+    /// The value was answered by the user.
     Configured,
-    /// The files contain it.
+    /// The files contain the value.
     Found,
-    /// It is usual, or likely from the files.
+    /// The value is usual, or is likely according to the files.
     Assumed,
-    /// The files cannot show it.
+    /// The files cannot show the value.
     Missing,
 }
 
 impl ValueOrigin {
-    /// Returns the word for it.
+    /// Returns the word for this source.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Configured => "stated",
@@ -29,7 +29,7 @@ impl ValueOrigin {
 
 /// A value with its reason.
 pub(super) struct Guess {
-    /// As TOML.
+    /// Value as TOML.
     pub(super) value: String,
     pub(super) origin: ValueOrigin,
     pub(super) explanation: String,

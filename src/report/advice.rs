@@ -1,4 +1,4 @@
-//! Insufficient parameters of a result in words: the motion that each joint needs, its duration and
+//! Insufficient parameters of a result as text: the motion that each joint needs, its duration and
 //! its effect.
 
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use super::design::closing_warning;
 use crate::analysis::{AdviceForResult, Assignment, MissingParameter};
 use crate::text::{align_table, significant_digits};
 
-/// Maximum number of parameters to print per motion, those that improve most.
+/// Maximum number of parameters to print per motion. They are those that improve most.
 const MAX_SHOWN: usize = 6;
 /// Smallest improvement factor of a standard deviation to print.
 const MIN_IMPROVEMENT: f64 = 1.2;

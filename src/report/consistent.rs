@@ -1,10 +1,10 @@
-//! A consistent model in words.
+//! A consistent model as text.
 
 use didim_identification::feasibility::{Outcome, ValueSource};
 
 use crate::text::significant_digits;
 
-/// Summarises the cost of consistent parameters, the sources of their values, and notes for the
+/// Formats the cost of the consistent parameters, the sources of their values, and notes for the
 /// user.
 pub fn consistent_summary(outcome: &Outcome) -> String {
     let Outcome { judgement, cost, least_cost, threshold, prior, .. } = outcome;

@@ -1,4 +1,4 @@
-//! The convergence of an iteration: a table with bars in the terminal, a panel in a figure.
+//! The convergence of an iteration, as a table with bars in the terminal or as a panel of a figure.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::text::{align_table, significant_digits};
 /// Length of the longest bar, in characters.
 const LONGEST_BAR: f64 = 24.0;
 
-/// Formats one line per step; the bars show the change of the parameters on a logarithmic scale.
+/// Formats one line per step. The bars show the change of the parameters on a logarithmic scale.
 pub fn table(steps: &[ConvergenceStep]) -> String {
     let changes = steps.iter().map(|step| step.parameter_change);
     let Some((low, high)) = covering_decades(changes) else { return String::new() };

@@ -1,4 +1,4 @@
-//! A designed motion in words: the parameters that it identifies, and notes for the person who runs
+//! A designed motion as text: the parameters that it identifies, and notes for the person who runs
 //! it.
 
 use didim_identification::excitation::{
@@ -13,8 +13,8 @@ use crate::analysis::{
 };
 use crate::text::{align_table, significant_digits};
 
-/// Header of a motion file: the arm, the limits, the checks, and the [expected
-/// deviations](prediction_lines). `keeps_time` says whether the arm follows it in time.
+/// Returns the header of a motion file: the arm, the limits, the checks, and the [expected
+/// deviations](prediction_lines). `keeps_time` is true if the arm follows the motion in time.
 pub fn design_header(
     robot: &str,
     assignment: &Assignment,
@@ -65,7 +65,7 @@ pub fn design_header(
     lines
 }
 
-/// A motion that is within the limits.
+/// A motion that has been checked against the limits.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckedMotion<'a> {
     /// Its length \[s\].
@@ -92,8 +92,8 @@ impl<'a> From<&'a SweepDesign> for CheckedMotion<'a> {
     }
 }
 
-/// Formats the predicted standard deviation of each parameter for the header of a file. Empty if
-/// the noise is assumed.
+/// Formats the predicted standard deviation of each parameter for the header of a file. Returns no
+/// lines if the noise is assumed.
 pub fn prediction_lines(assignment: &Assignment, deviations: &[f64]) -> Vec<String> {
     if !assignment.measured_noise {
         return Vec::new();
@@ -161,7 +161,8 @@ fn moving_joints_text(assignment: &Assignment) -> Option<String> {
     (!standing.is_empty()).then(words)
 }
 
-/// Table of the expected standard deviations next to those that came out, and their rms ratio.
+/// Formats a table of the expected and the achieved standard deviations, and the rms of their
+/// ratio.
 pub fn expectation_text(parameters: &[ExpectedParameter]) -> String {
     let rows: Vec<_> = parameters
         .iter()
@@ -181,12 +182,12 @@ pub fn expectation_text(parameters: &[ExpectedParameter]) -> String {
     format!("\n{table}\n{}\n", expectation_summary(parameters))
 }
 
-/// So many times the expected standard deviation came out.
+/// Returns the ratio of the achieved to the expected standard deviation.
 pub(super) fn deviation_ratio(of: &ExpectedParameter) -> f64 {
     of.achieved / of.expected
 }
 
-/// Summarises this ratio in one sentence.
+/// Summarises the ratio of achieved to expected standard deviations in one sentence.
 pub(super) fn expectation_summary(parameters: &[ExpectedParameter]) -> String {
     let square: f64 = parameters.iter().map(|of| deviation_ratio(of).powi(2)).sum();
     let rms = (square / parameters.len() as f64).sqrt();
@@ -201,7 +202,7 @@ pub(super) fn expectation_summary(parameters: &[ExpectedParameter]) -> String {
     )
 }
 
-/// Describes the collision checks, the narrowest gap, and what was not checked.
+/// Describes the collision checks, the narrowest gap, and the parts that were not checked.
 fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<String> {
     let mut lines = Vec::new();
     let link = |number: usize| match number {
@@ -283,13 +284,13 @@ fn limit_text(used: &UsedLimit) -> String {
     )
 }
 
-/// Table of the expected standard deviations.
+/// Formats a table of the expected standard deviations.
 pub fn design_text(assignment: &Assignment, design: &Design, prediction: &Predicted) -> String {
     parameters_text(assignment, prediction) + &conditions_text(assignment, &design.used)
 }
 
-/// Formats the end of the output: the noise behind the figures, the used limits, and what was not
-/// checked.
+/// Formats the end of the output: the noise that the standard deviations assume, the used limits,
+/// and the parts that were not checked.
 pub fn conditions_text(assignment: &Assignment, used: &[UsedLimit]) -> String {
     let rows_per_s = significant_digits(assignment.task.noise.rows_per_s, 3);
     let mut text = if assignment.measured_noise {

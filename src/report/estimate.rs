@@ -13,7 +13,7 @@ use crate::text::{align_table, significant_digits, to_uncertainty};
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 /// Formats one line per parameter: value, unit, statistical and combined uncertainty, and both
-/// relative to it.
+/// uncertainties relative to the value.
 pub fn parameter_table(estimate: &Estimate) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
@@ -49,8 +49,8 @@ pub(super) fn fixed_parameters(estimate: &Estimate) -> String {
     parameters.collect::<Vec<_>>().join(", ")
 }
 
-/// Formats the parameters against the truth: truth, estimate, unit, relative standard deviation and
-/// the deviation in standard deviations.
+/// Formats the parameters next to their true values: true value, estimate, unit, relative standard
+/// deviation, and the error in standard deviations.
 pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
@@ -135,7 +135,7 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
     text
 }
 
-/// Formats the uses, each with its figure below.
+/// Formats a table of the uses. Below each row is the meaning of its figure.
 fn uses_table(estimate: &Estimate) -> String {
     let lines: Vec<UseLine> = uses::lines(estimate).collect();
     let row = |line: &UseLine| {
@@ -157,7 +157,7 @@ pub fn value_text(p: &ParameterEstimate) -> String {
     short_value(p, 7)
 }
 
-/// Does the same with a maximum number of digits.
+/// Formats a value like [`value_text`], but with a maximum number of digits.
 pub fn short_value(p: &ParameterEstimate, most: usize) -> String {
     to_uncertainty(p.value, p.standard_deviation, most)
 }

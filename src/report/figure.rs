@@ -1,4 +1,4 @@
-//! A figure of measured against predicted torque, as one self-contained SVG file.
+//! A figure of measured and predicted torque as one self-contained SVG file.
 
 use std::fmt::Write as _;
 
@@ -19,10 +19,10 @@ const COLOURS: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured
     @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;\
     --faint:#333c46;--measured:#6d8299;--predicted:#a9d3f5;--residual:#7fc796;--sigmas:#223429}}";
 
-/// Draws one panel per joint with measured torque, prediction and residual over time. Adds a panel
-/// of the iteration steps, if there are any.
+/// Draws one panel per joint with measured torque, prediction and residual over time. Also draws a
+/// panel of the iteration steps, if there are any.
 ///
-/// `heading` is the title; it is escaped here.
+/// `heading` is the title. This function escapes it.
 pub fn torque_figure(
     heading: &str,
     panels: &[TorquePanel<'_>],
@@ -112,7 +112,7 @@ impl Axis {
     }
 }
 
-/// Draws the torque of one joint, and below it the residual on a separate axis, into a frame of
+/// Draws the torque of one joint, and below it the residual on a separate axis. The frame has
 /// [`PANEL_WIDTH`] × [`TORQUE_PANEL_HEIGHT`].
 pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let error = 100.0 * panel.relative_error;
@@ -183,7 +183,7 @@ pub(super) struct MotionPanel<'a> {
     pub(super) velocity: &'a [f64],
 }
 
-/// Draws the position of one joint, and below it the velocity, into a frame of [`PANEL_WIDTH`] ×
+/// Draws the position of one joint, and below it the velocity. The frame has [`PANEL_WIDTH`] ×
 /// [`TORQUE_PANEL_HEIGHT`].
 pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
     let _ = write!(
@@ -223,7 +223,7 @@ fn draw_residual(
     });
     let sigma = f64::sqrt(squares / f64::max(count, 1.0));
     let reach = 1.05 * largest.max(BAND_DEVIATIONS * sigma);
-    // A model without any error has no range for the axis.
+    // If all residuals are zero, the axis needs another range.
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let axis = Axis {
         top: PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP,
@@ -243,8 +243,9 @@ fn draw_residual(
     draw_curve(svg, "residual", curve(&residual, &axis).into_iter());
 }
 
-/// Draws a curve whose points come in the order of x. Within one unit of x, only the highest and
-/// the lowest point are kept. A long record looks the same and stays small.
+/// Draws a curve. The points must be in ascending order of x. Within one unit of x, only the
+/// highest and the lowest point are kept, which does not change the look of a long record but keeps
+/// the file small.
 pub(super) fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>) {
     let mut path = String::new();
     let mut add = |points: &mut Vec<(f64, f64)>| {

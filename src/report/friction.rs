@@ -7,8 +7,9 @@ use super::percent_text;
 use crate::cell::Cell;
 use crate::text::align_table;
 
-/// Formats the changes with the gain of each, and the lines for the files of the cell, which
-/// already has the laws. `added` are the new parameters of these laws, if the cell lists its own.
+/// Formats the chosen changes with their gain, and the lines for the files of the cell. `cell`
+/// already has the chosen laws. `added` are the new parameters of these laws, if the cell lists its
+/// parameters.
 pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
     let rows: Vec<Vec<String>> = gains_text(chosen).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
@@ -21,7 +22,8 @@ pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> 
         text += "\nin the robot file, of these [[joint]]s:\n";
         let changed = |joint: JointIndex| chosen.gains.iter().any(|gain| gain.joint == joint);
         for joint in (0..chosen.friction.len()).map(JointIndex::new) {
-            // A law for the sign in the cell applies to all joints, also the unchanged ones.
+            // A sign law of friction in the cell applies to all joints, so unchanged joints need a
+            // line as well.
             if cell.overrides_sign || changed(joint) {
                 text += &format!("{} # {joint}\n", cell.robot.own_friction_toml(joint.position()));
             }
@@ -36,7 +38,8 @@ pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> 
     text
 }
 
-/// Returns joint, change, and the joint's held-out error before and after.
+/// Returns the joint, the change, and the joint's held-out error before and after the change, for
+/// each change.
 pub(super) fn gains_text(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]> {
     chosen.gains.iter().map(|gain| {
         let change = match gain.change {
@@ -48,7 +51,7 @@ pub(super) fn gains_text(chosen: &ChosenFriction) -> impl Iterator<Item = [Strin
     })
 }
 
-/// Summarises the effect of all changes in a sentence.
+/// Summarises the effect of all changes in one sentence.
 pub(super) fn effect_sentence(chosen: &ChosenFriction) -> String {
     let change_of = |score: fn(&FrictionScore) -> f64| {
         format!("{} → {}", percent_text(score(&chosen.before)), percent_text(score(&chosen.after)))

@@ -1,4 +1,4 @@
-//! Torque gains in words.
+//! Torque gains as text.
 
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{PayloadLimits, Scale};
@@ -9,8 +9,8 @@ use crate::text::{align_table, significant_digits, to_uncertainty};
 /// Maximum number of digits of a value.
 const MAX_DIGITS: usize = 5;
 
-/// Formats the gains next to the configured ones, the arm's parameters with these gains, lines for
-/// the cell file, and notes.
+/// Formats the gains with the configured ones, the arm's parameters with these gains, lines for the
+/// cell file, and notes.
 pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
     let none = || "–".to_owned();
     let rows = found.gains.iter().zip(&found.relative_error_per_joint);

@@ -35,22 +35,22 @@ pub use gains::gains_text;
 pub use payload::payload_text;
 pub use sweep::{sweep_lines, sweep_text};
 
-/// One joint's torque, measured and predicted, for a plot.
+/// Measured and predicted torque of one joint, for a plot.
 #[derive(Clone, Debug)]
 pub struct TorquePanel<'a> {
-    /// The joint's number, and its name if it has one.
+    /// Number of the joint, with its name if it has one.
     pub joint: String,
     /// Unit of the torque: N·m, or N of a prismatic joint.
     pub unit: &'static str,
     /// Time of each row \[s\].
     pub time_s: &'a [f64],
-    /// Measured torque, filtered as the identification used it.
+    /// Measured torque after the filter of the identification.
     pub measured_nm: &'a [f64],
     /// Torque that the identified model predicts.
     pub predicted_nm: &'a [f64],
-    /// Rows with reduced robust weights.
+    /// Rows whose weights the robust estimation reduced.
     pub downweighted: &'a [usize],
-    /// ‖measured − predicted‖ / ‖measured‖.
+    /// Relative error ‖measured − predicted‖ / ‖measured‖.
     pub relative_error: f64,
 }
 
@@ -110,7 +110,7 @@ pub fn joint_panels<'a>(
         .collect()
 }
 
-/// Returns the common extremes of several series, widened to contain zero; `None` without finite
+/// Returns the common extremes of several series, extended to include zero. `None` without finite
 /// values.
 fn value_range<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, f64)> {
     let finite = series.into_iter().flatten().copied().filter(|v| v.is_finite());

@@ -57,7 +57,7 @@ pub fn kind_meaning(kind: ParameterKind) -> &'static str {
     }
 }
 
-/// Parts of a name, each with its meaning.
+/// Parts of a parameter name, each with its meaning.
 pub const NAME_PARTS: [[&str; 2]; 4] = [
     ["`zz3`", "A symbol, and the number of the link, joint or motor, from 1 at the base."],
     [

@@ -1,4 +1,4 @@
-//! A load in words.
+//! A load as text.
 
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{DeclaredLoad, Payload, PayloadLimits, UncertainValue};
@@ -10,7 +10,7 @@ pub(super) const INERTIA_NAMES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"]
 /// Maximum number of digits of a value.
 const MAX_DIGITS: usize = 5;
 
-/// Formats the load found next to the declared one, and notes.
+/// Formats the identified load with the declared one, and notes.
 pub fn payload_text(payload: &Payload, declared: DeclaredLoad, robot: &Robot) -> String {
     let mut text = headline(payload);
     let rows = rows(payload, declared);
@@ -72,7 +72,7 @@ fn headline(payload: &Payload) -> String {
     }
 }
 
-/// Creates a row for each value that is found or declared.
+/// Creates a row for each value that is identified or declared.
 fn rows(payload: &Payload, declared: DeclaredLoad) -> Vec<Vec<String>> {
     let (load, body, compared) = (&payload.load, &payload.body, &payload.declared);
     let mut rows = Vec::new();

@@ -1,4 +1,5 @@
-//! From base to essential parameters, as a table for people and a list for the cell file.
+//! The reduction from base to essential parameters, as a table for people and a list for the cell
+//! file.
 
 use didim_identification::identification::{Reduction, ReductionStep};
 

@@ -1,4 +1,4 @@
-//! A constant-speed sweep for friction in words: its speeds, and the friction terms that it
+//! A constant-speed sweep for friction as text: its speeds, and the friction terms that it
 //! distinguishes.
 
 use didim_dynamics::robot::{JointKind, ParameterKind, Robot};
@@ -8,8 +8,8 @@ use super::design::{CheckedMotion, conditions_text};
 use crate::analysis::Assignment;
 use crate::text::significant_digits;
 
-/// Describes the constant-speed sweeps and the terms that they identify, for the header of a file
-/// and for people.
+/// Describes the constant-speed sweeps and the terms that they identify. The lines are for the
+/// header of a file and for people.
 pub fn sweep_lines(
     robot: &Robot,
     assignment: &Assignment,
@@ -31,7 +31,7 @@ pub fn sweep_lines(
         let (joint, speed) = (robot.joint_label(pass.joint), &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
     }
-    // If the noise is assumed, the standard deviations are too.
+    // If the noise is assumed, the standard deviations are assumed as well.
     let figures = match assignment.measured_noise {
         true => {
             ", with the standard deviation of the largest torque of each: next to fc, fv and off \
@@ -72,7 +72,7 @@ pub fn sweep_lines(
     lines
 }
 
-/// Formats the same lines, with the noise behind them and the used share of the limits.
+/// Formats these lines, the noise that they assume, and the used share of the limits.
 pub fn sweep_text(assignment: &Assignment, checked: CheckedMotion<'_>, lines: &[String]) -> String {
     let (length, conditions) =
         (significant_digits(checked.duration_s, 4), conditions_text(assignment, checked.used));

@@ -2,7 +2,7 @@
 
 use super::{TorquePanel, value_range};
 
-/// Width of an axis label with the axis itself, in characters.
+/// Width of an axis label including the axis, in characters.
 const LABEL_WIDTH: usize = 9;
 
 pub(super) const DOT_COLUMNS: usize = 2;
@@ -11,7 +11,7 @@ pub(super) const DOT_ROWS: usize = 4;
 pub(super) const DOT_BITS: [[u8; DOT_ROWS]; DOT_COLUMNS] =
     [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
-/// Plots the measured torque and, below it on the same scale, the residual.
+/// Plots the measured torque, and below it the residual in the same scale.
 ///
 /// `columns` is the width in characters, including the labels of the axis.
 pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
@@ -23,7 +23,8 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     let columns = columns.saturating_sub(LABEL_WIDTH).max(2);
     let span = high - low;
     let measured_rows = 6;
-    // The same N·m per character as above, rounded to full characters around the zero line.
+    // The residual has the same N·m per character as the torque above, with the range around zero
+    // rounded up to full characters.
     let reach = residual.iter().fold(0.0_f64, |r, v| r.max(v.abs()));
     #[expect(
         clippy::cast_possible_truncation,
@@ -69,7 +70,7 @@ fn add_labels(lines: &[String], low: f64, high: f64, name: &str) -> String {
     text
 }
 
-/// Draws `values` over the whole width: each dot column spans the extremes of its samples.
+/// Draws `values` over the complete width. Each column of dots spans the extremes of its samples.
 fn draw_canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> Vec<String> {
     let (wide, tall) = (columns * DOT_COLUMNS, rows * DOT_ROWS);
     let mut cells = vec![vec![0_u8; columns]; rows];
@@ -84,8 +85,8 @@ fn draw_canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize)
         ((fraction * (tall - 1) as f64).round() as usize).min(tall - 1)
     };
     for x in 0..wide {
-        // One sample of the previous column is included, which closes gaps in steep parts of the
-        // curve.
+        // The last sample of the previous column is included, which closes gaps in steep parts of
+        // the curve.
         let start = (x * values.len() / wide).saturating_sub(1);
         let end = ((x + 1) * values.len() / wide).max(start + 1).min(values.len());
         let part = values.get(start..end).unwrap_or(&[]);

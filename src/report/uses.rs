@@ -1,4 +1,4 @@
-//! The verdict for each use, in words.
+//! The verdict for each use, as text.
 
 use didim_identification::feasibility::Judgement;
 use didim_identification::identification::{Estimate, PhysicalConsistency, Use};
@@ -16,7 +16,8 @@ pub(super) struct UseLine {
     pub(super) meaning: &'static str,
 }
 
-/// Lists every use of a result, followed by the cost of the bodies, if known.
+/// Lists every use of a result. A line with the cost of the physically consistent parameters
+/// follows, if it is known.
 pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
     let uses = Use::ALL.into_iter().map(|of| {
         let verdict = estimate.verdict.uses.get(of);

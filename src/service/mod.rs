@@ -1,4 +1,4 @@
-//! The running service: its parts built from a cell, supervision, status and metrics.
+//! The running service: its parts, built from a cell, and its supervision, status and metrics.
 
 pub mod metrics;
 pub mod paths;

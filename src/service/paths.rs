@@ -6,19 +6,19 @@ use crate::cell::Cell;
 use crate::files::{FolderError, own_folder};
 use crate::live::stream::{FOLDER_NAME, SERVICE_PREFIX, StreamError, StreamOptions};
 
-/// Name of the status socket in the runtime folder.
+/// File name of the status socket in the runtime folder.
 const STATUS_SOCKET: &str = "status.sock";
-/// Name of the status socket of an acquisition in a separate process.
+/// File name of the status socket of an acquisition in a separate process.
 const ACQUISITION_SOCKET: &str = "acquisition.sock";
-/// Name of the socket that takes commands.
+/// File name of the command socket.
 const COMMAND_SOCKET: &str = "command.sock";
 
-/// The paths of one service or run.
+/// The paths of one service or of a single run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paths {
-    /// Folder of the sockets and of the stream's own files.
+    /// Folder of the sockets and of the stream library's files.
     pub runtime: PathBuf,
-    /// Folder of the results. With `None` they are only published.
+    /// Folder of the results. If `None`, results are published but not stored.
     pub state: Option<PathBuf>,
     /// Prefix of the names in shared memory.
     pub prefix: String,
@@ -39,7 +39,7 @@ impl Paths {
         Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
     }
 
-    /// Creates the folders, and refuses folders that others may change.
+    /// Creates the folders. Refuses folders that other users may change.
     ///
     /// # Errors
     /// [`FolderError`].

@@ -1,4 +1,4 @@
-//! Construction of the running pipeline's parts from a validated cell.
+//! Creation of the running parts from a validated cell.
 
 use std::io;
 use std::path::PathBuf;
@@ -34,11 +34,13 @@ const WINDOWS_WAITING: usize = 4;
 /// Maximum number of windows in memory: the open one, the waiting ones, and the one being
 /// identified.
 pub(crate) const MAX_WINDOWS: usize = WINDOWS_WAITING + 2;
-/// Silence limit of a live bus, in periods. The limit is at least half a second.
+/// Number of sample periods without a frame after which a live bus is silent. The time is at least
+/// half a second.
 const SILENT_PERIODS: f64 = 100.0;
-/// Maximum length of the path for temporary files that leaves space for the stream's own paths.
+/// Maximum length of the path for temporary files \[bytes\]. Longer paths leave no space for the
+/// stream's own paths.
 const MAX_TEMPORARY: usize = 20;
-/// Reason why a pipeline cannot be built.
+/// Reason why the running parts cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
     /// The options of the stream are invalid: the cell's name, the runtime folder or the buffer.
@@ -47,7 +49,7 @@ pub enum PipelineError {
     /// The cell has no bus.
     #[error(transparent)]
     Cell(Box<CellError>),
-    /// The windows do not match the sample rate.
+    /// The window options do not fit the sample rate.
     #[error(transparent)]
     Windows(#[from] WindowOptionError),
     /// The bus cannot be opened.
@@ -56,13 +58,13 @@ pub enum PipelineError {
     /// The buses cannot be combined.
     #[error("bus.source: {0}")]
     Sources(&'static str),
-    /// A folder cannot be created, or others may change its content.
+    /// A folder cannot be created, or other users may change its content.
     #[error(transparent)]
     Folder(#[from] FolderError),
     /// The files of a single run cannot be created. Check the permissions and the free space.
     #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
-        /// Intended location.
+        /// Path at which the files were to be created.
         place: PathBuf,
         /// Error of the system.
         cause: io::Error,
@@ -75,18 +77,19 @@ impl From<CellError> for PipelineError {
     }
 }
 
-/// Exclusive paths for a single run. Everything but the results is removed at its end.
+/// Paths that only a single run uses. All files except the results are removed at its end.
 #[derive(Debug)]
 pub struct OneRun {
     /// The paths.
     pub paths: Paths,
-    // Drop order: first the files in shared memory, then the folder.
+    // The order of the fields is the order in which they are dropped: first the files in shared
+    // memory, then the folder.
     _network: PrivateNetwork,
     _folder: tempfile::TempDir,
 }
 
 impl OneRun {
-    /// Creates a folder for the run. Results go to `state`, if given.
+    /// Creates a folder for the run. If `state` is given, results are stored there.
     ///
     /// # Errors
     /// [`PipelineError::Folder`] and [`PipelineError::OneRun`].
@@ -122,7 +125,7 @@ pub fn build_acquisition(
 ) -> Result<Box<AcquisitionPart>, PipelineError> {
     let bus = cell.bus()?;
     let period = bus.layout.period_ns() * 1e-9;
-    // A log is a recording already.
+    // The frames of a log are recorded already.
     let recorder =
         recording_options(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
             RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
@@ -140,7 +143,8 @@ pub fn build_acquisition(
     }))
 }
 
-/// Creates the folders of the recordings, if any, and refuses folders that others may change.
+/// Creates the folders of the recordings, if the cell records frames. Refuses folders that other
+/// users may change.
 ///
 /// # Errors
 /// [`PipelineError::Folder`].
@@ -157,7 +161,8 @@ fn recording_options<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a Recording
     Some((options, options.folder(paths.state.as_deref()?)))
 }
 
-/// Returns the archiver options of `didim run`. Frames from a log are already recorded.
+/// Returns the archiver options of `didim run`. `None` for a log, because its frames are recorded
+/// already.
 pub fn archiver_options(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let bus = cell.bus().ok()?;
@@ -166,7 +171,8 @@ pub fn archiver_options(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     Some(ArchiverOptions { folder, recordings: options.clone(), curves: cell.joint_curves(bus) })
 }
 
-/// Returns how the cell cuts and identifies windows. The last identification is stored in `last`.
+/// Returns the functions and options that cut and identify the windows of a cell. The last
+/// identification is also stored in `last`.
 ///
 /// # Errors
 /// [`PipelineError::Windows`].
@@ -220,7 +226,7 @@ fn time_of_day(cell: &Cell) -> TimeOfDay {
     }
 }
 
-/// Creates the part that identifies. The last identification is stored in `last`.
+/// Creates the part that identifies. The last identification is also stored in `last`.
 ///
 /// # Errors
 /// [`PipelineError::Stream`] and [`PipelineError::Windows`].
@@ -253,9 +259,9 @@ pub fn build_estimation(
 pub struct OpenedSource {
     /// Source of the frames.
     pub source: Box<dyn Source>,
-    /// Pace: a live bus does not wait for its reader, and a log does.
+    /// Pace of the stream. A live bus does not wait for its reader, but a log does.
     pub pace: Pace,
-    /// The receive buffer of its sockets.
+    /// Receive buffer of the sockets.
     pub receive_buffer: Option<ReceiveBuffer>,
 }
 

@@ -8,9 +8,10 @@ use crate::service::paths::Paths;
 use crate::service::pipeline::build_configuration;
 use crate::service::supervision::Reload;
 
-/// Creates a function that reads the file again at each call. Settings of the bus and of the
-/// service itself must equal those of `running`. They do not change until a restart, so that no
-/// sample is lost. `estimates` is true if this process has a worker that uses the other settings.
+/// Creates a function that reads the cell file again at each call. The settings of the bus and of
+/// the service itself must be equal to those of `running`. They change only at a restart, so that
+/// no sample is lost. `estimates` is true if this process has a worker, which uses the other
+/// settings.
 pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) -> Reload {
     Box::new(move || {
         let cell = Cell::read_decided(&file).map_err(|error| error.to_string())?;

@@ -7,8 +7,8 @@ pub fn to_hexadecimal(digest: Sha256) -> String {
     digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Returns the SHA-256 of several texts. Each is preceded by its length, so no two lists give one
-/// digest.
+/// Returns the SHA-256 of several texts. Each text is preceded by its length, so that different
+/// lists give different digests.
 pub fn sha256(texts: &[&str]) -> String {
     let mut digest = Sha256::new();
     for text in texts {

@@ -1,4 +1,4 @@
-//! Text with data: numbers with their digits, aligned tables, digests.
+//! Text formatting of data: numbers with their digits, aligned tables, and digests.
 
 mod digest;
 mod table;

@@ -1,7 +1,7 @@
-//! Numbers with their justified digits, and aligned tables of them.
+//! Numbers with the digits that their uncertainty justifies, and aligned tables of them.
 
-/// Renders rows under a header: the first column to the left, the others to the right, with two
-/// spaces between columns. Widths count characters, so Greek letters align.
+/// Renders rows under a header, with two spaces between columns. The first column is left-aligned,
+/// the others are right-aligned. Widths count characters, so that Greek letters align.
 pub fn align_table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut widths: Vec<usize> = header.iter().map(|h| h.chars().count()).collect();
     for row in rows {
@@ -50,8 +50,8 @@ pub fn significant_digits(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
-/// Formats a number with as many digits as its standard deviation justifies, down to a tenth of it,
-/// and `most` at most.
+/// Formats a number with the digits that its standard deviation justifies, down to a tenth of it,
+/// but with at most `most` digits.
 pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> String {
     let ratio = (value / standard_deviation).abs();
     #[expect(

@@ -21,7 +21,7 @@ pub enum WindowEnd {
     Rest,
     /// The interval ended.
     Interval,
-    /// A command.
+    /// A command closed the window.
     Command,
     /// The window reached its maximum length.
     Length,
@@ -31,20 +31,20 @@ pub enum WindowEnd {
     EndOfStream,
 }
 
-/// A window without loss: consecutive samples of the uniform grid.
+/// A window without losses. Its samples are consecutive samples of the uniform grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// Number of windows opened before this one since the stream began.
     pub number: u64,
     /// Sample rate \[Hz\].
     pub sample_rate_hz: f64,
-    /// The samples, margins included; their sequence numbers have no gap.
+    /// Samples including margins. Their sequence numbers have no gap.
     pub samples: Vec<JointSample>,
-    /// Range of the counted samples; the others are margin for the edges of the filters.
+    /// Range of the counted samples. The other samples are margin for the edges of the filters.
     pub counted_samples: Range<usize>,
-    /// Reason for its end.
+    /// Reason for the end of the window.
     pub end: WindowEnd,
-    /// Recording time of its first sample, if known.
+    /// Time at which the first sample was recorded, if known.
     pub recording_start: Option<RecordingStart>,
     /// Note on the window.
     pub note: Option<Note>,

@@ -1,12 +1,12 @@
-//! Notes on a window: influences on a result that the bus does not report.
+//! Notes on a window. They state influences on a result that the bus does not report.
 
 use super::note_limits::NoteLimits;
 use core::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-/// A note. It goes into the history and into the report, never into a result's file. A replay of
-/// the same samples gives the same file, whatever the note.
+/// A note on a window. It is stored in the history and in the report, but not in the result file. A
+/// replay of the same samples therefore gives the same file with every note.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
@@ -16,18 +16,18 @@ pub struct Note {
     /// Temperature of the arm \[°C\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_c: Option<f64>,
-    /// As text.
+    /// Free text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
 }
 
-/// An invalid note. Correct it as described in the error.
+/// Error when a note is invalid. Correct the note as the error describes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoteError {
     /// The note is empty.
     #[error("nothing to note: give a payload [kg], a temperature [°C] or a text")]
     Empty,
-    /// An impossible number.
+    /// A number is impossible.
     #[error(
         "{what} of {value} {unit} is impossible: it lies between {} and {} {unit}",
         range.start(), range.end()
@@ -37,12 +37,12 @@ pub enum NoteError {
         what: &'static str,
         /// The number.
         value: f64,
-        /// Its unit.
+        /// Unit of the number.
         unit: &'static str,
         /// Allowed range.
         range: RangeInclusive<f64>,
     },
-    /// The text is empty, too long, or has control characters.
+    /// The text is empty, too long, or contains control characters.
     #[error(
         "the text of a note has 1 to {} characters in one line",
         NoteLimits::DEFAULT.text_length
@@ -51,7 +51,7 @@ pub enum NoteError {
 }
 
 impl Note {
-    /// Returns the same note, if it is valid.
+    /// Returns the note if it is valid.
     ///
     /// # Errors
     /// [`NoteError`].
@@ -79,7 +79,7 @@ impl Note {
         Ok(self)
     }
 
-    /// Replaces each value that a later note gives.
+    /// Replaces each value that the later note contains.
     #[must_use]
     pub fn amend(self, later: Self) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl Note {
         }
     }
 
-    /// Formats the note in a line: `2.5 kg, 31 °C, gripper changed`.
+    /// Formats the note as a line, such as `2.5 kg, 31 °C, gripper changed`.
     pub fn line(&self) -> String {
         let parts = [
             self.payload_kg.map(|kg| format!("{kg} kg")),

@@ -5,11 +5,14 @@ use core::ops::RangeInclusive;
 /// Plausible values of a note.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct NoteLimits {
-    /// Payloads of an arm \[kg\]. Derived: the strongest series models carry about 2.3 t.
+    /// Range of the payload of an arm \[kg\]. Derived: the strongest series models carry about 2.3
+    /// t.
     pub payload_kg: RangeInclusive<f64>,
-    /// Temperatures of a working arm \[°C\]. Derived: outdoors, or next to a furnace.
+    /// Range of the temperature of a working arm \[°C\]. Derived: outdoor temperatures and the
+    /// surroundings of a furnace.
     pub temperature_c: RangeInclusive<f64>,
-    /// Maximum length of the text in characters. Convention: a line of a table, not a document.
+    /// Maximum length of the text in characters. Convention: the text has to fit into a line of a
+    /// table.
     pub text_length: usize,
 }
 

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::text::significant_digits;
 
-/// Drive readings along the samples. They depend on the samples alone and not on earlier readings:
-/// a replay of the same samples gives the same.
+/// Drive readings during the samples of a result. They depend only on these samples and not on
+/// earlier readings, so that a replay of the samples gives the same values.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DriveReadings {
     /// Motor temperature of each joint whose drive reports one.
@@ -24,13 +24,13 @@ pub struct DriveReadings {
     /// Stiffness of each joint whose commands state one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stiffness: Vec<JointReading>,
-    /// Damping, likewise.
+    /// Damping of each joint whose commands state one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub damping: Vec<JointReading>,
-    /// Speed target, likewise.
+    /// Speed target of each joint whose commands state one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub speed_target: Vec<JointReading>,
-    /// Torque added by commands, likewise.
+    /// Added torque of each joint whose commands state one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque_target: Vec<JointReading>,
 }
@@ -46,7 +46,7 @@ pub struct JointReading {
     pub mean: f64,
     /// Smallest reading.
     pub minimum: f64,
-    /// The most.
+    /// Largest reading.
     pub maximum: f64,
     /// First reading.
     pub first: f64,
@@ -65,7 +65,7 @@ pub struct JointMode {
     pub mode: i16,
 }
 
-/// Sum over one reading of one joint, in steps.
+/// Sums over one reading of one joint, in steps of the reading.
 #[derive(Clone, Copy)]
 struct ReadingSum {
     sum: i64,
@@ -91,7 +91,7 @@ impl ReadingSum {
 }
 
 impl DriveReadings {
-    /// Collects the readings of these cycles, in their order.
+    /// Collects the readings of these cycles. The cycles must be in their order in time.
     pub fn from_cycles<'a>(cycles: impl IntoIterator<Item = &'a Readings>) -> Self {
         let mut sums = [[None; MAX_JOINTS]; Reading::ALL.len()];
         for readings in cycles.into_iter().filter(|readings| !readings.is_empty()) {
@@ -150,7 +150,7 @@ impl DriveReadings {
         }
     }
 
-    /// Formats the readings for people: a name, and the values joint by joint.
+    /// Formats the readings as text for people: the name of each reading, and its values by joint.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let values = |of: &[JointReading], unit: &str| {
             let all_values = of.iter().map(JointReading::text).collect::<Vec<_>>().join(", ");
@@ -181,7 +181,7 @@ impl DriveReadings {
 }
 
 impl JointReading {
-    /// Formats the reading as `joint 2 36.4 (35 to 38)`.
+    /// Formats the reading as text, such as `joint 2 36.4 (35 to 38)`.
     fn text(&self) -> String {
         let Self { joint, mean, minimum, maximum, .. } = self;
         let range =

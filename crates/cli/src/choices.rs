@@ -14,16 +14,17 @@ use didim::cell::Cell;
 use didim::report;
 use didim_formats::Measurement;
 
-/// Choices of the data, without any values configured in the cell.
+/// Values that were chosen from the data. An entry is `None` if the cell configures the value.
 pub(super) struct DataChoices {
     cutoff: Option<ChosenCutoff>,
     friction: Option<ChosenFriction>,
-    /// Parameters of the friction laws that were not in the cell's list, if it has one.
+    /// Parameters of the chosen friction laws that were not in the cell's list of parameters, if it
+    /// has such a list.
     added_parameters: Vec<String>,
 }
 
 impl DataChoices {
-    /// Makes the choices that the cell leaves open, and writes them into the cell.
+    /// Chooses the values that the cell leaves to the data, and writes them into the cell.
     pub(super) fn make_choices(
         cell: &mut Cell,
         measurements: &[(&Measurement, Range<usize>)],
@@ -38,7 +39,8 @@ impl DataChoices {
             cell.options.position_filter.cutoff_hz = chosen.cutoff_hz;
             choices.cutoff = Some(chosen);
         }
-        // Friction is chosen after the filter, with the motion that the filter passes.
+        // The friction laws are chosen after the cut-off, because their choice uses the filtered
+        // motion.
         if cell.chooses_friction {
             let bar = trial_counter("friction laws");
             let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
@@ -57,7 +59,7 @@ impl DataChoices {
         Ok(choices)
     }
 
-    /// Formats each choice that the cell now has, followed by an empty line.
+    /// Formats each choice that was made, followed by an empty line.
     pub(super) fn text(&self, cell: &Cell) -> String {
         let cutoff = self.cutoff.as_ref().map(report::cutoff::cutoff_text);
         let friction = self.friction.as_ref();
@@ -66,10 +68,11 @@ impl DataChoices {
         cutoff.into_iter().chain(friction).map(|text| text + "\n").collect()
     }
 
-    /// Adds the choices to the result, which needs them for its use.
+    /// Adds the choices to the estimate, because later uses of the result need them.
     pub(super) fn write_to_cell(&self, estimate: &mut Estimate) {
         if self.friction.is_some() {
-            // This note's advice was followed.
+            // Notes about friction laws no longer apply, because the friction laws were chosen from
+            // the data.
             estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
         }
         estimate.position_cutoff.clone_from(&self.cutoff);
@@ -77,7 +80,7 @@ impl DataChoices {
     }
 }
 
-/// Counts the trials, on stderr if it is a terminal.
+/// Creates a counter of trials, which is visible only if stderr is a terminal.
 fn trial_counter(what: &str) -> ProgressBar {
     let template = format!("{{spinner}} {what} tried: {{pos}}  {{elapsed}}");
     style_bar(ProgressBar::new_spinner(), &template)

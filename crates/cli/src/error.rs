@@ -18,7 +18,8 @@ pub enum CliError {
     Configuration(Box<dyn Error + Send + Sync>),
     /// The work was refused or failed. Exit code 1.
     Failed(Box<dyn Error + Send + Sync>),
-    /// The work was done, and its answer to the question of the command line is no. Exit code 3.
+    /// The work was done, but its result does not meet a requirement of the command line. Exit code
+    /// 3.
     NotUsable(String),
     /// The command was stopped before it was done. Exit code 130.
     Interrupted(String),

@@ -1,5 +1,5 @@
-//! Reads the samples of a file that count, cuts it where samples are missing, and checks them
-//! against the robot's limits.
+//! Reads an input file, divides it into pieces at missing samples, selects the samples that count,
+//! and checks them against the robot's limits.
 
 use didim_dynamics::robot::{JointIndex, Robot};
 use std::ops::Range;
@@ -45,8 +45,8 @@ pub(super) struct CountedPiece {
 }
 
 impl Samples {
-    /// Reads a file with the cell's rate and selects the samples that count. At least one piece has
-    /// some.
+    /// Reads a file with the cell's rate and selects the samples that count. Returns only pieces
+    /// with such samples, and at least one piece.
     pub(super) fn read(
         &self,
         input: &InputFileOrStream,
@@ -108,7 +108,8 @@ impl CountedPiece {
         [counted.start, counted.end - 1].map(|sample| piece.time_s(sample))
     }
 
-    /// Describes the part of the file that became rows; the rest is margin for the filters.
+    /// Describes the time range of the samples that count, and the number of samples that are
+    /// margin for the filters.
     pub(super) fn counted_text(&self) -> String {
         let [from, to] = self.times_s();
         let margins = self.piece.measurement.samples() - self.counted_range.len();
@@ -121,7 +122,7 @@ impl CountedPiece {
         if begins_s > 0.0 { format!(" from {begins_s:.3} s") } else { String::new() }
     }
 
-    /// Returns the range of samples that a report states.
+    /// Returns the range of samples for a report.
     pub(super) fn sample_range(&self) -> SampleRange {
         let Piece { begins_s, measurement, .. } = &self.piece;
         SampleRange::Measurement {
@@ -142,7 +143,8 @@ impl CountedPiece {
     }
 }
 
-/// Returns the pairs that the identification takes.
+/// Returns each measurement with the range of its samples that count, as the identification expects
+/// them.
 pub(super) fn measurement_pairs<'a>(
     parts: impl IntoIterator<Item = &'a CountedPiece>,
 ) -> Vec<(&'a Measurement, Range<usize>)> {
@@ -178,8 +180,8 @@ pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// Parses N numbers separated by commas. If there are more or fewer, the error names the expected
-/// input.
+/// Parses N numbers separated by commas. If the text has another number of values, the error is
+/// `give`, which names the expected input.
 pub(super) fn parse_numbers<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
@@ -195,7 +197,7 @@ pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// Reads an input file. The first bytes of a stream identify its format. Otherwise:
+/// Reads an input file. The first bytes of a stream identify its format. The format of a file is:
 ///
 /// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
 /// - A folder or an MCAP file: a ROS 2 bag, if the cell asks for one.
@@ -244,8 +246,8 @@ fn read_file(
     read_log(path, cell).map_err(CliError::from_failure)
 }
 
-/// Checks the sample rate. The layout gives the delay of the torque as a fraction of a sample,
-/// which holds only at the rate of the bus.
+/// Checks that the measurement has the sample rate of the cell. The layout declares the torque
+/// delay as a fraction of a sample, and this fraction is valid only at the rate of the bus.
 pub(super) fn check_rate(
     measurement: &Measurement,
     cell: &Cell,
@@ -274,7 +276,8 @@ fn counted_pieces(
 ) -> Result<Vec<CountedPiece>, CliError> {
     let end_s = record.segments.last().map_or(0.0, Piece::ends_s);
     for (name, seconds) in [("--from", first_s), ("--to", last_s)] {
-        // Displayed times are rounded.
+        // Half a sample is tolerated, because the user may enter a displayed time, which is
+        // rounded.
         let last_s = end_s + 0.5 / cell.sample_rate_hz();
         if let Some(seconds) = seconds.filter(|seconds| !(0.0..=last_s).contains(seconds)) {
             let message = format!("{name} {seconds}: the measurement lasts from 0 to {end_s} s");
@@ -297,7 +300,8 @@ fn counted_pieces(
                 let sample = after.round().max(0.0) as usize;
                 sample
             };
-            // A given end lies in the piece, or the piece ends with its margin.
+            // A limit from the command line applies if it lies in the piece; otherwise the margin
+            // applies.
             let half_s = 0.5 / piece.measurement.signals.sample_rate_hz;
             let within = |seconds: &f64| {
                 (piece.begins_s - half_s..=piece.ends_s() + half_s).contains(seconds)
@@ -339,7 +343,7 @@ fn counted_pieces(
     Ok(counted)
 }
 
-/// Refuses a record of which no sample counts. `first` is the range of its first part.
+/// Returns an error if no sample of the record counts. `first` is the range of the first piece.
 fn check_not_empty(
     [first_s, last_s]: [Option<f64>; 2],
     file: &Path,

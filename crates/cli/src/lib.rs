@@ -2,8 +2,8 @@
 //! subcommand.
 //!
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
-//! 3 the work was done, and the answer is no (`--require`, `--limits`); 78 configuration; 130
-//! stopped before it was done (SIGINT, SIGTERM, SIGHUP).
+//! 3 the work was done, but its result does not meet a requirement (`--require`, `--limits`); 78
+//! configuration; 130 stopped before it was done (SIGINT, SIGTERM, SIGHUP).
 
 mod choices;
 mod command;
@@ -104,8 +104,8 @@ fn log_to_stderr(usual: LevelFilter) {
     let filter: Targets = chosen.unwrap_or_else(|| {
         Targets::new()
             .with_default(LevelFilter::WARN)
-            // The library of the stream warns, with a full memory dump, if one end leaves while
-            // another joins.
+            // The library of the shared-memory stream logs a warning with a full memory dump if one
+            // end disconnects while another one connects.
             .with_target("iceoryx2_bb_loggers", LevelFilter::ERROR)
             .with_target("didim", usual)
     });

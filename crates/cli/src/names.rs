@@ -4,7 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use didim::analysis::Format;
 use didim_identification::identification::{Method, Use};
 
-/// Default cell: that of the service of this machine, as in its unit file.
+/// Default cell file: the one that the unit file of this machine's service names.
 pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
 
 /// Returns a parser for the name of a method.
@@ -22,7 +22,7 @@ pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
 const DECIDED_USES: [Use; 4] =
     [Use::Monitoring, Use::Prediction, Use::PhysicalValues, Use::RigidBody];
 
-/// Returns a parser for the name of a use that a verdict answers.
+/// Returns a parser for the name of a use that has a verdict of yes or no.
 pub(super) fn use_parser() -> impl TypedValueParser<Value = Use> {
     one_of(DECIDED_USES, |usage| PossibleValue::new(usage.name()))
 }

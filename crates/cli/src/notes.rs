@@ -1,4 +1,4 @@
-//! Messages apart from the result.
+//! Messages that are not part of the result.
 
 use std::io::Write as _;
 

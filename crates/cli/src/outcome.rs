@@ -1,4 +1,4 @@
-//! Result of a log or a simulated arm after the complete pipeline.
+//! Last result of a log or a simulated arm that was sent through the complete pipeline.
 
 use super::CliError;
 use super::notes::print_note;
@@ -11,7 +11,7 @@ use didim::service::supervision::{ServiceEnd, ServiceReport};
 /// Returns the last identification. Rejected windows are reported on stderr.
 ///
 /// # Errors
-/// The pipeline was interrupted, a result was not stored, or there is none.
+/// The pipeline was interrupted, a result was not stored, or no window was identified.
 pub(super) fn last_identification(
     report: &ServiceReport,
     last: &LastIdentification,
@@ -60,7 +60,7 @@ fn report_rejections(status: &EstimationStatus) {
     }
 }
 
-/// Explains why a stream that has ended gave no result.
+/// Creates an error that explains why a stream that has ended gave no result.
 fn nothing_identified(snapshot: &Snapshot) -> CliError {
     let samples = snapshot.acquisition.as_ref().map_or(0, |bus| bus.samples);
     let rejection = snapshot.estimation.as_ref().and_then(|e| e.last_rejection.as_ref());

@@ -14,7 +14,8 @@ use didim::report::figure::torque_figure;
 use didim::report::html::Report;
 use didim::report::joint_panels;
 
-/// Writes to stdout. A reader that has closed its end (`didim … | head`) is no failure.
+/// Writes to stdout. It is not an error if the reader has closed its end of the pipe (`didim … |
+/// head`).
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -41,8 +42,8 @@ pub(super) fn write_whole(
     replaced.map_err(|error| refused.unwrap_or_else(|| write_error(path, &error)))
 }
 
-/// Checks the files that a command will write, before any work: the place of each, and that it is
-/// no input file.
+/// Checks the files that a command will write, before any work. Each file needs a permitted place
+/// and must not be an input file.
 ///
 /// # Errors
 /// Those of [`check_place`] and [`check_is_new`].
@@ -57,9 +58,9 @@ pub(super) fn check_outputs<'a>(
     Ok(())
 }
 
-/// Checks the place of a file to be written: files can be created in its folder, and its path holds
-/// nothing that must be kept. A regular file is replaced when the new one is complete; a device,
-/// pipe or socket must not be replaced.
+/// Checks the place of a file to be written: files can be created in its folder, and the path is
+/// free or that of a regular file. A regular file is replaced when the new one is complete; a
+/// device, pipe or socket must not be replaced.
 ///
 /// # Errors
 /// Names the file and the remedy.
@@ -75,14 +76,14 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
         _ => Path::new("."),
     };
     std::fs::read_dir(folder).map_err(|error| write_error(path, &error))?;
-    // A file without a name leaves nothing behind in any case.
+    // A temporary file without a name disappears in any case, even after a crash.
     tempfile::tempfile_in(folder).map(drop).map_err(|error| write_error(path, &error))
 }
 
 /// Checks that a file to be written is not one of the input files.
 ///
 /// # Errors
-/// Names it and the remedy.
+/// Names the file and the remedy.
 fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
     // Identifies the same file under any name, links included.
     let file = |path: &Path| std::fs::metadata(path).ok().map(|of| (of.dev(), of.ino()));
@@ -95,7 +96,7 @@ fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
 }
 
 fn write_error(path: &Path, error: &std::io::Error) -> CliError {
-    // The error of a temporary file has its temporary name, which does not help the user.
+    // The error of a temporary file contains the temporary name, which does not help the user.
     let error =
         error.raw_os_error().map_or_else(|| error.kind().into(), std::io::Error::from_raw_os_error);
     CliError::in_file(path, format!("{error}; name a file in a writable folder"))

@@ -1,4 +1,4 @@
-//! Progress of long work on the terminal of standard error, and other output there.
+//! Progress display of long tasks on standard error, and the other output to standard error.
 
 use std::io::Write;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Bar on the terminal now; other output to the terminal hides it meanwhile.
+/// Progress bar that is visible on the terminal. It is hidden while other output is written.
 static VISIBLE_BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 fn visible_bar() -> MutexGuard<'static, Option<ProgressBar>> {
@@ -23,7 +23,7 @@ pub(super) fn style_bar(bar: ProgressBar, template: &str) -> ProgressBar {
     bar
 }
 
-/// Standard error; each write hides the progress bar meanwhile.
+/// Writer to standard error. The progress bar is hidden during each write.
 pub(super) struct ProgressWriter;
 
 impl Write for ProgressWriter {
@@ -40,15 +40,15 @@ impl Write for ProgressWriter {
     }
 }
 
-/// Display of long work and its duration, only on the terminal of standard error. Very short work
-/// shows nothing.
+/// Display of a long task and its duration, visible only if standard error is a terminal. A very
+/// short task is not displayed.
 pub(super) struct WorkIndicator(ProgressBar);
 
 /// Interval of the spinner.
 const SPINNER_INTERVAL: Duration = Duration::from_millis(200);
 
 impl WorkIndicator {
-    /// Starts the display for a task: `reading drive.log`.
+    /// Starts the display for a task, which `what` describes: `reading drive.log`.
     pub(super) fn start(what: &str) -> Self {
         let bar = style_bar(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
         bar.set_message(what.to_owned());
@@ -57,7 +57,7 @@ impl WorkIndicator {
         Self(bar)
     }
 
-    /// Shows the display during the work.
+    /// Does the work, and shows the display until the work ends.
     pub(super) fn show_during<T>(self, work: impl FnOnce() -> T) -> T {
         work()
     }

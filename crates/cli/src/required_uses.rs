@@ -1,4 +1,5 @@
-//! `--require`: the uses that a script needs, with an exit code of their own.
+//! `--require`: the uses that a script needs. The command has a separate exit code if the result is
+//! not usable for one of them.
 
 use clap::Args;
 use didim::analysis::JudgedUse;
@@ -32,7 +33,7 @@ impl RequiredUses {
     /// Checks the verdict of an estimate.
     ///
     /// # Errors
-    /// As [`Self::check`].
+    /// See [`Self::check`].
     pub(super) fn check_estimate(&self, estimate: &Estimate) -> Result<(), CliError> {
         self.check(|usage| {
             let verdict = estimate.verdict.uses.get(usage);

@@ -23,12 +23,12 @@ impl WhichState {
     /// Reads the cell, if its file is given.
     ///
     /// # Errors
-    /// [`CliError::from_configuration`].
+    /// [`CliError::Configuration`], if the cell is invalid.
     pub(super) fn read_cell(&self) -> Result<Option<Cell>, CliError> {
         self.cell.as_deref().map(Cell::read).transpose().map_err(CliError::from_configuration)
     }
 
-    /// Returns the folder and the drift options.
+    /// Returns the folder of the results and the drift options.
     pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
         let service = self.read_cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
         Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))

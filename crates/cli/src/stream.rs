@@ -1,4 +1,5 @@
-//! Streams that are read more than once: standard input, a pipe.
+//! Streams as input files. A stream (standard input, a pipe) is copied, because input is read more
+//! than once.
 
 use std::fs::File;
 use std::io::{IsTerminal as _, Read};
@@ -13,16 +14,17 @@ use super::progress::WorkIndicator;
 
 /// Name of standard input on the command line.
 const STANDARD_INPUT: &str = "-";
-/// Maximum copied length of a stream \[bytes\]: ten times the table of a drive of an hour at 1 kHz.
+/// Maximum length of a stream's copy \[bytes\]: ten times the size of a table of one hour at 1 kHz.
 const MAX_COPY_BYTES: u64 = 4 << 30;
 
-/// Input file, under any name it was given.
+/// Input of a command: a file, or the copy of a stream.
 pub(super) struct InputFileOrStream {
-    /// Name shown to people.
+    /// Name of the input in messages and reports.
     displayed_path: PathBuf,
-    /// The opened file.
+    /// Path to open: that of the file, or that of the stream's copy.
     path: PathBuf,
-    /// Copy of a stream. It is a file without a name, so nothing remains however this process ends.
+    /// Copy of a stream. The copy is a file without a name, so it disappears however this process
+    /// ends.
     copy: Option<File>,
 }
 
@@ -78,12 +80,12 @@ impl InputFileOrStream {
                 a file",
             ));
         }
-        // Opened again, it is read from its beginning.
+        // A copy that is opened again under this path is read from its beginning.
         let path = format!("/proc/self/fd/{}", copy.as_raw_fd()).into();
         Ok(Self { displayed_path: shown, path, copy: Some(copy) })
     }
 
-    /// True if the input came as a stream, whose name gives no information.
+    /// Returns true if the input is a stream. The name of a stream does not show its format.
     pub(super) fn is_stream(&self) -> bool {
         self.copy.is_some()
     }
@@ -93,12 +95,12 @@ impl InputFileOrStream {
         &self.path
     }
 
-    /// Returns the name for people.
+    /// Returns the name of the input for messages and reports.
     pub(super) fn displayed_path(&self) -> &Path {
         &self.displayed_path
     }
 
-    /// Replaces the path of the copy in an error by the name for people.
+    /// Replaces the path of the copy in an error by the displayed name.
     pub(super) fn with_displayed_path<T>(&self, of: Result<T, CliError>) -> Result<T, CliError> {
         if !self.is_stream() {
             return of;

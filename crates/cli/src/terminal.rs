@@ -7,14 +7,14 @@ use clap::builder::styling::{AnsiColor, Style};
 use super::CliError;
 use super::output::{print, refuses_colour};
 
-/// Default line width in characters, if the output has none: a pipe, a file.
+/// Default line width in characters, for an output without a width, such as a pipe or a file.
 const DEFAULT_WIDTH: usize = 80;
 /// Maximum line width: wider plots and sentences are hard to read.
 const MAX_WIDTH: usize = 120;
 /// Minimum line width.
 const MIN_WIDTH: usize = 40;
 
-/// Returns the line width for people on standard output.
+/// Returns the line width of text for people on standard output, in characters.
 pub(super) fn width() -> usize {
     terminal_width().unwrap_or(DEFAULT_WIDTH).clamp(MIN_WIDTH, MAX_WIDTH)
 }
@@ -31,8 +31,8 @@ fn terminal_width() -> Option<usize> {
     Some(usize::from(size.ws_col)).filter(|columns| *columns > 0)
 }
 
-/// Returns true if a stream gets colours: a terminal with colours, whose user has not forbidden
-/// them.
+/// Returns true if output to a stream is coloured: the stream is a terminal that supports colours,
+/// and `NO_COLOR` does not forbid them.
 pub(super) fn has_colours(stream: &impl IsTerminal) -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     stream.is_terminal() && !dumb && !refuses_colour(std::env::var_os("NO_COLOR").as_deref())
@@ -95,8 +95,9 @@ fn add_colours(text: &str) -> String {
     painted
 }
 
-/// Breaks a text into lines of at most `columns` characters. Longer lines break between words and
-/// continue below their last column, as far as the width allows.
+/// Breaks a text into lines of at most `columns` characters. A longer line is broken between words.
+/// Its continuation is indented to its last column, or by four characters if that column begins in
+/// the right half of the line.
 fn wrap_text(text: &str, columns: usize) -> String {
     let mut fitted = String::new();
     for line in text.split_inclusive('\n') {
@@ -121,7 +122,7 @@ fn wrap_line(line: &str, columns: usize) -> String {
     let mut width = 0;
     for (k, word) in line.split(' ').enumerate() {
         let length = word.chars().count();
-        // A word longer than a line, such as a path, is left to the terminal.
+        // A word that is longer than a line, such as a path, is not broken.
         if k > 0 && width + 1 + length > columns && width > indent {
             broken.truncate(broken.trim_end().len());
             broken += &format!("\n{}", " ".repeat(indent));

@@ -1,4 +1,4 @@
-//! One cabinet: the data read from its service, and the next message to send.
+//! One cabinet of the configuration: the data read from its service, and the next message to send.
 
 use core::time::Duration;
 use std::path::Path;
@@ -13,17 +13,17 @@ use crate::configuration::CabinetSection;
 use crate::ledger::{Ledger, LedgerError};
 use crate::message::{Content, DriftMessage, Envelope, ResultMessage, Service, State};
 
-/// Send interval of a state that does not change.
+/// Interval at which an unchanged state is sent again.
 const STATE_INTERVAL: Duration = Duration::from_secs(60);
-/// Minimum send interval of a state that changes.
+/// Minimum time between two messages of a changing state.
 const MIN_STATE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Message, and the meaning of its acknowledgement.
+/// Message to the broker. Its kind decides what its acknowledgement changes.
 #[derive(Debug)]
 pub(crate) struct Message {
-    /// Last level of its topic.
+    /// Kind of the message, which gives the last level of its topic.
     pub(crate) kind: Kind,
-    /// JSON.
+    /// Content of the message, as JSON.
     pub(crate) payload: Vec<u8>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Returns the last level of the topic.
+    /// Returns the last level of the topic of this kind.
     pub(crate) fn topic_level(self) -> &'static str {
         match self {
             Self::State => "state",
@@ -47,37 +47,37 @@ impl Kind {
         }
     }
 
-    /// Returns true if the broker keeps the last message for later subscribers: the current state,
-    /// not an event.
+    /// Returns true if the broker keeps the last message of this kind for later subscribers. It
+    /// does for messages about a present state and not for messages about an event.
     pub(crate) fn is_retained(self) -> bool {
         matches!(self, Self::State | Self::Drift)
     }
 }
 
-/// A cabinet.
+/// State of one cabinet between two messages.
 #[derive(Debug)]
 pub(crate) struct Cabinet {
     name: String,
     paths: Paths,
     ledger: Ledger,
     history: HistoryFollower,
-    /// Line to send, kept until the broker has acknowledged it.
+    /// Line of the history to send, kept until the broker has acknowledged it.
     line: Option<HistoryLine>,
-    /// State from the last poll.
+    /// State of the service from the last poll.
     state: State,
     drift: Option<DriftStatus>,
-    /// Last acknowledged state and drift.
+    /// State and drift that the broker acknowledged last.
     sent_state: Option<(Instant, State)>,
     sent_drift: Option<Option<DriftStatus>>,
-    /// True if the history could not be read and this was logged.
+    /// True if the history could not be read and the failure was logged.
     logged_unreadable: bool,
 }
 
 impl Cabinet {
-    /// Opens the cabinet of a configuration section, with its ledger in a folder.
+    /// Opens the cabinet of a section of the configuration, with its ledger in a folder.
     ///
     /// # Errors
-    /// [`LedgerError`].
+    /// [`LedgerError`] if the ledger cannot be read.
     pub(crate) fn open(section: &CabinetSection, folder: &Path) -> Result<Self, LedgerError> {
         let ledger = Ledger::open(folder, &section.name)?;
         let history =
@@ -106,7 +106,8 @@ impl Cabinet {
         self.json(State { why, ..State::default() })
     }
 
-    /// Handles a new connection: the broker has published the last will, or may have.
+    /// Handles a new connection. The broker may have published the last will since the last state
+    /// was sent.
     pub(crate) fn handle_connection(&mut self) {
         self.sent_state = None;
         self.sent_drift = None;
@@ -129,7 +130,7 @@ impl Cabinet {
             Ok(snapshot) => {
                 state.service = Some(Service::from_snapshot(&snapshot));
                 if let Some(estimation) = snapshot.estimation {
-                    // Without a baseline the alarms are unknown, and none is cleared.
+                    // Without a baseline the alarms are unknown, so none of them is cleared.
                     if let Some(drift) = &estimation.drift {
                         self.ledger.take_alarms(&drift.alarms);
                     }
@@ -141,7 +142,8 @@ impl Cabinet {
         self.state = state;
     }
 
-    /// Returns the next message: first the state, then alarms, and the results as they come.
+    /// Returns the next message, or `None` if there is nothing to send. A due state is sent first,
+    /// then alarms, the drift and results.
     pub(crate) fn next(&mut self, now: Instant) -> Option<Message> {
         let message = |kind, payload| Some(Message { kind, payload });
         if self.state_is_due(now) {
@@ -161,7 +163,7 @@ impl Cabinet {
         message(Kind::Result, self.json(ResultMessage { identity: &identity, line }))
     }
 
-    /// Handles the acknowledgement of a message by the broker.
+    /// Handles the acknowledgement of the last message of this kind.
     pub(crate) fn handle_acknowledgement(&mut self, kind: Kind, now: Instant) {
         match kind {
             Kind::State => self.sent_state = Some((now, self.state.clone())),
@@ -197,7 +199,7 @@ impl Cabinet {
         }
     }
 
-    /// Serializes a message. This cannot fail, because all keys are texts.
+    /// Serializes a message. It cannot fail, because all keys of the messages are texts.
     fn json<T: Content>(&self, content: T) -> Vec<u8> {
         Envelope::json(&self.name, content).unwrap_or_default()
     }

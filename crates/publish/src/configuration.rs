@@ -1,4 +1,4 @@
-//! Configuration: a broker, and the cabinets whose services are read.
+//! Configuration file: a broker, and the cabinets whose services are read.
 
 use std::collections::BTreeSet;
 use std::os::unix::fs::PermissionsExt;
@@ -7,21 +7,21 @@ use std::path::{Path, PathBuf};
 use didim::files::{TextError, read_text};
 use serde::Deserialize;
 
-/// Maximum number of cabinets; more would not belong to one machine.
+/// Maximum number of cabinets; one machine serves fewer.
 const MAX_CABINETS: usize = 500;
 /// Maximum length of a cabinet name, in characters.
 const MAX_NAME_LENGTH: usize = 64;
-/// Mode bits that let others read or write.
+/// Mode bits of a file that other users can read or write.
 const OTHERS_READABLE: u32 = 0o006;
 
-/// Configuration of the messages and their destination.
+/// Configuration of the program: the broker, the topics and the cabinets.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Configuration {
     /// First part of every topic.
     #[serde(default = "default_prefix")]
     pub(crate) prefix: String,
-    /// Folder of the records of acknowledged messages.
+    /// Folder of the ledgers, which record the acknowledged messages.
     #[serde(default = "default_state")]
     pub(crate) state_directory: PathBuf,
     /// Broker that receives the messages.
@@ -30,39 +30,39 @@ pub(crate) struct Configuration {
     pub(crate) cabinets: Vec<CabinetSection>,
 }
 
-/// An MQTT broker.
+/// Settings of an MQTT broker.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Broker {
-    /// `host:port`.
+    /// Address of the broker, as `host:port`.
     pub(crate) address: Address,
     /// User name at the broker.
     pub(crate) user: Option<String>,
     /// File with the user's password.
     pub(crate) password_file: Option<PathBuf>,
-    /// File with the certificate that signs the broker's certificate (PEM). If it is set, the
-    /// connection is encrypted.
+    /// File with the certificate of the authority that signed the broker's certificate (PEM). If it
+    /// is set, the connection is encrypted.
     pub(crate) ca_file: Option<PathBuf>,
-    /// Contents of these files.
+    /// Contents of the password file and of the certificate file.
     #[serde(skip)]
     pub(crate) secrets: Secrets,
 }
 
-/// Contents of the files that the broker's section names.
+/// Contents of the files that the section of the broker names.
 #[derive(Clone, Default)]
 pub(crate) struct Secrets {
     pub(crate) password: Option<String>,
     pub(crate) ca: Option<String>,
 }
 
-/// Keeps the password out of logs.
+/// Hides the password in debug output.
 impl core::fmt::Debug for Secrets {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str("Secrets")
     }
 }
 
-/// A host and its port.
+/// Host name and port of the broker.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Address {
@@ -86,16 +86,16 @@ impl TryFrom<String> for Address {
     }
 }
 
-/// A cabinet's service.
+/// Settings of a cabinet and its service.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CabinetSection {
-    /// Name in topics, and at the broker.
+    /// Name of the cabinet, used in topics and as the name of the client at the broker.
     pub(crate) name: String,
-    /// Folder of its sockets.
+    /// Folder of the service's sockets.
     #[serde(default = "default_runtime")]
     pub(crate) runtime_directory: PathBuf,
-    /// Folder of its results.
+    /// Folder of the service's results.
     #[serde(default = "default_results")]
     pub(crate) state_directory: PathBuf,
 }
@@ -122,36 +122,36 @@ pub(crate) enum ConfigurationError {
     /// A file cannot be read.
     #[error("cannot read {}: {source}; check path and permissions", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the read.
         source: TextError,
     },
-    /// The file has another format, or a key is unknown or missing.
+    /// The file is not valid TOML, or a key is unknown or missing.
     #[error("{}: {problem}", path.display())]
     Format {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Line, key and problem.
+        /// Error of the parser, with line and key.
         problem: toml::de::Error,
     },
-    /// A value is not possible.
+    /// A value is not allowed.
     #[error("{}: {key}: {problem}", path.display())]
     Value {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The key.
+        /// Key of the value.
         key: &'static str,
-        /// Problem and remedy.
+        /// Problem with the value, and its remedy.
         problem: String,
     },
 }
 
 impl Configuration {
-    /// Reads the file and the files that it names.
+    /// Reads the configuration file and the files that it names.
     ///
     /// # Errors
-    /// [`ConfigurationError`].
+    /// [`ConfigurationError`] if a file cannot be read or a value cannot be used.
     pub(crate) fn read(path: &Path) -> Result<Self, ConfigurationError> {
         let text = |path: &Path| {
             read_text(path)
@@ -224,7 +224,7 @@ impl Configuration {
     }
 }
 
-/// Returns true if the text can be a level of a topic and the beginning of a file name.
+/// Returns true if the text can be one level of a topic and the beginning of a file name.
 fn is_name(text: &str) -> bool {
     let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     !text.is_empty() && !text.starts_with('.') && text.chars().all(fits)

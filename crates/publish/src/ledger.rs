@@ -1,5 +1,5 @@
-//! Acknowledged messages of a cabinet, and alarms that wait for the broker, in one file that is
-//! always replaced completely.
+//! Ledger of a cabinet: the last acknowledged result, and the alarms that wait for the broker. It
+//! is one file, and every change replaces the complete file.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -11,31 +11,32 @@ use serde::{Deserialize, Serialize};
 
 use crate::message::{AlarmMessage, AlarmTurn, UnsentCounts};
 
-/// Version of the file's layout.
+/// Version of the layout of the ledger file.
 const SCHEMA: u32 = 1;
-/// Maximum number of alarms that wait while the broker is away; beyond it the oldest are dropped.
+/// Maximum number of alarms that wait while there is no connection to the broker. Beyond it the
+/// oldest alarms are dropped.
 const MAX_WAITING: usize = 256;
 
 /// Reason why a ledger cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LedgerError {
-    /// The file system refused.
+    /// The ledger file cannot be read.
     #[error("cannot read {}: {source}; check its permissions", path.display())]
     File {
-        /// The file.
+        /// Path of the ledger file.
         path: PathBuf,
-        /// Why.
+        /// Error of the read.
         source: TextError,
     },
-    /// The file is damaged, or of a later version.
+    /// The ledger file is damaged, or a later version has written it.
     #[error(
         "{}: {problem}; remove it, and every result is sent again with the identity that it had",
         path.display()
     )]
     Format {
-        /// The file.
+        /// Path of the ledger file.
         path: PathBuf,
-        /// The problem.
+        /// Damage, or the version of the file.
         problem: String,
     },
 }
@@ -44,30 +45,30 @@ pub(crate) enum LedgerError {
 #[serde(deny_unknown_fields)]
 struct LedgerContent {
     schema: u32,
-    /// Returns the last result that the broker acknowledged.
+    /// Last result that the broker acknowledged.
     acknowledged: Option<HistoryMark>,
-    /// Raised alarms that were or will be sent to the broker.
+    /// Alarms that were raised at the last call of [`Ledger::take_alarms`].
     raised: Vec<AlarmStatus>,
-    /// Alarm messages still to be sent.
+    /// Alarm messages that are still to be sent, the oldest first.
     waiting: VecDeque<AlarmMessage>,
     unsent: UnsentCounts,
 }
 
-/// A cabinet's.
+/// Ledger of one cabinet, with its file.
 #[derive(Debug)]
 pub(crate) struct Ledger {
     cabinet: String,
     path: PathBuf,
     content: LedgerContent,
-    /// True if the last write failed and this was logged.
+    /// True if the last write failed and the failure was logged.
     logged_failure: bool,
 }
 
 impl Ledger {
-    /// Reads the ledger of a cabinet in a folder, or creates one.
+    /// Reads the ledger of a cabinet in a folder, or creates an empty ledger if there is no file.
     ///
     /// # Errors
-    /// [`LedgerError`].
+    /// [`LedgerError`] if the file cannot be read or has another format.
     pub(crate) fn open(folder: &Path, cabinet: &str) -> Result<Self, LedgerError> {
         let path = folder.join(file_name(cabinet));
         let empty = LedgerContent {
@@ -93,18 +94,18 @@ impl Ledger {
         Ok(Self { cabinet: cabinet.to_owned(), path, content, logged_failure: false })
     }
 
-    /// The last result that the broker acknowledged.
+    /// Returns the last result that the broker acknowledged.
     pub(crate) fn last_acknowledged(&self) -> Option<&HistoryMark> {
         self.content.acknowledged.as_ref()
     }
 
-    /// Returns the counts of all messages that will never be sent.
+    /// Returns the numbers of results and alarms that will never be sent.
     pub(crate) fn unsent_counts(&self) -> UnsentCounts {
         self.content.unsent
     }
 
-    /// Records the acknowledgement of a result. Numbers between it and the one before are results
-    /// without a line.
+    /// Records the acknowledgement of a result. If its number does not follow the number of the
+    /// previous result, the results between them have no readable line and count as unsent.
     pub(crate) fn acknowledge_result(&mut self, line: &HistoryLine) {
         let between = self
             .last_acknowledged()
@@ -121,18 +122,19 @@ impl Ledger {
         self.write();
     }
 
-    /// Returns the next alarm to send.
+    /// Returns the next alarm message to send.
     pub(crate) fn next_alarm(&self) -> Option<&AlarmMessage> {
         self.content.waiting.front()
     }
 
-    /// Records the acknowledgement of the alarm.
+    /// Records the acknowledgement of the alarm message that [`Self::next_alarm`] returns.
     pub(crate) fn acknowledge_alarm(&mut self) {
         self.content.waiting.pop_front();
         self.write();
     }
 
-    /// Takes the alarms that are raised now and queues the differences from before.
+    /// Takes the alarms that are raised now, and queues a message for each difference from the
+    /// previous alarms.
     pub(crate) fn take_alarms(&mut self, now: &[AlarmStatus]) {
         let is_in = |alarm: &AlarmStatus, others: &[AlarmStatus]| {
             let key = (&alarm.parameter, alarm.since);
@@ -164,7 +166,7 @@ impl Ledger {
         self.write();
     }
 
-    /// Writes the ledger; a failure is only logged. After a restart messages would then be sent
+    /// Writes the ledger; a failure is only logged. After a restart, messages may then be sent
     /// twice, with the same identities.
     fn write(&mut self) {
         let written = serde_json::to_vec(&self.content)
@@ -188,7 +190,7 @@ impl Ledger {
     }
 }
 
-/// Returns the file name of a cabinet's ledger.
+/// Returns the name of a cabinet's ledger file.
 fn file_name(cabinet: &str) -> String {
     format!("{cabinet}.json")
 }

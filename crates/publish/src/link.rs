@@ -1,4 +1,4 @@
-//! Connection to the broker that sends one message at a time and reports its acknowledgement.
+//! Connection to the broker. It sends one message at a time and waits for the acknowledgement.
 
 use core::time::Duration;
 
@@ -11,13 +11,13 @@ use tokio::task::JoinHandle;
 
 use crate::configuration::Broker;
 
-/// Keep-alive interval. A broker that hears nothing for one and a half times as long reports the
+/// Keep-alive interval. If the broker receives nothing for one and a half intervals, it reports the
 /// cabinet as offline (MQTT 5, 3.1.2.10).
 const KEEP_ALIVE: Duration = Duration::from_secs(30);
 /// Maximum time for an acknowledgement by the broker.
 const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Reason why nothing is sent.
+/// Reason why a message cannot be sent.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LinkError {
     /// There is no connection, or it has ended.
@@ -28,7 +28,7 @@ pub(crate) enum LinkError {
     Broker {
         /// Address of the broker.
         address: String,
-        /// Error of the library.
+        /// Error of the MQTT library.
         cause: Box<ConnectionError>,
     },
     /// The broker refuses a topic.
@@ -36,31 +36,31 @@ pub(crate) enum LinkError {
         "the broker does not take {topic}: {reason:?}; allow this client's user to write there"
     )]
     Refused {
-        /// The topic.
+        /// Topic of the message.
         topic: String,
-        /// Its reason.
+        /// Reason code of the broker.
         reason: PubAckReason,
     },
-    /// The broker does not acknowledge.
+    /// The broker did not acknowledge a message in time.
     #[error(
         "the broker has not acknowledged {topic} for {} s; see how busy it is",
         ACKNOWLEDGE_TIMEOUT.as_secs()
     )]
     Silent {
-        /// The topic.
+        /// Topic of the message.
         topic: String,
     },
 }
 
-/// Connection settings: the client, the address, and the message that the broker publishes when the
-/// connection ends.
+/// Settings of a connection: the name of the client, the address of the broker, and the message
+/// that the broker publishes when the connection ends.
 #[derive(Clone, Debug)]
 pub(crate) struct BrokerAddress {
     options: MqttOptions,
 }
 
 impl BrokerAddress {
-    /// Creates the settings for a broker, with a retained last will.
+    /// Creates the settings for a broker. The last will is retained.
     pub(crate) fn new(client: &str, broker: &Broker, topic: &str, will: Vec<u8>) -> Self {
         let mut options = MqttOptions::new(client, &broker.address.host, broker.address.port);
         let mut network = NetworkOptions::new();
@@ -68,7 +68,7 @@ impl BrokerAddress {
         options
             .set_keep_alive(KEEP_ALIVE)
             .set_clean_start(true)
-            // The library reserves capacity for every message in flight.
+            // The library reserves capacity for each message that is not acknowledged.
             .set_outgoing_inflight_upper_limit(1)
             .set_last_will(LastWill::new(topic, will, QoS::AtLeastOnce, true, None));
         options.set_network_options(network);
@@ -92,14 +92,14 @@ fn tls_transport(ca: &str) -> Transport {
     Transport::tls(ca.as_bytes().to_vec(), None, None)
 }
 
-/// Unreachable: a configuration that asks for encryption was refused.
+/// Is never called: a configuration with encryption was refused before.
 #[cfg(not(feature = "tls"))]
 fn tls_transport(_: &str) -> Transport {
     Transport::tcp()
 }
 
-/// A connection. It ends without a disconnect message, so that the broker publishes the last will
-/// of the cabinet.
+/// Connection to the broker. It ends without a disconnect message, so that the broker publishes the
+/// last will of the cabinet.
 #[derive(Debug)]
 pub(crate) struct Link {
     address: String,
@@ -110,11 +110,12 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    /// Connects. A broken link is never repaired. A new link sends unacknowledged messages again
-    /// from the records on disk; the library does not send them from its memory.
+    /// Connects to the broker. A broken connection is never repaired. The next connection sends
+    /// unacknowledged messages again, from the records on disk and not from the memory of the
+    /// library.
     ///
     /// # Errors
-    /// [`LinkError::Broker`].
+    /// [`LinkError::Broker`] if there is no connection.
     pub(crate) async fn open(broker_way: &BrokerAddress) -> Result<Self, LinkError> {
         let (client, mut events) = AsyncClient::new(broker_way.options.clone(), 1);
         let broken =
@@ -144,7 +145,7 @@ impl Link {
     /// Sends a message at least once and waits for its acknowledgement.
     ///
     /// # Errors
-    /// [`LinkError`]; it is then unknown if the broker has the message.
+    /// [`LinkError`]. After an error it is unknown if the broker has received the message.
     pub(crate) async fn publish(
         &mut self,
         topic: &str,
@@ -168,7 +169,7 @@ impl Link {
     pub(crate) async fn wait_until_broken(&mut self) -> LinkError {
         loop {
             match self.answers.recv().await {
-                // Acknowledgement of a message that was given up.
+                // This acknowledges a message for which `publish` no longer waits.
                 Some(Ok(_)) => {}
                 Some(Err(cause)) => return self.error(cause),
                 None => return self.error(ConnectionError::RequestsDone),

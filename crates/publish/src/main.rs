@@ -1,8 +1,8 @@
 //! `didim-publish`: sends the states and results of the cabinet services on this machine to an MQTT
 //! broker.
 //!
-//! It reads status sockets and histories, and writes to none of them. Each cabinet has its own
-//! thread and connection, so that each has a last will and none waits for another.
+//! The program reads status sockets and histories, and writes to none of them. Each cabinet has its
+//! own thread and its own connection. So each cabinet has a last will, and none waits for another.
 
 mod cabinet;
 mod configuration;
@@ -27,7 +27,7 @@ use cabinet::Cabinet;
 use configuration::Configuration;
 use send::send;
 
-/// `EX_CONFIG`, sysexits.h.
+/// Exit code for a wrong configuration: `EX_CONFIG` of sysexits.h.
 const EXIT_CODE_CONFIGURATION: u8 = 78;
 
 /// Sends states, results, drift and alarms of the cabinets on this machine to an MQTT broker.
@@ -59,8 +59,8 @@ fn report(error: &dyn Error, code: u8) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Sends until a signal ends the process. The threads end with the process, and the broker
-/// publishes their last wills.
+/// Sends messages until a signal ends the process. The threads end with the process, and the broker
+/// then publishes the last wills of the cabinets.
 fn run(configuration: &Configuration) -> Result<(), Box<dyn Error>> {
     let folder = &configuration.state_directory;
     own_folder(folder)?;
@@ -86,8 +86,8 @@ fn run(configuration: &Configuration) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Guard that ends the process if a thread ends. Only a panic ends a thread, and without this guard
-/// nobody would notice the missing cabinet.
+/// Guard that ends the process if a thread ends. A thread ends only by a panic. Without this guard
+/// the other cabinets would continue, and nobody would notice the missing one.
 struct ProcessGuard;
 
 impl Drop for ProcessGuard {
@@ -96,7 +96,8 @@ impl Drop for ProcessGuard {
     }
 }
 
-/// Locks the folder. Two processes that send the same would take the connections from each other.
+/// Locks the folder of the ledgers against a second process. Two processes with the same cabinets
+/// would end each other's connections at the broker.
 fn lock(folder: &Path) -> Result<File, Box<dyn Error>> {
     let file = File::open(folder)?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|cause| {
@@ -109,7 +110,8 @@ fn lock(folder: &Path) -> Result<File, Box<dyn Error>> {
     Ok(file)
 }
 
-/// Logs to stderr. `RUST_LOG` selects the levels by module, as `warn,didim_publish=debug`.
+/// Sets up logging to stderr. `RUST_LOG` selects the levels by module, such as
+/// `warn,didim_publish=debug`.
 fn log_to_stderr() {
     use tracing_subscriber::filter::{LevelFilter, Targets};
     use tracing_subscriber::prelude::*;

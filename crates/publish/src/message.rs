@@ -1,5 +1,5 @@
-//! Messages: JSON objects with the name and the version of their layout. Units are those of the
-//! history.
+//! Messages to the broker. They are JSON objects with the name and the version of their layout.
+//! Their units are those of the history.
 
 use didim::archive::drift::{AlarmStatus, DriftStatus};
 use didim::archive::store::{HistoryLine, Timestamp};
@@ -8,7 +8,7 @@ use didim::service::status::{Health, Snapshot};
 use didim::text::sha256;
 use serde::{Deserialize, Serialize};
 
-/// Version of the layouts: it changes when a key changes its meaning or is removed.
+/// Version of the layouts. It increases when a key changes its meaning or is removed.
 const VERSION: u32 = 1;
 
 /// Fields of every message.
@@ -27,18 +27,18 @@ impl<'a, T: Content> Envelope<'a, T> {
     }
 }
 
-/// Kind of message.
+/// Content of one kind of message.
 pub(crate) trait Content: Serialize {
-    /// Name of the layout.
+    /// Name of the message's layout.
     const SCHEMA: &'static str;
 }
 
-/// State of a cabinet. The broker itself reports it as offline when the connection ends.
+/// State of a cabinet. When the connection ends, the broker itself publishes the state as offline.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct State {
-    /// True if its service answers.
+    /// True if the service of the cabinet answers.
     pub(crate) online: bool,
-    /// Reason if it does not answer.
+    /// Reason why the service does not answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) why: Option<String>,
     /// Time of this state; `None` in the last will.
@@ -47,23 +47,25 @@ pub(crate) struct State {
     /// Status of the service.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) service: Option<Service>,
-    /// Counts of all messages that were never sent; `None` in the last will.
+    /// Numbers of results and alarms that were never sent; `None` in the last will.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unsent: Option<UnsentCounts>,
 }
 
-/// Counts of messages that cannot be sent any more.
+/// Numbers of results and alarms that cannot be sent any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UnsentCounts {
-    /// Results whose history line was gone or unreadable when their turn came.
+    /// Number of results whose line in the history was missing or unreadable when it was to be
+    /// sent.
     pub(crate) results: u64,
-    /// Alarms beyond the capacity while the broker was away.
+    /// Number of alarms that were dropped because too many waited for the broker.
     pub(crate) alarms: u64,
 }
 
 impl State {
-    /// Returns true if the states differ only in time and counts.
+    /// Returns true if two states have the same availability, reason, unsent counts and health of
+    /// the service. Their times and the counts of the service may differ.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let health = |of: &Self| of.service.as_ref().map(|service| service.health.clone());
         let rest = |of: &Self| (of.online, of.why.clone(), of.unsent);
@@ -75,7 +77,7 @@ impl Content for State {
     const SCHEMA: &'static str = "didim.state";
 }
 
-/// Part of a service's status that a plant needs.
+/// Status of a service, as far as a plant needs it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Service {
     version: String,
@@ -89,7 +91,7 @@ pub(crate) struct Service {
     windows: Option<Windows>,
 }
 
-/// Bus status since the start of the service.
+/// Counts of the bus since the start of the service.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Bus {
     state: BusState,
@@ -98,7 +100,7 @@ struct Bus {
     samples_per_second: f64,
 }
 
-/// Window counts since the start of the service.
+/// Counts of windows since the start of the service.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Windows {
     identified: u64,
@@ -129,10 +131,11 @@ impl Service {
     }
 }
 
-/// Result: its unchanged history line.
+/// Message with a result, which is its unchanged line of the history.
 #[derive(Debug, Serialize)]
 pub(crate) struct ResultMessage<'a> {
-    /// Unique identity: a receiver that has seen it already has the result.
+    /// Unique identity of the message. A receiver that already has a message with this identity can
+    /// ignore this one.
     pub(crate) identity: &'a str,
     pub(crate) line: &'a HistoryLine,
 }
@@ -141,7 +144,7 @@ impl Content for ResultMessage<'_> {
     const SCHEMA: &'static str = "didim.result";
 }
 
-/// Difference of the last result from the baseline; `None` without a baseline.
+/// Message with the difference of the last result from the baseline; `None` without a baseline.
 #[derive(Debug, Serialize)]
 pub(crate) struct DriftMessage<'a> {
     pub(crate) drift: Option<&'a DriftStatus>,
@@ -151,7 +154,7 @@ impl Content for DriftMessage<'_> {
     const SCHEMA: &'static str = "didim.drift";
 }
 
-/// Change of an alarm.
+/// Direction in which an alarm changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum AlarmTurn {
@@ -159,13 +162,13 @@ pub(crate) enum AlarmTurn {
     Cleared,
 }
 
-/// An alarm that was raised or cleared.
+/// Message about an alarm that was raised or cleared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AlarmMessage {
     /// Unique identity of the message.
     identity: String,
     pub(crate) event: AlarmTurn,
-    /// Alarm in its last status.
+    /// Latest status of the alarm.
     pub(crate) alarm: AlarmStatus,
 }
 

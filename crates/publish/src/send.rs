@@ -1,4 +1,4 @@
-//! Sends the messages of one cabinet, in an endless loop.
+//! Endless loop that sends the messages of one cabinet.
 
 use core::convert::Infallible;
 use core::time::Duration;
@@ -8,12 +8,13 @@ use crate::cabinet::Cabinet;
 use crate::configuration::Broker;
 use crate::link::{BrokerAddress, Link, LinkError};
 
-/// Interval of the service polls.
+/// Time between two polls of the service.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
-/// First and longest wait for a broker that is away.
+/// First and longest time between attempts to connect to a broker that does not answer.
 const RETRY_WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
 
-/// Polls and sends in turn. A message leaves the disk only after the broker has acknowledged it.
+/// Polls the service and sends messages in turn. The ledger records a result or an alarm as sent
+/// only after the broker has acknowledged it.
 pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
     let topics = format!("{prefix}/{}", cabinet.name());
     let state = format!("{topics}/state");
@@ -50,8 +51,8 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
         };
         if let Err(why) = sent {
             if let Some(why) = why {
-                // A refused topic keeps the link: if the link ended, the broker would report the
-                // cabinet as offline.
+                // Keep the connection if the broker refused a topic. If the connection ended, the
+                // broker would report the cabinet as offline.
                 if !matches!(why, LinkError::Refused { .. }) {
                     link = None;
                 }
@@ -75,7 +76,7 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
     }
 }
 
-/// Sends until nothing remains, or until the next poll is due.
+/// Sends messages until none remains, or until the next poll is due.
 async fn send_all(
     cabinet: &mut Cabinet,
     link: &mut Link,
@@ -93,11 +94,12 @@ async fn send_all(
     Ok(())
 }
 
-/// Time without a broker. Its beginning and end are logged, and the waits between attempts grow.
+/// Time without a connection to the broker. Its beginning and its end are logged. The waiting times
+/// between attempts increase.
 struct Outage {
     cabinet: String,
-    /// Fraction of each wait. It differs between cabinets, so that they do not all reconnect at
-    /// once.
+    /// Share of each waiting time that this cabinet waits. It differs between cabinets, so that
+    /// they do not all reconnect at the same time.
     wait_fraction: f64,
     wait: Option<Duration>,
     retry_at: Instant,

@@ -7,9 +7,9 @@ use crate::frame::Frame;
 use crate::layout::{MessagePlan, Role};
 
 impl State {
-    /// Takes a frame whose signals are valid at its arrival. A SYNC frame is taken after it has
-    /// begun its cycle. Only the first frame of a message in a cycle counts. A second one describes
-    /// another instant and is no contradiction.
+    /// Takes a frame whose signals are valid at its arrival. A SYNC frame first begins its cycle
+    /// and is then passed to this function. Only the first frame of a message in a cycle counts. A
+    /// second frame of the message describes another instant and is no contradiction.
     pub(super) fn arrival_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let is_sync = message.role == Role::Sync;
         let refusal = if is_sync { None } else { self.refusal_at(frame.stamp_ns) };

@@ -1,14 +1,15 @@
 //! Interpolation of signals that are valid at the arrival of their own frames to the instant of the
 //! sample.
 //!
-//! On a bus without SYNC every axis has its own instants. A cycle has the instant t. The last value
-//! before t arrives at t₀, the first value from t on arrives at t₁. Between them the signal is
-//! assumed to be linear: x(t) = x₁ + (x₀ − x₁) (t₁ − t) / (t₁ − t₀). A frame that arrives at t is
-//! taken unchanged. For a motion of the acceleration a the position error is at most a (t₁ − t₀)² /
-//! 8.
+//! On a bus without SYNC every axis is measured at its own instants. A cycle has the instant t. The
+//! last value before t arrives at t₀, and the first value at or after t arrives at t₁. Between the
+//! two arrivals the signal is assumed to be linear: x(t) = x₁ + (x₀ − x₁) (t₁ − t) / (t₁ − t₀). The
+//! value of a frame that arrives at t is used unchanged. For a motion with the acceleration a the
+//! position error is at most a (t₁ − t₀)² / 8.
 //!
-//! The memory is one value of each signal. Nothing is interpolated over more than
-//! [`AssemblyLimits::interpolation_periods`](super::AssemblyLimits): the frame between is missing.
+//! The module stores one value of each signal. It does not interpolate over more than
+//! [`AssemblyLimits::interpolation_periods`](super::AssemblyLimits), because a frame between the
+//! two values is then missing.
 
 use didim_dynamics::MAX_JOINTS;
 
@@ -55,13 +56,13 @@ pub(super) struct InterpolationSpan {
     pub(super) instant_ns: u64,
     pub(super) before_ns: Option<u64>,
     pub(super) after_ns: Option<u64>,
-    /// Longest time that is interpolated over \[ns\].
+    /// Longest time between the two values \[ns\].
     pub(super) reach_ns: u64,
 }
 
 impl InterpolationSpan {
-    /// Returns the weight of the earlier value in the interpolated one. Returns `None` if there is
-    /// no such value or if it is too old.
+    /// Returns the weight of the earlier value in the interpolated value. Returns `None` if there
+    /// is no earlier value or if the earlier value is too old.
     pub(super) fn weight_of_earlier(self) -> Option<f64> {
         let later_ns = self.after_ns?.checked_sub(self.instant_ns)?;
         if later_ns == 0 {

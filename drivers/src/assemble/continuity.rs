@@ -1,9 +1,9 @@
-//! Check that a position can follow the previous one.
+//! Check of each position against the previous one.
 //!
-//! A step of half the integer's range is a wrap or an error, and positions on both sides of it do
-//! not belong together. The first position has no predecessor: if it is wrong, all good ones are
-//! refused. So later positions have to confirm it. It is dropped for a run of positions that
-//! confirm each other.
+//! A step of half the integer's range is a wrap or an error, so positions before and after such a
+//! step do not belong together. The first position has no predecessor: if it is wrong, all good
+//! positions after it are refused. So later positions have to confirm it. Before that, a run of
+//! refused positions that agree with each other replaces it.
 
 use didim_dynamics::MAX_JOINTS;
 
@@ -12,13 +12,13 @@ use crate::units::Scales;
 
 type Positions = [f64; MAX_JOINTS];
 
-/// Positions that the next ones are compared with.
+/// Positions with which the next ones are compared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
-    /// Latest positions that were accepted, and the number of accepted ones in a row, up to
+    /// Latest accepted positions, and the number of accepted positions in a row, up to
     /// [`AssemblyLimits::confirming_positions`](super::AssemblyLimits).
     accepted: Option<(Positions, u32)>,
-    /// Latest positions that were refused, and the number of refused ones in a row that agree.
+    /// Latest refused positions, and the number of refused positions in a row that agree.
     rejected: Option<(Positions, u32)>,
 }
 
@@ -26,9 +26,9 @@ impl Continuity {
     /// Checks and stores the motor positions of a cycle \[rad\].
     ///
     /// # Errors
-    /// [`CycleCause::OutOfRange`] if they cannot follow the previous positions.
-    /// [`CycleCause::Restart`] if the previous positions are dropped and the next ones are compared
-    /// with these.
+    /// [`CycleCause::OutOfRange`] if the positions cannot follow the previous ones.
+    /// [`CycleCause::Restart`] if these positions replace the previous ones, which were never
+    /// confirmed.
     pub(super) fn check_and_store(
         &mut self,
         position_rad: &Positions,

@@ -1,8 +1,8 @@
 //! Evaluation of the counter of a packed frame.
 //!
-//! The counter counts the cycles. The stamps only show how often it has wrapped: a frame that is
-//! late on a busy machine is not a loss. If the counter is far ahead of the time, or behind the
-//! previous frame, the device has restarted.
+//! The counter counts the cycles. The stamps only show how often the counter has wrapped, so a
+//! frame that is late on a busy machine is not a loss. If the counter is far ahead of the time, or
+//! behind the counter of the previous frame, the device has restarted.
 
 use super::limits::AssemblyLimits;
 
@@ -19,9 +19,9 @@ pub(super) enum Step {
     Restart,
 }
 
-/// Returns the step from the counter value `from` to `to`. The counter has `width` bits. By the
-/// stamps, `periods` of the nominal length `period_ns` have passed. `backwards` is true if the
-/// later frame has the earlier stamp.
+/// Returns the step from the counter value `from` to `to`. The counter has `width` bits. According
+/// to the stamps, `periods` periods of the nominal length `period_ns` \[ns\] have passed.
+/// `backwards` is true if the later frame has the earlier stamp.
 pub(super) fn step(
     from: u64,
     to: u64,
@@ -35,7 +35,7 @@ pub(super) fn step(
     if behind == 0 && periods < 0.5 * modulus {
         return Step::Repeated;
     }
-    // The counter fits several numbers of cycles: take the one nearest to the time.
+    // Several numbers of cycles fit the counter. Take the one nearest to the time.
     let ahead = behind as f64;
     let cycles = ahead + modulus * ((periods - ahead) / modulus).round();
     let slack = (limits.counter_slack_ns / period_ns).max(2.0);

@@ -1,4 +1,4 @@
-//! Data received so far in one bus cycle.
+//! Data received in one bus cycle until now.
 
 use didim_dynamics::{JointSample, MAX_JOINTS};
 
@@ -15,28 +15,29 @@ pub(super) struct Cycle {
     pub(super) sequence: u64,
     pub(super) values: Values,
     pub(super) references: References,
-    /// Received messages, one bit per index.
+    /// Received messages, one bit for each index of a message.
     pub(super) messages: u64,
-    /// Frames, references aside.
+    /// Number of frames in the cycle, without those that carried only references.
     pub(super) frames: u64,
-    /// Messages that were missing in the previous cycle.
+    /// Messages that were missing in the previous cycle, one bit for each index of a message.
     pub(super) missing_before: u64,
     /// True if a frame arrived so late in the cycle that it may belong to the next one.
     pub(super) is_doubtful: bool,
-    /// Signals that are valid at the arrival of their frames: the first values of this cycle, and
-    /// the latest ones from before its SYNC.
+    /// First values in this cycle of the signals that are valid at the arrival of their frames, and
+    /// the latest values from before the SYNC of the cycle.
     pub(super) first_arrivals: ArrivedValues,
     pub(super) previous_arrivals: ArrivedValues,
-    /// Cause that costs the sample: the first one in the order of [`CycleCause`].
+    /// Cause that makes the cycle lose its sample; the first one in the order of [`CycleCause`].
     pub(super) fault: Option<CycleCause>,
 }
 
-/// Bits that have to be set for completeness.
+/// Bits of the messages and of the references that make a cycle complete.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CompleteMask {
-    /// Messages that a cycle needs.
+    /// Messages that a cycle needs, one bit for each index of a message.
     messages: u64,
-    /// Axes that need a reference: all or none.
+    /// Axes that need a reference, one bit for each axis: all axes if the layout has a reference,
+    /// otherwise none.
     axes: u64,
 }
 
@@ -57,7 +58,7 @@ impl CompleteMask {
 }
 
 impl Cycle {
-    /// Returns true if no drive is in the state "operation enabled".
+    /// Returns true if no drive is enabled.
     pub(super) fn is_idle(&self, axes: usize) -> bool {
         self.values.status_word.iter().take(axes).all(|word| !is_enabled(*word))
     }
@@ -66,7 +67,7 @@ impl Cycle {
     /// valid at the arrival of their frames are interpolated over at most `reach_ns`.
     ///
     /// # Errors
-    /// The cause that costs the sample.
+    /// Returns the cause that makes the cycle lose its sample.
     pub(super) fn sample(
         &self,
         complete: CompleteMask,
@@ -109,7 +110,8 @@ impl Cycle {
         reach_ns: u64,
     ) -> Result<JointSample, CycleCause> {
         let (before, after) = (&self.previous_arrivals, &self.first_arrivals);
-        // Interpolates two values of a signal, each with its arrival time, to the instant.
+        // Interpolates between two values of a signal, each with its arrival time, to the instant
+        // of the sample.
         let between = |(from, before_ns): (f64, Option<u64>),
                        (to, after_ns): (f64, Option<u64>)| {
             let span =

@@ -1,32 +1,34 @@
 //! Assignment of stamps to bus cycles.
 //!
-//! Stamps jitter, by up to a good part of a period on a busy machine, and the bus has its own
-//! clock. So cycles are counted on a grid that follows the stamps slowly. The grid is a straight
-//! line of stamp over cycle. It is fitted by least squares at first and then with a memory of fixed
-//! length (an alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A
-//! stamp belongs to the nearest grid point.
+//! Stamps jitter by up to a good part of a period on a busy machine, and the bus has its own clock.
+//! So cycles are counted on a grid that follows the stamps slowly. The grid is a straight line of
+//! stamp over cycle number. The line is a least-squares fit at first; later it has a memory of
+//! fixed length (an alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section
+//! 1.2). A stamp belongs to the nearest grid point.
 
 use super::limits::AssemblyLimits;
 
-/// Long-term share of a stamp's deviation that is added to the phase. It averages jitter over about
-/// ten cycles.
+/// Smallest share of a stamp's deviation that is added to the phase \[1\]. It averages jitter over
+/// about ten cycles.
 const PHASE_GAIN: f64 = 0.125;
 
-/// Long-term share of the deviation that is added to the period. A crystal's rate changes over
-/// minutes, and the period bridges a gap: with jitter of a third of a period, 100 lost cycles are
-/// bridged to a few thousandths of a period.
+/// Smallest share of a stamp's deviation that is added to the period \[1\]. It can be small because
+/// the rate of a crystal changes only over minutes. It has to be small because the period bridges
+/// gaps. With a jitter of a third of a period, the grid is off by a few thousandths of a period
+/// after 100 lost cycles.
 const PERIOD_GAIN: f64 = 1e-4;
 
-/// Grid of bus cycles, positioned at the latest one.
+/// Grid of bus cycles, positioned at the latest cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
     limits: AssemblyLimits,
     nominal_ns: f64,
     period_ns: f64,
-    /// Stamp of the latest cycle, and the position of its grid point relative to it.
+    /// Stamp of the latest cycle, and the position of its grid point relative to that stamp \[ns\].
     stamp_ns: u64,
     phase_ns: f64,
-    /// Number of stamps seen, up to the count at which the gains are constant.
+    /// Number of stamps since the start of the grid, at most 1,000. Both gains are constant before
+    /// that.
     stamp_count: f64,
 }
 
@@ -47,7 +49,8 @@ impl Grid {
         self.period_ns
     }
 
-    /// Returns the periods since the latest grid point: fractional, negative before it.
+    /// Returns the distance of a stamp from the latest grid point in periods, negative before that
+    /// point.
     pub(super) fn periods_to(&self, stamp_ns: u64) -> f64 {
         (difference(stamp_ns, self.stamp_ns) - self.phase_ns) / self.period_ns
     }
@@ -57,18 +60,19 @@ impl Grid {
         stamp_ns < self.stamp_ns
     }
 
-    /// Returns true if the train has ended before `stamp_ns`.
+    /// Returns true if the silence between the latest stamp and `stamp_ns` ends the train of
+    /// cycles.
     pub(super) fn is_silence(&self, stamp_ns: u64) -> bool {
         let (periods, least_ns) = self.limits.silence;
         difference(stamp_ns, self.stamp_ns) >= least_ns.max(periods * self.nominal_ns)
     }
 
-    /// Moves the grid by `cycles` to the grid point of `stamp_ns`.
+    /// Moves the grid by `cycles` cycles and corrects it with the stamp of the new cycle.
     pub(super) fn advance(&mut self, stamp_ns: u64, cycles: u64) {
         let cycles = cycles.max(1) as f64;
         let deviation =
             difference(stamp_ns, self.stamp_ns) - self.phase_ns - cycles * self.period_ns;
-        // Gains of a least-squares line through n points, until they reach their minimum.
+        // Use the gains of a least-squares line through n points until they reach their minimum.
         self.stamp_count = (self.stamp_count + 1.0).min(1e3);
         let n = self.stamp_count;
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);

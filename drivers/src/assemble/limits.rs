@@ -7,48 +7,51 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AssemblyLimits {
     /// Largest relative deviation from the nominal period at which cycles are counted \[1\]. A
-    /// controller on an ordinary operating system is within it, and a larger deviation means
-    /// another configuration. Convention: 0.01.
+    /// controller on an ordinary operating system stays within it; a larger deviation means that
+    /// the bus is configured for another period. Convention: 0.01.
     pub period_tolerance: f64,
-    /// Smallest silence that ends a train of cycles, in nominal periods and in time \[ns\]: the
-    /// longer one counts. The next stamp is a new start. Convention: 10 periods and 1 s.
+    /// Smallest silence that ends a train of cycles, in nominal periods and in time \[ns\]; the
+    /// longer of the two applies. The next stamp after it starts a new train. Convention: 10
+    /// periods and 1 s.
     pub silence: (f64, f64),
     /// Shortest stretch whose period is compared with the nominal one, in cycles and in time
-    /// \[ns\]: the longer one counts. Convention: 100 cycles and 1 s.
+    /// \[ns\]; the longer of the two applies. Convention: 100 cycles and 1 s.
     pub stretch: (f64, f64),
-    /// Number of consecutive stretches that have to deviate in the same direction for a wrong
-    /// period. Derived: frames that become permanently late, or punctual again, shift only one
-    /// stretch.
+    /// Number of consecutive stretches that have to deviate in the same direction before the period
+    /// counts as wrong. Derived: frames that become permanently late, or punctual again, shift only
+    /// one stretch.
     pub deviating_stretches: i32,
-    /// Largest deviation of an interval of one period without a counter, in periods. Derived:
-    /// beyond half a period, a lost frame is as likely as a late one.
+    /// Largest deviation of an interval from one period, in periods, at which the interval counts.
+    /// It applies to frames without a counter. Derived: beyond half a period, a lost frame is as
+    /// likely as a late one.
     pub interval_tolerance: f64,
-    /// Share of a period after which a frame may belong to the next cycle: its SYNC may be missed
-    /// and the grid late by jitter. Such a frame is trusted only if the next SYNC arrives after it.
-    /// Convention: 0.75.
+    /// Share of a period after which a frame may belong to the next cycle. The reason is that the
+    /// next SYNC may be missed and the grid may be late by jitter. Such a frame is used only if the
+    /// next SYNC arrives after it. Convention: 0.75.
     pub doubtful_share: f64,
-    /// Largest distance of a repeated SYNC from the latest grid point, in periods. A SYNC beyond it
-    /// that is still nearer to this point than to the next one fits no grid point. Convention:
-    /// 0.25.
+    /// Largest distance of a repeated SYNC from the latest grid point, in periods. A SYNC at a
+    /// larger distance that is still nearer to this point than to the next one fits no grid point:
+    /// a clock was set. Convention: 0.25.
     pub repeated_sync: f64,
-    /// Largest distance to the previous SYNC, in periods, at which a SYNC is the same frame again.
-    /// Convention: 0.01.
+    /// Largest distance between two SYNCs, in periods, at which the second one is the same frame
+    /// again. Convention: 0.01.
     pub echoed_sync: f64,
-    /// Number of periods after which a SYNC counts as missing. Derived: the next one would be the
-    /// nearer grid point.
+    /// Number of periods after which a SYNC counts as missing. Derived: a later SYNC would be
+    /// nearer to the following grid point.
     pub missing_sync: f64,
     /// Number of consecutive positions that have to agree to confirm each other. Convention: 3.
     pub confirming_positions: u32,
-    /// Allowed difference between counter and time \[ns\]. Derived: the shortest silence that is a
-    /// restart. If a sender or a kernel is busy for longer, the count is assumed to be a new one.
+    /// Largest difference between the counter and the time at which the counter is used \[ns\].
+    /// Derived: it equals the shortest silence that ends a train of cycles. If a sender or a kernel
+    /// is busy for longer, the counter is assumed to have restarted.
     pub counter_slack_ns: f64,
-    /// Narrowest counter that does not wrap within a silence at the usual rates of drives \[bits\].
-    /// A narrower counter is trusted for a quarter of its range. Derived: 2¹⁶ cycles of 1 ms are 65
-    /// s.
+    /// Width from which on a counter does not wrap within a silence at the usual rates of drives
+    /// \[bits\]. For a narrower counter, the allowed difference from the time is at most a quarter
+    /// of its range. Derived: 2¹⁶ cycles of 1 ms are 65 s.
     pub wide_counter_bits: u8,
     /// Longest time between two values that are interpolated, in nominal periods. A missing frame
-    /// costs its own cycle, and the cycle after it if the later value has arrived close to that
-    /// cycle's instant. Derived: one missing frame and half a period of jitter.
+    /// costs its own cycle. It also costs the next cycle if the later value arrives close to the
+    /// instant of that cycle. Derived: one missing frame and half a period of jitter.
     pub interpolation_periods: f64,
 }
 

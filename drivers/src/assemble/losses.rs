@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::layout::Unreadable;
 
-/// Single declaration of the causes: the cause, its counter, its key. [`label`] makes the readable
+/// Declares each cause in one place, with its counter and its key. [`label`] makes the readable
 /// name from the key.
 macro_rules! causes {
     (
@@ -71,12 +71,12 @@ causes! {
         Remote => remote,
         /// Not a message of the layout.
         UnknownId => unknown_id,
-        /// Classic frame where the message is CAN FD, or the reverse.
+        /// The frame is classic and the message is CAN FD, or the reverse.
         WrongFormat => wrong_format,
         /// The length differs from that of the message.
         WrongLength => wrong_length,
-        /// Other content than the message, by the layout's `except`, such as a reply about a
-        /// register.
+        /// The frame has other content than the message, such as a reply about a register (`except`
+        /// in the layout).
         Excepted => excepted,
         /// A second frame of the same message, or SYNC, in one cycle.
         Duplicate => duplicate,
@@ -86,10 +86,10 @@ causes! {
         Late => late,
         /// A frame before the first SYNC: there is no cycle that it could belong to.
         BeforeFirstSync => before_first_sync,
-        /// The frame carried references for a sample without any, because the reference of another
-        /// axis was missing.
+        /// The frame carried references for a sample without references, because the reference of
+        /// another axis was missing.
         ReferenceUnused => reference_unused,
-        /// A good frame whose cycle gave no sample: [`CycleCause`] counts the reason.
+        /// A valid frame whose cycle gave no sample: [`CycleCause`] counts the reason.
         CycleLost => cycle_lost,
     }
 }
@@ -104,8 +104,8 @@ causes! {
         MissingSync => missing_sync,
         /// A gap in the counter of the packed frames.
         CounterGap => counter_gap,
-        /// A frame of an axis is missing. For interpolated signals, the frame before it may be the
-        /// missing one.
+        /// A frame of an axis is missing. If signals are interpolated, the missing frame may be the
+        /// one before.
         MissingAxis => missing_axis,
         /// An EtherCAT slave was in INIT, PREOP or BOOT, or reported an error (AL status). Remedy:
         /// check the master.
@@ -120,26 +120,26 @@ causes! {
         /// A drive was not in the state "operation enabled" (CiA 402), or not in the state of the
         /// layout's `enabled`.
         NotEnabled => not_enabled,
-        /// A value was not finite, outside of the range in the DBC file, or half the integer's
-        /// range away from the previous one.
+        /// A value was not finite, or was outside of the range in the DBC file. Or a position
+        /// differed by half the range of its integer or more from the previous one.
         OutOfRange => out_of_range,
         /// The period of the bus differs from that of the layout. The difference (1 %, over five
         /// seconds) is so large that the cycles cannot be counted. Each window is checked
         /// separately for a rate that is exact enough for parameters. Remedy: `rate_hz` or
         /// `period_us` of the layout.
         WrongPeriod => wrong_period,
-        /// A second or more without a SYNC, or a packed frame. The expected number of cycles in
-        /// that time is counted, estimated from the stamps. One cycle is counted if the frames
-        /// count the cycles.
+        /// No SYNC, or no packed frame, arrived for a second or more. The number of cycles in that
+        /// time is estimated from the stamps and counted. If the frames count the cycles, one cycle
+        /// is counted.
         Silence => silence,
-        /// The sequence of the bus started again: the counter contradicts the time. Alternatively,
-        /// the positions have started again: three in a row agree with each other and not with the
-        /// first. One cycle is counted.
+        /// The sender of the cycles has started again: the counter contradicts the time, or the
+        /// positions show it. Three positions in a row agree with each other and not with the first
+        /// one. One cycle is counted.
         Restart => restart,
         /// The stamps went back in time, or a SYNC arrived at an impossible time. One cycle is
         /// counted.
         ClockStep => clock_step,
-        /// The sample was ready and was not taken before the next one.
+        /// The sample was ready, but the caller did not take it before the next one.
         NotTaken => not_taken,
     }
 }
@@ -151,26 +151,28 @@ pub fn label(key: &str) -> String {
 
 /// All counts since the start. Two sums hold at any time:
 ///
-/// - `frames_received = frames_used + frames.total() +` frames still waiting for a decision;
-/// - `cycles_begun = samples + cycles.total() +` cycles still waiting for a decision (at most two).
+/// - `frames_received = frames_used + frames.total() +` frames that are not decided yet;
+/// - `cycles_begun = samples + cycles.total() +` cycles that are not decided yet (at most two).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Losses {
-    /// Frames handed to the assembler.
+    /// Number of frames passed to the assembler.
     pub frames_received: u64,
-    /// Frames that became part of a sample.
+    /// Number of frames that became part of a sample.
     pub frames_used: u64,
-    /// Bus cycles since the first one: the latest sequence plus one.
+    /// Number of bus cycles since the first one: the latest sequence number plus one.
     pub cycles_begun: u64,
-    /// Samples taken.
+    /// Number of samples that the caller took.
     pub samples: u64,
-    /// Samples taken without a reference although the layout has one: it was missing or outdated.
+    /// Number of samples taken without a reference although the layout has one: the reference was
+    /// missing or outdated.
     pub samples_without_reference: u64,
-    /// Lost cycles in which every drive reported that it is not enabled: at rest, without a fault.
-    /// They are part of [`CycleLosses::not_enabled`] and [`CycleLosses::safe_operational`].
+    /// Number of lost cycles in which every drive reported that it is not enabled, as at rest and
+    /// without a fault. These cycles are part of [`CycleLosses::not_enabled`] and
+    /// [`CycleLosses::safe_operational`].
     pub cycles_idle: u64,
-    /// Frames not used.
+    /// Counts of unused frames, by cause.
     pub frames: FrameLosses,
-    /// Cycles lost.
+    /// Counts of lost cycles, by cause.
     pub cycles: CycleLosses,
 }
 

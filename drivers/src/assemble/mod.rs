@@ -1,32 +1,35 @@
 //! Conversion of frames to samples: a pure state machine.
 //!
-//! Frames go in with their stamps, one [`JointSample`] per bus cycle comes out. Everything that
-//! does not become part of a sample is counted under a cause ([`Losses`]). Time is an argument;
-//! nothing is allocated after [`Assembler::new`].
+//! The [`Assembler`] takes frames with their stamps and returns one [`JointSample`] per bus cycle.
+//! It counts everything that does not become part of a sample under a cause ([`Losses`]). Time is
+//! an argument of its functions. Nothing is allocated after [`Assembler::new`].
 //!
 //! # With a SYNC
-//! Cycle k lasts from SYNC k to SYNC k + 1, at most one period by the grid of the stamps. Drives
-//! latch their position at SYNC k and send it within the cycle, in any order. The sample has the
-//! SYNC's stamp. A target in an RPDO received in cycle k takes effect at SYNC k + 1 (CiA 301). So
-//! it is the reference of sample k + 1 if the layout says `next-sync`. A cycle is decided when it
-//! ends, not when its last frame arrives: a contradicting frame may arrive until then.
+//! Cycle k lasts from SYNC k to SYNC k + 1, but at most one period from its point on the grid that
+//! follows the stamps (`grid`). Drives latch their position at SYNC k and send it within the cycle,
+//! in any order. The sample has the stamp of the SYNC. A target in an RPDO received in cycle k
+//! takes effect at SYNC k + 1 (CiA 301). So it is the reference of sample k + 1 if the layout says
+//! `next-sync`. The assembler decides a cycle when the cycle ends, not when its last frame arrives:
+//! a contradicting frame may arrive until then.
 //!
-//! A frame that arrives after the end of its cycle looks like one of the next cycle. The assembler
-//! recognises it if the message was missing in the previous cycle and arrives twice in this one. If
-//! a message arrives twice with different content and was not missing before, the cycle is lost. A
-//! frame in the last quarter of a period may belong to a next cycle whose SYNC was missed. If the
-//! next SYNC is missing, the cycle is lost.
+//! A frame that arrives after the end of its cycle looks like a frame of the next cycle. The
+//! assembler recognises a late frame if its message was missing in the previous cycle and arrives
+//! twice in the present one. If a message arrives twice with different content and was not missing
+//! before, the cycle is lost. A frame in the last quarter of a period may belong to the next cycle,
+//! because the SYNC between them may have been missed. If the next SYNC does not arrive, a cycle
+//! with such a frame is lost.
 //!
 //! # Without a SYNC
-//! Any message that arrives once a cycle replaces it, and every signal is valid at the arrival of
-//! its own frame. Cycles are the same as with a SYNC, and signals are interpolated to the arrival
-//! of that message (`arrived`).
+//! A message that arrives once a cycle takes the place of the SYNC, and every signal is valid at
+//! the arrival of its own frame. Cycles begin and end as with a SYNC. The signals are interpolated
+//! to the arrival of that message (`arrived`).
 //!
 //! # With a packed frame
-//! Each frame is a cycle and is decided at once. Its counter gives the sequence if it has one.
+//! Each packed frame is a complete cycle, and the assembler decides it at once. If the frame has a
+//! counter, the counter gives the sequence number of the cycle.
 //!
 //! # In all cases
-//! A bus whose period is 1 % or more off the nominal one gives no samples: see
+//! A bus whose period differs from the nominal one by 1 % or more gives no samples: see
 //! [`CycleCause::WrongPeriod`].
 
 mod arrival;
@@ -64,7 +67,7 @@ pub struct Assembler {
     state: State,
 }
 
-/// Everything that changes.
+/// State of an assembler: its settings, and the data that change with the frames.
 #[derive(Clone, Debug)]
 struct State {
     limits: AssemblyLimits,
@@ -73,8 +76,8 @@ struct State {
     period_ns: f64,
     next_sync: bool,
     complete_mask: CompleteMask,
-    /// Longest time that is interpolated over, if signals are valid at the arrival of their frames
-    /// \[ns\].
+    /// Longest time between two values that are interpolated \[ns\]; `None` if the signals are not
+    /// valid at the arrival of their frames.
     reach_ns: Option<u64>,
     /// Value of the enabled state of a drive, if the layout uses no status word.
     enabled_value: u16,
@@ -88,12 +91,13 @@ struct State {
     pending_references: References,
     /// The latest value of each signal that is valid at the arrival of its frame.
     latest_arrivals: ArrivedValues,
-    /// Readings since the previous cycle was decided, and the frames that carried nothing else.
+    /// Readings received since the previous cycle was decided, and the number of frames that
+    /// carried only readings.
     readings: Readings,
     reading_frames: u64,
     /// Messages that were missing in the previous cycle.
     missing_before: u64,
-    /// Sequence of the latest cycle.
+    /// Sequence number of the latest cycle.
     sequence: u64,
     /// Counter of the latest packed frame.
     counter: u64,
@@ -140,16 +144,16 @@ impl Assembler {
         Self { layout, state }
     }
 
-    /// Counts cycles from `sequence` on instead of 0: the first cycle has this number. It serves a
-    /// recording that begins in the middle.
+    /// Sets the sequence number of the first cycle, which is 0 by default. A recording that begins
+    /// in the middle of the cycles needs it.
     #[must_use]
     pub fn starting_at(mut self, sequence: u64) -> Self {
         self.state.sequence = sequence;
         self
     }
 
-    /// Takes one frame. At most one sample becomes ready: poll after every frame, or a sample is
-    /// counted as not taken.
+    /// Takes one frame. At most one sample becomes ready. Call [`Self::poll_sample`] after every
+    /// frame: a sample that was not taken before the next one is lost and counted as not taken.
     pub fn handle_frame(&mut self, frame: &Frame) {
         let state = &mut self.state;
         state.losses.frames_received += 1;
@@ -171,19 +175,19 @@ impl Assembler {
             (SampledBy::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
             (SampledBy::Sync, Role::Sample) => state.sample_frame(index, message, frame),
             (SampledBy::Sync, Role::Target) => state.target_frame(index, message, frame),
-            // Taken above.
+            // The match above takes these frames.
             (SampledBy::Sync, Role::Reading) => {}
         }
     }
 
-    /// Ends the open cycle if `now_ns`, on the clock of the stamps, is past its end. Call it when
-    /// the source is silent, not while frames are waiting: they would be late. `u64::MAX` at the
-    /// end of a log gives the last sample.
+    /// Ends the open cycle if `now_ns`, on the clock of the stamps, is past the end of the cycle.
+    /// Call it while the source is silent, not while frames are waiting, because those frames would
+    /// then be late. `u64::MAX` at the end of a log gives the last sample.
     pub fn handle_timeout(&mut self, now_ns: u64) {
         self.state.end_by_time(now_ns);
     }
 
-    /// Returns the sample that is ready, once.
+    /// Removes and returns the sample that is ready, or returns `None`.
     pub fn poll_sample(&mut self) -> Option<JointSample> {
         let state = &mut self.state;
         let ready = state.ready_sample.take()?;
@@ -195,7 +199,7 @@ impl Assembler {
         Some(ready.sample)
     }
 
-    /// The counts.
+    /// Returns the counts of frames, cycles and samples.
     pub fn losses(&self) -> &Losses {
         &self.state.losses
     }
@@ -209,14 +213,14 @@ impl Assembler {
             + state.ready_sample.map_or(0, |ready| ready.frames)
     }
 
-    /// Returns the number of cycles that are undecided, or decided and not taken.
+    /// Returns the number of cycles that are not decided yet, or whose sample was not taken yet.
     pub fn cycles_waiting(&self) -> u64 {
         u64::from(self.state.open_cycle.is_some()) + u64::from(self.state.ready_sample.is_some())
     }
 
-    /// Returns the period of the bus cycle measured from the stamps \[ns\], or the nominal one
-    /// before the first stamp. It stays within 1 % of the nominal period; a bus beyond it gives no
-    /// samples ([`CycleCause::WrongPeriod`]).
+    /// Returns the period of the bus cycle measured from the stamps \[ns\], or the nominal period
+    /// before the first stamp. The result stays within 1 % of the nominal period. A bus outside of
+    /// this range gives no samples ([`CycleCause::WrongPeriod`]).
     pub fn measured_period_ns(&self) -> f64 {
         self.state.grid.map_or(self.state.period_ns, |grid| grid.period_ns())
     }
@@ -234,8 +238,8 @@ impl State {
         self.losses.cycles_begun = 1;
     }
 
-    /// Starts a grid at `stamp_ns`, `cycles` after the previous one. It uses at least 2, so that
-    /// the data on both sides are never joined.
+    /// Starts a new grid at `stamp_ns`, `cycles` cycles after the latest cycle. A `cycles` below 2
+    /// counts as 2, so that data from before and after the gap are never joined.
     fn start_again(&mut self, stamp_ns: u64, cause: CycleCause, cycles: u64) {
         self.start_grid(stamp_ns);
         self.lose_all_but_last(cause, cycles.max(2));
@@ -248,8 +252,9 @@ impl State {
         self.missing_before = 0;
     }
 
-    /// Returns the distance in cycles, by the stamps, of a stamp after a silence. If the stamps do
-    /// not count, the result is 2, so that one cycle is missing.
+    /// Returns the number of cycles from the latest cycle to a stamp after a silence, estimated
+    /// from the stamps. If the frames count the cycles, the result is 2, so that one cycle is
+    /// missing.
     fn cycles_of_silence(&self, stamp_ns: u64) -> u64 {
         let periods =
             self.grid.filter(|_| !self.by_frames).map_or(2.0, |grid| grid.periods_to(stamp_ns));
@@ -262,22 +267,23 @@ impl State {
         cycles
     }
 
-    /// Advances the sequence by `cycles`; all but the last of them are lost.
+    /// Advances the sequence number by `cycles` and counts all of these cycles but the last as
+    /// lost.
     fn lose_all_but_last(&mut self, cause: CycleCause, cycles: u64) {
         self.lose_cycles(cause, cycles - 1);
         self.sequence += 1;
         self.losses.cycles_begun += 1;
     }
 
-    /// Advances the sequence by `cycles` lost cycles.
+    /// Advances the sequence number by `cycles` and counts all of these cycles as lost.
     fn lose_cycles(&mut self, cause: CycleCause, cycles: u64) {
         self.sequence += cycles;
         self.losses.cycles_begun += cycles;
         self.losses.cycles.count(cause, cycles);
     }
 
-    /// Takes a frame that carries only readings. They belong to the cycle that is decided next,
-    /// anywhere in it.
+    /// Takes a frame that carries only readings. The readings belong to the next cycle that is
+    /// decided, regardless of when in the cycle they arrive.
     fn reading_frame(&mut self, message: &MessagePlan, frame: &Frame) {
         if self.grid.is_none() {
             return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
@@ -287,8 +293,8 @@ impl State {
         self.reading_frames += 1;
     }
 
-    /// Decides the open cycle: a sample, or a loss. `followed` is true if the next SYNC has
-    /// arrived.
+    /// Decides the open cycle: it becomes a sample or a loss. `followed` is true if the next SYNC
+    /// has arrived.
     fn end_cycle(&mut self, followed: bool) {
         let Some(mut cycle) = self.open_cycle.take() else { return };
         let readings = core::mem::take(&mut self.readings);

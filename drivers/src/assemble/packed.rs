@@ -15,8 +15,8 @@ enum FramePlace {
         cycles: u64,
         lost: CycleCause,
     },
-    /// The train starts again: `silent` cycles were lost in a silence, the rest is the same as
-    /// after a gap.
+    /// A new train of cycles begins. A silence cost `silent` cycles; `cycles` and `lost` have the
+    /// same meaning as in `After`.
     Broken {
         silent: u64,
         cycles: u64,
@@ -26,7 +26,7 @@ enum FramePlace {
 }
 
 impl State {
-    /// Takes a packed frame: it is a complete cycle.
+    /// Takes a packed frame, which is a complete cycle.
     pub(super) fn packed_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let mut values = Values::default();
         let fault = read_values(message, frame.data(), &mut values, self.enabled_value);
@@ -77,7 +77,7 @@ impl State {
         self.end_cycle(true);
     }
 
-    /// Places a frame by the counter if there is one, else by the stamp.
+    /// Returns the position of a frame by its counter, or by its stamp if it has no counter.
     fn place_frame(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> FramePlace {
         let Some(grid) = &self.grid else { return FramePlace::First };
         let silence = grid.is_silence(stamp_ns).then(|| self.cycles_of_silence(stamp_ns));
@@ -105,7 +105,7 @@ impl State {
         let step = step(self.counter, values.counter, width, time, backwards, &self.limits);
         if let Some(cycles) = silence {
             return match step {
-                // A narrow counter has had all its values in the meantime.
+                // A narrow counter may have wrapped during the silence, so only a wide one is used.
                 Step::Forward(counted) if width >= self.limits.wide_counter_bits && counted > 1 => {
                     FramePlace::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
                 }

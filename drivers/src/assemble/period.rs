@@ -1,11 +1,12 @@
-//! Check that the bus has the period of the layout.
+//! Comparison of the bus period with the nominal period of the layout.
 //!
-//! The grid follows a bus of another period up to a difference of 1 % (its phase takes the
-//! deviation). Beyond that its cycles are meaningless, so the period is watched here, over seconds.
-//! Parameters need a far more exact rate: the identification checks the rate of each window.
+//! The grid follows a bus whose period differs from the nominal one by up to 1 %; the phase of the
+//! grid takes the deviation. Beyond 1 % the cycles cannot be counted. So this module compares the
+//! measured period with the nominal one over seconds. Parameters need a far more exact rate; the
+//! identification checks the rate of each window.
 //!
-//! A frame may be late, it is never early. So only the least late stamp of every second counts: a
-//! burst of late frames has no effect, but a wrong period shifts the stamps of every second.
+//! A frame may be late, but it is never early. So only the least late stamp of each stretch counts.
+//! A burst of late frames has no effect, but a wrong period shifts the stamps of every stretch.
 
 use super::grid::difference;
 use super::limits::AssemblyLimits;
@@ -16,19 +17,22 @@ pub(super) struct PeriodWatch {
     limits: AssemblyLimits,
     nominal_ns: f64,
     stamp_ns: Option<u64>,
-    /// Latest interval of one period; it counts if the next one is one period, too.
+    /// Latest interval of about one period \[ns\]. It counts only if the next interval is about one
+    /// period, too.
     held_ns: Option<f64>,
-    /// True if the interval before the latest was one period.
+    /// True if the interval before the latest one was about one period.
     was_regular: bool,
-    /// Cycles of this stretch.
+    /// Number of cycles in the present stretch.
     cycles: f64,
-    /// Delay of the latest stamp compared with the cycle count \[ns\].
+    /// Delay of the latest stamp, compared with the number of cycles times the nominal period
+    /// \[ns\].
     late_ns: f64,
-    /// Minimum of `late_ns` in this stretch.
+    /// Minimum of `late_ns` in the present stretch \[ns\].
     least_ns: f64,
     /// True if `late_ns` counts from the least late stamp of the previous stretch.
     has_reference: bool,
-    /// Number of consecutive stretches that were too long; negative if they were too short.
+    /// Number of consecutive stretches with too long a period; negative if the period was too
+    /// short.
     deviating_stretches: i32,
 }
 
@@ -48,19 +52,19 @@ impl PeriodWatch {
         }
     }
 
-    /// Returns true if the period is not the nominal one.
+    /// Returns true if the measured period is not the nominal one.
     pub(super) fn is_wrong(&self) -> bool {
         self.deviating_stretches.abs() >= self.limits.deviating_stretches
     }
 
-    /// Takes a stamp that is `cycles` after the previous one by its counter.
+    /// Takes a stamp that is `cycles` cycles after the previous one, as counted by the frames.
     pub(super) fn count(&mut self, stamp_ns: u64, cycles: u64) {
         if let Some(before) = self.stamp_ns.replace(stamp_ns) {
             self.add(difference(stamp_ns, before), cycles as f64);
         }
     }
 
-    /// Takes a stamp whose counter has restarted: nothing is known about the time before it.
+    /// Takes a stamp whose counter has restarted. The number of cycles before it is unknown.
     pub(super) fn start(&mut self, stamp_ns: u64) {
         *self = Self {
             deviating_stretches: self.deviating_stretches,
@@ -70,7 +74,7 @@ impl PeriodWatch {
     }
 
     /// Takes a stamp without a counter. An interval counts only if it and both its neighbours are
-    /// about one period long: next to a late or a lost frame it is meaningless.
+    /// about one period long: an interval next to a late or a lost frame is meaningless.
     pub(super) fn handle_stamp(&mut self, stamp_ns: u64) {
         let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
         let interval_ns = difference(stamp_ns, before);
@@ -94,7 +98,8 @@ impl PeriodWatch {
         if self.cycles < cycles || length_ns < least_ns {
             return;
         }
-        // Count from the least late stamp on, so that the sum stays small and exact for years.
+        // Count delays from the least late stamp on, so that their sum stays small and exact for
+        // years.
         let least_ns = std::mem::replace(&mut self.least_ns, f64::INFINITY);
         self.cycles = 0.0;
         self.late_ns -= least_ns;

@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
 impl State {
-    /// Takes a SYNC: the previous cycle ends, the next one begins.
+    /// Takes a SYNC: it ends the previous cycle and begins the next one.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
         self.period_watch.handle_stamp(stamp_ns);
         let Some(grid) = &mut self.grid else {
@@ -36,9 +36,10 @@ impl State {
             return self.begin_cycle(stamp_ns, 0);
         }
         if cycles < 1.0 {
-            // The same SYNC twice. At a larger distance it may be the next SYNC of a clock that was
-            // set back by about a period. Then the next frames may belong to the next cycle and
-            // complete this one. Earlier targets may be one cycle older than later ones.
+            // This is the same SYNC again. If the two stamps differ more, it may also be the next
+            // SYNC of a clock that was set back by about a period. Then the next frames may belong
+            // to the next cycle and would complete this one, and earlier targets may be one cycle
+            // older than later ones. So the cycle is lost.
             let echo_ns = rounded_ns(self.limits.echoed_sync * self.period_ns);
             let distance_ns = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
             if let Some(cycle) = self.open_cycle.as_mut().filter(distance_ns) {
@@ -52,20 +53,21 @@ impl State {
         grid.advance(stamp_ns, cycles);
         self.end_cycle(cycles == 1);
         if cycles > 1 {
-            // A message that was missing before the gap does not arrive after it.
+            // A message that was missing before the gap is not expected after the gap.
             self.missing_before = 0;
         }
         self.lose_all_but_last(CycleCause::MissingSync, cycles);
         self.begin_cycle(stamp_ns, cycles);
     }
 
-    /// Begins the cycle of a SYNC, `cycles` after the previous one, or 0 if there is none.
+    /// Begins the cycle of a SYNC that is `cycles` cycles after the previous one. `cycles` is 0 if
+    /// the grid has just started.
     fn begin_cycle(&mut self, stamp_ns: u64, cycles: u64) {
         let mut references = References::default();
         if self.next_sync {
             references = std::mem::take(&mut self.pending_references);
             if cycles != 1 {
-                // The drives may have received a SYNC that was not recorded: then they no longer
+                // The drives may have received a SYNC that was not recorded. They then no longer
                 // use older targets.
                 references.drop_older(stamp_ns.saturating_sub(rounded_ns(self.period_ns)));
             }
@@ -134,8 +136,8 @@ impl State {
         }
     }
 
-    /// Returns the reason why the open cycle refuses a frame of this stamp, or `None` if it accepts
-    /// it. Ends the cycle by time first.
+    /// Returns the reason why the open cycle refuses a frame with this stamp, or `None` if the
+    /// cycle accepts the frame. Before that, ends the open cycle if its time is over.
     pub(super) fn refusal_at(&mut self, stamp_ns: u64) -> Option<FrameCause> {
         let Some(grid) = self.grid else { return Some(FrameCause::BeforeFirstSync) };
         self.end_by_time(stamp_ns);
@@ -144,7 +146,7 @@ impl State {
         match &mut self.open_cycle {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
-                // A signal that is valid at its own arrival is valid in any cycle.
+                // A signal that is valid at its own arrival can be used in either cycle.
                 cycle.is_doubtful |= by_sync && periods >= self.limits.doubtful_share;
                 None
             }
@@ -152,13 +154,14 @@ impl State {
         }
     }
 
-    /// Ends the open cycle if its time is over: one period after its grid point. If the next SYNC
-    /// is needed to trust the last frames, the cycle ends when that SYNC is missing.
+    /// Ends the open cycle if its time is over, one period after its grid point. If the last frames
+    /// may belong to the next cycle, the cycle ends later, when the next SYNC counts as missing.
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
         let (Some(grid), Some(cycle)) = (&self.grid, &self.open_cycle) else { return };
         let end = if cycle.is_doubtful { self.limits.missing_sync } else { 1.0 };
         let past = grid.periods_to(now_ns) >= end;
-        // If the frames count the cycles, only a missing frame is late.
+        // If the frames count the cycles, an incomplete cycle still waits for its frames. Only a
+        // silence ends it here.
         let is_complete = self.complete_mask.missing_messages(cycle) == 0;
         let over =
             if self.by_frames { grid.is_silence(now_ns) || (is_complete && past) } else { past };

@@ -21,25 +21,27 @@ pub(super) struct Values {
     pub(super) counter: u64,
 }
 
-/// References, per axis, and the number of frames that carried nothing else.
+/// References for each axis, and the number of frames that carried only references.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct References {
     pub(super) value: [f64; MAX_JOINTS],
     pub(super) stamp_ns: [u64; MAX_JOINTS],
-    /// One bit per axis.
+    /// Axes with a reference, one bit for each axis.
     pub(super) axes: u64,
-    /// Received messages, one bit per index.
+    /// Received messages, one bit for each index of a message.
     messages: u64,
     pub(super) frames: u64,
 }
 
-/// Returns the bit of an index. A layout has at most 57 messages, so an index fits a `u64`.
+/// Returns the bit of the index of a message or an axis. A layout has at most 57 messages, so an
+/// index fits a `u64`.
 pub(super) fn index_bit(index: usize) -> u64 {
     1 << (index & 63)
 }
 
-/// Reads the signals of a frame except references. A value out of range is a fault of the cycle.
-/// `enabled` is the value of the enabled state of a drive, if the layout uses no status word.
+/// Reads all signals of a frame except references. Returns the cause that costs the cycle its
+/// sample, if there is one, such as a value out of range. `enabled` is the value that means an
+/// enabled drive, if the layout uses no status word.
 pub(super) fn read_values(
     message: &MessagePlan,
     payload: &[u8],
@@ -64,7 +66,7 @@ pub(super) fn read_values(
                 continue;
             }
             Quantity::Enabled => {
-                // Stored as the status word with the same meaning.
+                // Store the state as a status word with the same meaning.
                 let is = extraction.signal.field.bits(payload) == u64::from(enabled);
                 values.status_word[axis] = if is { OPERATION_ENABLED } else { 0 };
                 if !is {
@@ -94,7 +96,7 @@ pub(super) fn read_values(
     fault
 }
 
-/// Returns the cause that the state of an EtherCAT network gives a cycle.
+/// Returns the cause by which the state of an EtherCAT network costs a cycle, if there is one.
 fn network_fault(state: u64) -> Option<CycleCause> {
     let state = u8::try_from(state).unwrap_or(0);
     // One byte holds the states of all slaves, combined by OR.
@@ -107,14 +109,14 @@ fn network_fault(state: u64) -> Option<CycleCause> {
     }
 }
 
-/// Returns the cause that is counted if two causes cost the same cycle.
+/// Returns the cause that is counted if two causes apply to the same cycle.
 pub(super) fn prior_cause(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
     Some(fault.map_or(other, |fault| fault.min(other)))
 }
 
 impl References {
-    /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns true
-    /// if this message had arrived before. A reference out of range is dropped.
+    /// Reads the references of a frame. If an axis has several, the latest one counts, as in the
+    /// drive. Returns true if this message had arrived before. A reference out of range is dropped.
     pub(super) fn read_references(
         &mut self,
         index: usize,
@@ -139,7 +141,7 @@ impl References {
         again
     }
 
-    /// Drops the references from before `oldest_ns`.
+    /// Drops the references that arrived before `oldest_ns`.
     pub(super) fn drop_older(&mut self, oldest_ns: u64) {
         for (axis, stamp_ns) in self.stamp_ns.iter().enumerate() {
             if *stamp_ns < oldest_ns {

@@ -4,20 +4,23 @@ use super::LIMITS;
 
 /// Maps hardware stamps to CLOCK_REALTIME by the software stamps of the same frames.
 ///
-/// A controller's clock starts at any value and drifts, but it stamps without the latency of the
-/// interrupt. A software stamp is late by that latency, never early. So the smallest difference
-/// (software − hardware) of the last one to two seconds is the offset between the clocks.
-/// `hardware + offset` has the controller's regularity and the computer's time.
+/// The clock of a controller starts at any value and drifts, but it stamps frames without the
+/// latency of the interrupt. A software stamp is late by that latency and never early. So the
+/// offset between the clocks is the smallest difference (software − hardware) of the last one to
+/// two seconds. The sum of the hardware stamp and this offset has the regularity of the
+/// controller's clock and the time of the computer.
 #[derive(Clone, Debug, Default)]
 pub struct HardwareClock {
-    /// Smallest difference of the last full window, and of the one being filled.
+    /// Smallest difference (software − hardware) in the last full window, and in the present window
+    /// \[ns\].
     differences: Option<(i128, i128)>,
     window_started_ns: u64,
     steps: u64,
 }
 
 impl HardwareClock {
-    /// Returns the CLOCK_REALTIME instant of a frame with both stamps \[ns\].
+    /// Returns the CLOCK_REALTIME instant of a frame from its hardware and its software stamp
+    /// \[ns\].
     pub fn realtime_ns(&mut self, hardware_ns: u64, software_ns: u64) -> u64 {
         let difference = i128::from(software_ns) - i128::from(hardware_ns);
         let (last, filling) = match self.differences {
@@ -38,7 +41,7 @@ impl HardwareClock {
             }
         };
         self.differences = Some((last, filling));
-        // No later than the software stamp, so the sum fits.
+        // The sum is not later than the software stamp, so it fits.
         u64::try_from(i128::from(hardware_ns) + last.min(filling)).unwrap_or(software_ns)
     }
 

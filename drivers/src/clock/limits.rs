@@ -3,9 +3,9 @@
 /// Limits that decide about changes of a clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ClockLimits {
-    /// Smallest change of the offset that is a step \[ns\]. Convention: both clocks are slewed alike
-    /// (adjtimex(2)), so only steps should occur between them; a virtual machine may show small
-    /// changes.
+    /// Smallest change of the offset that is a step \[ns\]. Convention: both clocks are slewed
+    /// alike (adjtimex(2)), so their offset should change only in steps. On a virtual machine it
+    /// may also change a little.
     pub(crate) step_ns: u64,
     /// Largest change of the offset that is ignored \[ns\]. Convention.
     pub(crate) noise_ns: u128,

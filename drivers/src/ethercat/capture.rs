@@ -1,29 +1,30 @@
-//! Packets of a capture file: pcap (of libpcap, tcpdump) and pcapng (of Wireshark, dumpcap).
+//! Packets of a capture file, in the format pcap (libpcap, tcpdump) or pcapng (Wireshark, dumpcap).
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-/// Longest block that is read, including its header \[bytes\]. Longer blocks of an unused kind are
-/// skipped.
+/// Length of the longest block that is read, including its header \[bytes\]. Longer blocks are
+/// skipped if their kind is not used.
 const MAX_BLOCK: u32 = 1 << 20;
 /// Largest number of interfaces of one section.
 const MAX_INTERFACES: usize = 256;
 /// Link type: Ethernet.
 const ETHERNET_LINK_TYPE: u16 = 1;
 
-/// Blocks of pcapng.
+/// Types of the blocks of pcapng.
 const SECTION_BLOCK: u32 = 0x0A0D_0D0A;
 const INTERFACE_BLOCK: u32 = 1;
 const SIMPLE_PACKET_BLOCK: u32 = 3;
 const PACKET_BLOCK: u32 = 6;
-/// Bytes that encode the byte order of a section.
+/// Bytes by which a section shows its byte order.
 const BYTE_ORDER_MAGIC: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
-/// Options of an interface: the resolution of its stamps, and the offset added to them \[s\].
+/// Options of an interface: the resolution of its stamps, and the offset to add to its stamps
+/// \[s\].
 const RESOLUTION_OPTION: u16 = 9;
 const OFFSET_OPTION: u16 = 14;
 
-/// First bytes of pcap with stamps in µs and in ns, little endian.
+/// First bytes of a pcap file with stamps in µs and with stamps in ns, in little-endian order.
 const MICROSECOND_MAGIC: [u8; 4] = [0xD4, 0xC3, 0xB2, 0xA1];
 const NANOSECOND_MAGIC: [u8; 4] = [0x4D, 0x3C, 0xB2, 0xA1];
 
@@ -36,29 +37,29 @@ pub enum CaptureError {
         path = path.display()
     )]
     Open {
-        /// The file.
+        /// Path of the capture.
         path: PathBuf,
         /// Error of the system.
         source: io::Error,
     },
-    /// Reading failed.
+    /// Reading the file failed.
     #[error("{path}, byte {offset}: cannot read further: {source}", path = path.display())]
     Read {
-        /// The file.
+        /// Path of the capture.
         path: PathBuf,
-        /// Offset of the block's first byte.
+        /// Offset of the block's first byte in the file.
         offset: u64,
         /// Error of the system.
         source: io::Error,
     },
-    /// The file begins like neither format. Record with tcpdump, dumpcap or Wireshark.
+    /// The file begins neither as pcap nor as pcapng. Record with tcpdump, dumpcap or Wireshark.
     #[error(
         "{path} is no capture: it begins neither like pcap nor like pcapng; record with tcpdump, \
          dumpcap or Wireshark, and unpack it where it is compressed",
         path = path.display()
     )]
     NotCapture {
-        /// The file.
+        /// Path of the capture.
         path: PathBuf,
     },
     /// The capture is truncated in the middle of a packet.
@@ -68,43 +69,43 @@ pub enum CaptureError {
         path = path.display()
     )]
     Truncated {
-        /// The file.
+        /// Path of the capture.
         path: PathBuf,
-        /// Offset of the block's first byte.
+        /// Offset of the block's first byte in the file.
         offset: u64,
     },
-    /// A block contradicts itself.
+    /// The fields of a block contradict each other.
     #[error(
         "{path}, byte {offset}: {what}; the file is damaged from there on: record it anew",
         path = path.display()
     )]
     Damaged {
-        /// The file.
+        /// Path of the capture.
         path: PathBuf,
-        /// Offset of the block's first byte.
+        /// Offset of the block's first byte in the file.
         offset: u64,
-        /// The problem.
+        /// Description of the contradiction.
         what: &'static str,
     },
 }
 
-/// One packet.
+/// One packet of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet<'a> {
     /// Time of capture \[ns since 1970\].
     pub stamp_ns: u64,
-    /// Ethernet frame from its destination address on, up to the captured length.
+    /// Bytes of the Ethernet frame from its destination address on, as far as they were captured.
     pub bytes: &'a [u8],
 }
 
-/// Packets of a capture, in the order of the file, in bounded memory.
+/// Reader of the packets of a capture, in the order of the file and in bounded memory.
 #[derive(Debug)]
 pub struct Capture<R = BufReader<File>> {
     reader: R,
     path: PathBuf,
-    /// Bytes read so far.
+    /// Number of bytes read until now.
     bytes_read: u64,
-    /// Offset of the block that is being read.
+    /// Offset in the file of the block that is being read.
     offset: u64,
     block: Vec<u8>,
     format: Format,
@@ -123,7 +124,7 @@ enum Format {
 #[derive(Clone, Copy, Debug)]
 struct Interface {
     is_ethernet: bool,
-    /// Stamp ticks per second.
+    /// Number of ticks of the stamps per second.
     per_second: u64,
     offset_s: i64,
 }
@@ -140,7 +141,7 @@ impl Capture {
         }
     }
 
-    /// Returns true if a file begins like a capture.
+    /// Returns true if a file begins as a capture.
     pub fn is_one(path: &Path) -> bool {
         let mut first = [0; 4];
         let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
@@ -149,7 +150,7 @@ impl Capture {
 }
 
 impl<R: BufRead> Capture<R> {
-    /// Creates a capture from any reader; errors name it `path`.
+    /// Creates a reader of a capture from any input. Errors name the capture `path`.
     pub fn new(reader: R, path: &Path) -> Self {
         Self {
             reader,
@@ -169,7 +170,7 @@ impl<R: BufRead> Capture<R> {
         &self.path
     }
 
-    /// Returns the number of skipped packets: not Ethernet, or without a stamp.
+    /// Returns the number of skipped packets, which are not Ethernet or have no stamp.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -177,7 +178,7 @@ impl<R: BufRead> Capture<R> {
     /// Returns the next packet, or `None` at the end.
     ///
     /// # Errors
-    /// See [`CaptureError`]; reading cannot continue after an error.
+    /// [`CaptureError`]. Reading cannot continue after an error.
     pub fn next_packet(&mut self) -> Result<Option<Packet<'_>>, CaptureError> {
         if self.format == Format::Unknown {
             self.begin()?;
@@ -258,7 +259,8 @@ impl<R: BufRead> Capture<R> {
         Ok(None)
     }
 
-    /// Reads the body of a block whose header is read. Checks it against the length at its end.
+    /// Reads the body of a block after its header, and checks the length against the length at the
+    /// end of the block.
     fn read_body(&mut self, length: u32) -> Result<(), CaptureError> {
         if length > MAX_BLOCK {
             return Err(self.damaged_error("a packet is longer than any frame"));
@@ -274,7 +276,7 @@ impl<R: BufRead> Capture<R> {
         Ok(())
     }
 
-    /// Begins a section: it has its own byte order and its own interfaces.
+    /// Begins a section, which has its own byte order and its own interfaces.
     fn section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
         if !self.read_block(4)? {
             return Err(self.truncated_error());
@@ -326,7 +328,7 @@ impl<R: BufRead> Capture<R> {
         Ok(())
     }
 
-    /// Returns the position of a packet in its block, or `None` if it is not Ethernet.
+    /// Returns the position of a packet in its block, or `None` if the packet is skipped.
     fn packet_position(&self) -> Result<Option<PacketPosition>, CaptureError> {
         let number = usize::try_from(self.u32_at(0)?).unwrap_or(usize::MAX);
         let Some(interface) = self.interfaces.get(number) else {
@@ -344,13 +346,15 @@ impl<R: BufRead> Capture<R> {
         Ok(interface.is_ethernet.then_some((stamp_ns, 20..end)))
     }
 
-    /// Reads like [`Self::read_block`], at the start of a block.
+    /// Reads `length` bytes as [`Self::read_block`] does, and stores their offset as that of the
+    /// block.
     fn take_header(&mut self, length: u32) -> Result<bool, CaptureError> {
         self.offset = self.bytes_read;
         self.read_block(length)
     }
 
-    /// Reads `length` bytes to `block`. Returns false if the file ends before the first of them.
+    /// Reads `length` bytes into `block`. Returns false if the file ends before the first of these
+    /// bytes.
     fn read_block(&mut self, length: u32) -> Result<bool, CaptureError> {
         self.block.clear();
         let mut part = self.reader.by_ref().take(length.into());
@@ -396,11 +400,11 @@ impl<R: BufRead> Capture<R> {
     }
 }
 
-/// Stamp \[ns\], and the position of the packet in the block.
+/// Stamp of a packet \[ns\], and the position of the packet in its block.
 type PacketPosition = (u64, core::ops::Range<usize>);
 
-/// Returns the format, the endianness (true: big endian) and the stamp ticks per second. Returns
-/// `None` if the file is no capture.
+/// Returns the format, the byte order (true for big endian) and the number of stamp ticks per
+/// second. Returns `None` if the file is not a capture.
 fn first_bytes(first: [u8; 4]) -> Option<(Format, bool, u64)> {
     let mut little = first;
     little.reverse();

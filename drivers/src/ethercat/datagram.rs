@@ -1,8 +1,8 @@
-//! An Ethernet frame as EtherCAT datagrams (ETG.1000, part 4), without copies.
+//! EtherCAT datagrams of an Ethernet frame (ETG.1000, part 4), read without copies.
 
-/// Commands of datagrams: read, write, both at once. Addressing: by station address (F), of all
-/// slaves (B), at a logical address (L). One slave reads and those after it are written (ARMW,
-/// FRMW).
+/// Commands of datagrams. A command reads (RD), writes (WR) or does both (RW). It addresses one
+/// slave by its station address (F), all slaves (B) or a logical address (L). With ARMW and FRMW,
+/// one slave is read and the other slaves are written.
 pub(crate) const FPRD: u8 = 4;
 pub(crate) const FPWR: u8 = 5;
 pub(crate) const FPRW: u8 = 6;
@@ -13,24 +13,24 @@ pub(crate) const LRW: u8 = 12;
 pub(crate) const ARMW: u8 = 13;
 pub(crate) const FRMW: u8 = 14;
 
-/// Register: the AL status, one byte of state and error.
+/// Register of the AL status: one byte of state and error.
 pub(crate) const AL_STATUS: u16 = 0x0130;
-/// Registers: sixteen memory management units of 16 bytes.
+/// Registers of the sixteen memory management units of a slave, 16 bytes each.
 pub(crate) const FMMU_REGISTERS: core::ops::Range<u16> = 0x0600..0x0700;
-/// Register: the system time of the distributed clock \[ns\].
+/// Register of the system time of the distributed clock \[ns\].
 pub(crate) const SYSTEM_TIME: u16 = 0x0910;
 /// First address of a slave's memory; mailboxes lie in it.
 pub(crate) const MAILBOX_START: u16 = 0x1000;
 
-/// Destination and source address of an Ethernet frame \[bytes\].
+/// Length of the destination and source addresses of an Ethernet frame \[bytes\].
 const ADDRESS_BYTES: usize = 12;
 const VLAN_TYPE: u16 = 0x8100;
 /// The EtherType of EtherCAT.
 pub(crate) const ETHERCAT_TYPE: u16 = 0x88A4;
 /// The type of EtherCAT frame that holds datagrams.
 const DATAGRAM_TYPE: u16 = 1;
-/// Length of the fields before the data of a datagram: command, index, address, length, interrupt
-/// \[bytes\].
+/// Length of the fields before the data of a datagram: command, index, address, length and
+/// interrupt \[bytes\].
 const HEADER_BYTES: usize = 10;
 const COUNTER_BYTES: usize = 2;
 
@@ -38,35 +38,36 @@ const COUNTER_BYTES: usize = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Datagram<'a> {
     pub(crate) command: u8,
-    /// Mark of the master: the returning datagram has that of the outgoing one.
+    /// Number that the master chose; it is the same in the outgoing and the returning datagram.
     pub(crate) index: u8,
     /// Logical address, or the station address in the low half and the register in the high half.
     pub(crate) address: u32,
     pub(crate) data: &'a [u8],
-    /// Number of slaves that took part, by the rules of the command.
+    /// Counter that the slaves increase if they take part, by the rules of the command.
     pub(crate) working_counter: u16,
 }
 
 impl Datagram<'_> {
-    /// Returns the address of the station, if the command has one.
+    /// Returns the station address of the slave, if the command has one.
     pub(crate) fn station_address(&self) -> u16 {
         let [low, high, ..] = self.address.to_le_bytes();
         u16::from_le_bytes([low, high])
     }
 
-    /// Returns the register, if the command has one.
+    /// Returns the address of the register, if the command has one.
     pub(crate) fn register(&self) -> u16 {
         let [.., low, high] = self.address.to_le_bytes();
         u16::from_le_bytes([low, high])
     }
 
-    /// Returns true if it reads or writes process data.
+    /// Returns true if the datagram reads or writes process data.
     pub(crate) fn is_logical(&self) -> bool {
         matches!(self.command, LRD | LWR | LRW)
     }
 
-    /// Returns the time of the distributed clock when the datagram passed its reference \[ns\], and
-    /// its number of bits, 32 or 64.
+    /// Returns the time of the distributed clock \[ns\] and its number of bits, 32 or 64. It is the
+    /// time at which the datagram passed the reference clock. Returns `None` if the datagram does
+    /// not carry a time.
     pub(crate) fn system_time(&self) -> Option<(u64, u8)> {
         let is_clock = matches!(self.command, ARMW | FRMW) && self.register() == SYSTEM_TIME;
         if !is_clock || self.working_counter == 0 {
@@ -83,14 +84,14 @@ impl Datagram<'_> {
 /// A complete Ethernet frame of EtherCAT datagrams.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EthercatFrame<'a> {
-    /// True if the frame has passed the slaves: the first one sets the second lowest bit of the
-    /// source address. Only then the slaves have written its inputs.
+    /// True if the frame has passed the slaves. The first slave sets the second lowest bit of the
+    /// source address. Only in a returning frame have the slaves written their inputs.
     pub(crate) is_returning: bool,
     datagrams: &'a [u8],
 }
 
 impl<'a> EthercatFrame<'a> {
-    /// Parses a packet. Returns `None` if it is no such frame or an incomplete one.
+    /// Parses a packet. Returns `None` if it is not a complete EtherCAT frame of datagrams.
     pub(crate) fn parse(packet: &'a [u8]) -> Option<Self> {
         let returning = packet.get(6)? & 2 != 0;
         let mut offset = ADDRESS_BYTES;

@@ -1,6 +1,6 @@
 //! EtherCAT on the wire: the packets of a capture, and the datagrams in a packet.
 //!
-//! Captures may come from any source: no length in them is trusted.
+//! Captures may come from any source, so every length in them is checked before use.
 
 mod capture;
 mod datagram;

@@ -3,10 +3,11 @@
 /// Largest number of interfaces that one source can receive from.
 pub const MAX_INTERFACES: usize = 16;
 
-/// The longest name of an interface \[bytes\]: IFNAMSIZ without its terminator.
+/// Maximum length of an interface name \[bytes\]: IFNAMSIZ without the terminator.
 const MAX_LENGTH: usize = 15;
 
-/// A name like `can0`: 1 to 15 bytes of printable ASCII without a slash or a colon.
+/// Name of an interface, such as `can0`: 1 to 15 bytes of printable ASCII without a slash or a
+/// colon.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InterfaceName {
     bytes: [u8; MAX_LENGTH],
@@ -22,7 +23,7 @@ impl InterfaceName {
         Self::from_bytes(name.as_bytes()).ok_or_else(|| InterfaceNameError { name: name.into() })
     }
 
-    /// Creates a name like [`Self::new`]; returns `None` if no interface can have it.
+    /// Creates a name like [`Self::new`]. Returns `None` if no interface can have this name.
     pub(crate) fn from_bytes(name: &[u8]) -> Option<Self> {
         let allowed = |byte: &u8| byte.is_ascii_graphic() && !matches!(byte, b'/' | b':');
         if name.is_empty() || !name.iter().all(allowed) || matches!(name, b"." | b"..") {
@@ -33,10 +34,10 @@ impl InterfaceName {
         Some(Self { bytes, length: u8::try_from(name.len()).ok()? })
     }
 
-    /// The name.
+    /// Returns the name as text.
     pub fn as_str(&self) -> &str {
         let name = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
-        // Only printable ASCII is stored.
+        // The name contains only printable ASCII, so this cannot fail.
         core::str::from_utf8(name).unwrap_or_default()
     }
 }
@@ -61,14 +62,14 @@ impl core::str::FromStr for InterfaceName {
     }
 }
 
-/// No interface can have this name.
+/// Error for a name that no interface can have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{name:?} cannot be the name of an interface: 1 to 15 characters such as `can0`, without \
      space, slash or colon"
 )]
 pub struct InterfaceNameError {
-    /// The name given.
+    /// Name that was refused.
     pub name: String,
 }
 

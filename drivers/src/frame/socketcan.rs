@@ -34,7 +34,7 @@ impl From<Id> for FrameId {
     }
 }
 
-/// The target has no time stamp, interface or direction; they are dropped.
+/// Converts a frame. The target type has no stamp, interface or direction, so they are dropped.
 impl TryFrom<&Frame> for CanAnyFrame {
     type Error = FrameError;
 
@@ -63,7 +63,7 @@ impl TryFrom<&Frame> for CanAnyFrame {
     }
 }
 
-/// Returns a frame received on interface 0 at time 0.
+/// Converts a frame. The result has the interface 0 and the time 0.
 impl TryFrom<&CanAnyFrame> for Frame {
     type Error = FrameError;
 

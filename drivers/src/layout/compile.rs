@@ -29,8 +29,8 @@ impl CompiledLayout {
         }
         check_no_objects(spec)?;
         let patterns = name_patterns(spec)?;
-        // A pattern is expanded once per axis: check that an arm can have this number of axes
-        // before.
+        // A pattern is expanded once per axis. So first check that an arm can have this number of
+        // axes.
         check_axes(spec)?;
         let database = Database::parse(dbc)?;
         let mut messages = Vec::new();
@@ -73,7 +73,7 @@ fn check_axes(spec: &LayoutSpec) -> Result<(), LayoutError> {
     key_error("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes))
 }
 
-/// Completes the plan of the messages, from any kind of description.
+/// Completes the plan from its messages; any kind of description can give them.
 pub(super) fn finish(
     mut messages: Vec<MessagePlan>,
     spec: &LayoutSpec,
@@ -126,8 +126,8 @@ pub(super) fn at_arrival(spec: &LayoutSpec) -> bool {
     spec.position.valid == PositionValidity::Arrival
 }
 
-/// Returns the following-error settings if the references are following errors. They relate to the
-/// position in the same cycle.
+/// Returns the sign convention if the references are following errors. A following error relates to
+/// the position in the same cycle.
 fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingErrorSign>, LayoutError> {
     let Some(ReferenceSpec { following_error: Some(error), valid, .. }) = &spec.reference else {
         return Ok(None);
@@ -140,7 +140,7 @@ fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingErrorSign>, Layo
     Ok(Some(*error))
 }
 
-/// Checks that the SYNC and signals that are valid at their own arrival are compatible.
+/// Checks that the SYNC is compatible with signals that are valid at their own arrival.
 fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutError> {
     let arrival = at_arrival(spec);
     let agrees = |key, other: Option<bool>| match other {
@@ -180,7 +180,7 @@ fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutE
     Ok(())
 }
 
-/// Checks that no key is set that belongs to a layout from device files.
+/// Checks that the specification has no key that only a layout from device files can have.
 fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
     let (position, torque, reference) = (&spec.position, &spec.torque, spec.reference.as_ref());
     let keys = [
@@ -265,7 +265,7 @@ fn names_of(
     }
 }
 
-/// Adds to a message of the plan the rule for frames with other content.
+/// Adds to a message of the plan the rule by which its frames with other content are recognised.
 fn except_in(
     database: &Database<'_>,
     messages: &mut [MessagePlan],
@@ -328,7 +328,8 @@ fn add_message(
     }
 }
 
-/// Checks that a status word or a counter is an integer without a scale.
+/// Checks that a status word, a state or a counter is an unsigned integer of an allowed width, with
+/// the factor 1 and the offset 0.
 pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
         Quantity::Position

@@ -14,7 +14,7 @@ use super::readings::{in_own_unit, reading_specs};
 use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
-/// Object that the layout requires of every node.
+/// Object of the drive that the layout requires of every node.
 pub(super) struct RequestedSignal<'a> {
     pub(super) key: &'static str,
     pub(super) quantity: Quantity,
@@ -32,8 +32,8 @@ struct Node<'a> {
 }
 
 impl CompiledLayout {
-    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their
-    /// order, to a plan.
+    /// Compiles the device files (EDS, DCF) of a specification's nodes to a plan. `texts` contains
+    /// the texts of the files, in the order of the nodes.
     ///
     /// # Errors
     /// [`LayoutError`] names the mismatch and its place.
@@ -56,7 +56,7 @@ impl CompiledLayout {
     }
 }
 
-/// Checks that no key is set that belongs to a layout from a DBC file.
+/// Checks that the specification has no key that only a layout from a DBC file can have.
 pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     if spec.sync.is_some() {
         let reason = "is object 1005h of the device files, and the cycle of EtherCAT; leave it out";
@@ -157,7 +157,7 @@ pub(super) fn requested_signals(
     Ok(wanted)
 }
 
-/// Returns the device file of each node, and true for a DCF.
+/// Returns the device file of each node; the second value is true for a DCF.
 fn files(spec: &LayoutSpec) -> Result<Vec<(&Path, bool)>, LayoutError> {
     let file = |node: &'_ NodeSpec| -> Result<bool, LayoutError> {
         if !(1..=127).contains(&node.node_id) {
@@ -198,8 +198,8 @@ fn read_node<'a>(
     Ok(nodes)
 }
 
-/// Returns the SYNC, which has to be the same for all nodes: 1005h, with a counter if 1019h says
-/// so.
+/// Returns the SYNC message, which has to be the same for all nodes. Its identifier is in object
+/// 1005h, and object 1019h says if it contains a counter.
 fn sync_message(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
     let remedy = "the SYNC's COB-ID marks the instant of the samples; it is usually 0x80";
     let mut agreed: Option<(FrameId, bool)> = None;
@@ -277,8 +277,8 @@ fn add(
     Ok(())
 }
 
-/// Returns the first usable PDO that carries an object. If none is usable, returns the error of the
-/// first.
+/// Returns the first usable PDO that carries an object. If no PDO is usable, returns the error of
+/// the first one that carries the object.
 fn find<'n>(
     wanted: &RequestedSignal<'_>,
     object: Object,
@@ -292,7 +292,8 @@ fn find<'n>(
     for pdo in pdos {
         let Some(mapped) = pdo.find(object) else { continue };
         let sent = match wanted.quantity {
-            // A reading has no instant: the drive chooses the time.
+            // A reading is not valid at an instant, so the drive may choose the time at which it
+            // sends the PDO.
             Quantity::Reading(_) => pdo.transmission(&node.dictionary),
             _ => pdo.synchronous_transmission(&node.dictionary),
         };

@@ -1,4 +1,4 @@
-//! Compilation of a specification and a description of its EtherCAT network to a plan.
+//! Compilation of a specification and the description of its EtherCAT network to a plan.
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,8 @@ impl CompiledLayout {
         compile_network(&read_eni(text, &file, &spec.slaves)?, spec, file)
     }
 
-    /// Compiles a plan like [`Self::compile_eni`], from a capture of the start-up.
+    /// Compiles a capture of the start-up and a specification to a plan, like
+    /// [`Self::compile_eni`].
     ///
     /// # Errors
     /// [`LayoutError`] names the mismatch and its place.
@@ -69,11 +70,11 @@ fn check_spec(spec: &LayoutSpec) -> Result<(), LayoutError> {
     }
 }
 
-/// Position and format of an object that was found.
+/// Position and format of an object in the process data.
 struct FoundObject {
-    /// Number of the datagram.
+    /// Index of the datagram that carries the object.
     command: usize,
-    /// Offset from the datagram's first bit.
+    /// First bit of the object, from the first bit of the datagram's data.
     first_bit: u64,
     bits: u64,
     encoding: Encoding,
@@ -94,8 +95,8 @@ fn compile_network(
         excluded_values: Vec::new(),
     }];
     let mut gathered = Vec::new();
-    // Report unmapped objects before objects that cannot be located. The first is an error of the
-    // arm, the second an error of the file.
+    // Report objects that are not mapped before objects that cannot be located. A missing mapping
+    // is an error in the arm's configuration; a missing location is an error in the file.
     for (wanted, (axis, slave)) in signal_slave_pairs(&wanted, network) {
         find_entry(wanted, slave_area(slave, wanted.direction), spec, axis, (&slave.name, &file))?;
     }
@@ -143,7 +144,7 @@ fn name_of(direction: Direction) -> &'static str {
     }
 }
 
-/// Returns the entry of an object in an area.
+/// Returns the entry of an object in an area of process data.
 fn find_entry(
     wanted: &RequestedSignal<'_>,
     area: &Area,
@@ -214,7 +215,7 @@ fn find(
 }
 
 /// Returns the frame of an axis in one direction: its message in the plan, its datagram, and the
-/// assembly of its bytes.
+/// ranges of bytes from which it is assembled.
 fn message(
     axis: usize,
     direction: Direction,

@@ -1,4 +1,4 @@
-//! Contents of a device file, before a layout names objects of it.
+//! Contents of a device file, as read before a layout selects objects.
 
 use std::path::Path;
 
@@ -8,33 +8,35 @@ use crate::frame::FrameId;
 /// An object that a PDO carries.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CarriedObject {
-    /// Name in a layout: `6064:00`.
+    /// Name of the object in a layout, such as `6064:00`.
     pub name: String,
     /// True if the node sends the object, false if it receives it.
     pub is_sent: bool,
-    /// Reason why a layout cannot use the object, if its PDO is not sent at every SYNC.
+    /// Reason why a layout cannot use the object: its PDO is not sent at every SYNC. `None` if it
+    /// can.
     pub unusable_reason: Option<String>,
 }
 
-/// Contents of a device file about its drive.
+/// Contents of the device file of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceContents {
-    /// The node that a DCF was made for.
+    /// Number of the node for which a DCF was made; `None` if the file does not contain it.
     pub node_id: Option<u8>,
-    /// The identifier of the SYNC, if the file has one.
+    /// Identifier of the SYNC, if the file contains it.
     pub sync: Option<FrameId>,
-    /// Objects that its PDOs carry, in their order.
+    /// Objects that the PDOs carry, in the order of the PDOs.
     pub mapped_objects: Vec<CarriedObject>,
 }
 
 impl DeviceContents {
-    /// Reads an EDS, or a DCF (`is_dcf`), whose configured values apply.
+    /// Reads an EDS, or a DCF if `is_dcf` is true. The configured values of a DCF apply.
     ///
     /// # Errors
-    /// [`EdsError`] if the text is no device file, or if its mapping fits no PDO.
+    /// [`EdsError`] if the text is not a device file, or if a mapping does not fit its PDO.
     pub fn read(text: &str, file: &Path, is_dcf: bool) -> Result<Self, EdsError> {
         let node_id = if is_dcf { Dictionary::commissioned_node(text, file)? } else { None };
-        // Use any node: the identifiers are only read when a layout names the node.
+        // Any number serves if the node is unknown: the identifiers are only read when a layout
+        // names the node.
         let dictionary = Dictionary::parse(text, file, node_id.unwrap_or(1), is_dcf)?;
         let sync = dictionary.value(0x1005, 0)?;
         let sync = sync.and_then(|cob_id| identifier(cob_id.number).ok());

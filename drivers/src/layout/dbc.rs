@@ -22,39 +22,39 @@ pub struct Database<'a> {
 /// Frame format of one message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MessageFormat {
-    /// Its name.
+    /// Name of the message.
     pub name: String,
-    /// Its identifier.
+    /// Identifier of the message.
     pub id: FrameId,
-    /// True if its frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
+    /// True if the frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
     pub is_fd: bool,
-    /// Number of bytes of its signals.
+    /// Length of the message in the DBC file \[bytes\].
     pub length: u8,
 }
 
-/// Format of one signal: its bits, its unit, its declared range.
+/// Format of one signal: its bits, its unit and its declared range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalFormat {
-    /// `Message.Signal`.
+    /// Name of the signal, as `Message.Signal`.
     pub name: String,
-    /// Its bits.
+    /// Bits of the signal in the payload.
     pub field: Field,
-    /// The unit string.
+    /// Unit of the signal, as the DBC file writes it.
     pub unit: String,
-    /// Range that the file declares, in that unit; `[0|0]` declares none.
+    /// Range that the DBC file declares, in the unit of the signal; `None` for `[0|0]`.
     pub range: Option<(f64, f64)>,
 }
 
-/// A signal with its names.
+/// A signal, with the names of its message and of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NamedSignal<'a> {
-    /// Its message.
+    /// Name of the message.
     pub message: &'a str,
-    /// Identifier of that message.
+    /// Identifier of the message.
     pub id: FrameId,
-    /// Its own name.
+    /// Name of the signal.
     pub name: &'a str,
-    /// The unit string.
+    /// Unit of the signal, as the DBC file writes it.
     pub unit: &'a str,
 }
 
@@ -66,8 +66,8 @@ fn frame_id(id: MessageId) -> FrameId {
 }
 
 impl MessageFormat {
-    /// Returns the length of its frames \[bytes\]: CAN FD has only these lengths between 8 and 64
-    /// (ISO 11898-1).
+    /// Returns the length of the frames of this message \[bytes\]. CAN FD frames have only certain
+    /// lengths between 8 and 64 bytes (ISO 11898-1), so it may exceed [`Self::length`].
     pub fn wire_length(&self) -> u8 {
         let lengths = self.length..=u8::MAX;
         lengths.into_iter().find(|length| is_fd_length((*length).into())).unwrap_or(self.length)
@@ -278,8 +278,8 @@ impl<'a> Database<'a> {
         })
     }
 
-    /// Returns the name of the message's `VFrameFormat`: its own value, else the default of the
-    /// file.
+    /// Returns the frame format of a message (`VFrameFormat`): the value of the message itself, or
+    /// otherwise the default of the file.
     fn frame_format(&self, id: MessageId) -> Option<String> {
         const FORMAT_ATTRIBUTE: &str = "VFrameFormat";
         let names =
@@ -300,17 +300,18 @@ impl<'a> Database<'a> {
         match value {
             AttributeValue::String(name) => Some(name.clone()),
             AttributeValue::Uint(index) => names.get(usize::try_from(*index).ok()?).cloned(),
-            // Neither a name nor an index: no format has this name, so it is refused.
+            // The value is neither a name nor an index. No format has an empty name, so the message
+            // is refused.
             AttributeValue::Int(_) | AttributeValue::Double(_) => Some(String::new()),
         }
     }
 }
 
-/// can-dbc truncates an identifier without bit 31 to 16 bits, which turns one message into another.
-/// So the numbers are checked in the text.
+/// Checks the identifiers of the messages in the text. can-dbc truncates an identifier without bit
+/// 31 to 16 bits, which would turn one message into another.
 fn check_ids(text: &str) -> Result<(), LayoutError> {
     const EXTENDED_ID_BIT: u64 = 1 << 31;
-    // Editors keep signals without a message here; no frame has this identifier.
+    // Editors store signals without a message under this identifier, which no frame has.
     const INDEPENDENT_SIGNALS: (u64, &str) = (0xC000_0000, "VECTOR__INDEPENDENT_SIG_MSG");
     for (k, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -339,7 +340,7 @@ fn to_float(value: &NumericValue) -> f64 {
     }
 }
 
-/// Returns the line in the parser's message, which starts ` --> line:column`.
+/// Returns the line number in a message of the parser, which starts with ` --> line:column`.
 fn line_in(detail: &str) -> Option<usize> {
     let (_, rest) = detail.split_once("-->")?;
     rest.split(':').next()?.trim().parse().ok()
@@ -357,8 +358,8 @@ fn line_of_signal(text: &str, message: &str, signal: &str) -> Option<usize> {
         .map(|k| first + k + 1)
 }
 
-/// Returns true if a line begins with `keyword` and its word `at` is `name`, with or without a
-/// colon after it.
+/// Returns true if a line begins with `keyword` and its word number `at` is `name`, with or without
+/// a colon. Words count from 0.
 fn is_line_of(line: &str, keyword: &str, name: &str, at: usize) -> bool {
     let mut words = line.split_whitespace();
     words.next() == Some(keyword)

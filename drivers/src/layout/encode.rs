@@ -1,5 +1,5 @@
-//! Encoding of numbers as frames that a drive and its controller would send. It serves the
-//! simulated robot and tests; the service itself sends nothing.
+//! Encoding of numbers to the frames that a drive and its controller would send. The simulated
+//! robot and tests use it; the service itself sends nothing.
 
 use didim_dynamics::{MAX_JOINTS, Reading};
 
@@ -19,36 +19,36 @@ pub struct AxisValues {
     pub reference: f64,
     /// CiA 402 status word, or the state of another kind of drive.
     pub status_word: u16,
-    /// Additional readings of the drive, in the units of [`Reading`] and their order.
+    /// Additional readings of the drive, in the units and the order of [`Reading`].
     pub readings: [f64; Reading::ALL.len()],
 }
 
 /// Values that all axes send in one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CycleValues {
-    /// Per axis; entries beyond the arm's axes are not read.
+    /// Values of each axis. Entries beyond the axes of the arm are not read.
     pub axes: [AxisValues; MAX_JOINTS],
-    /// The counter of the packed frame; taken modulo its width.
+    /// Counter of the packed frame. It is taken modulo the range of its signal.
     pub counter: u64,
 }
 
-/// Error for a value that its signal cannot hold. Nothing is saturated or wrapped silently.
+/// Error for a value that does not fit its signal. No value is saturated or wrapped silently.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("signal `{signal}`: {reason}")]
 pub struct EncodeError {
-    /// `Message.Signal`.
+    /// Name of the signal, as `Message.Signal`.
     pub signal: String,
-    /// The value and its limits.
+    /// The value, and the limits of the signal.
     #[source]
     pub reason: DoesNotFit,
 }
 
 impl CompiledLayout {
-    /// Appends the frames of every message of a role, ordered by identifier, all with one stamp.
-    /// Bits outside the signals of the layout are zero.
+    /// Appends one frame for every message with a role, ordered by identifier. All frames have the
+    /// same stamp. Bits outside of the signals of the layout are zero.
     ///
     /// # Errors
-    /// [`EncodeError`] if a value does not fit its signal; then nothing is appended.
+    /// [`EncodeError`] if a value does not fit its signal; then no frame is appended.
     pub fn encode(
         &self,
         role: Role,
@@ -87,7 +87,7 @@ impl MessagePlan {
                 Quantity::NetworkState => f64::from(OPERATIONAL),
                 Quantity::Reading(reading) => axis.readings[reading as usize],
                 Quantity::Counter => {
-                    // `insert` keeps the low bits: a counter wraps at 2^width.
+                    // The field stores only its low bits, so a counter wraps at 2^width.
                     extraction.signal.field.write_bits(&mut payload, values.counter);
                     continue;
                 }

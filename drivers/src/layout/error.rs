@@ -4,93 +4,93 @@ use std::fmt;
 
 use crate::ethercat::CaptureError;
 
-/// Reason why a DBC file and a layout give no plan. Every variant names the problem and its place;
-/// `line` counts from 1 in the DBC file.
+/// Reason why a DBC file and a layout cannot be compiled to a plan. Every variant names the problem
+/// and its place. `line` counts from 1 in the DBC file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayoutError {
     /// The text is not a DBC file.
     #[error("the DBC file does not parse{}: {detail}", FilePlace(*.line))]
     Syntax {
-        /// Line number, if the parser reports it.
+        /// Line number in the DBC file, if the parser reports it.
         line: Option<usize>,
         /// Message of the parser.
         detail: String,
     },
-    /// An identifier has neither 11 bits nor, with bit 31 set, 29.
+    /// An identifier fits neither 11 bits nor, with bit 31 set, 29 bits.
     #[error(
         "line {line} of the DBC file: {id} is not a CAN identifier (11 bits; or 29 bits with 2^31 \
         added)"
     )]
     IdOutOfRange {
-        /// The line of the message.
+        /// Line of the message in the DBC file.
         line: usize,
-        /// The number in the file.
+        /// Identifier in the DBC file.
         id: u64,
     },
-    /// Two messages have the same identifier: a frame cannot be assigned to one of them.
+    /// Two messages have the same identifier, so it is not clear to which of them a frame belongs.
     #[error("the messages `{first}` and `{second}` of the DBC file have the same identifier {id}")]
     DuplicateId {
         /// The identifier in the notation of the DBC file.
         id: u32,
-        /// One message.
+        /// Name of one message.
         first: String,
-        /// The other.
+        /// Name of the other message.
         second: String,
     },
     /// Two messages, or two signals of one message, have the same name.
     #[error("the DBC file has two of the name `{name}`")]
     DuplicateName {
-        /// The name.
+        /// Name that occurs twice.
         name: String,
     },
-    /// A message does not fit its frame format.
+    /// A message contradicts its frame format.
     #[error("message `{message}`{}: {reason}", FilePlace(*.line))]
     Format {
-        /// The message.
+        /// Name of the message.
         message: String,
-        /// Its line.
+        /// Line of the message in the DBC file.
         line: Option<usize>,
-        /// The mismatch.
+        /// Description of the contradiction.
         reason: &'static str,
     },
     /// A signal is not named as `Message.Signal`.
     #[error("`{key} = \"{pattern}\"`: a signal is named `Message.Signal`")]
     Pattern {
-        /// The key of the layout.
+        /// Key of the layout that names the signal.
         key: &'static str,
-        /// Its text.
+        /// Value of the key.
         pattern: String,
     },
-    /// The DBC file has no such message.
+    /// The DBC file has no message of this name.
     #[error("`{key}`: the DBC file has no message `{message}`{}", SimilarNames(.similar))]
     NoMessage {
-        /// The key of the layout.
+        /// Key of the layout that names the message.
         key: &'static str,
-        /// The missing name.
+        /// Name of the missing message.
         message: String,
-        /// Similar names in the file.
+        /// Similar names of messages in the DBC file.
         similar: Vec<String>,
     },
-    /// The message has no such signal.
+    /// The message has no signal of this name.
     #[error("`{key}`: message `{message}` has no signal `{signal}`{}", SimilarNames(.similar))]
     NoSignal {
-        /// The key of the layout.
+        /// Key of the layout that names the signal.
         key: &'static str,
-        /// The message.
+        /// Name of the message.
         message: String,
-        /// The missing name.
+        /// Name of the missing signal.
         signal: String,
-        /// Similar names in the message.
+        /// Similar names of signals of the message.
         similar: Vec<String>,
     },
     /// A signal cannot be read as the DBC file defines it.
     #[error("signal `{signal}`{}: {reason}", FilePlace(*.line))]
     Signal {
-        /// `Message.Signal`.
+        /// Name of the signal, as `Message.Signal`.
         signal: String,
-        /// Its line.
+        /// Line of the signal in the DBC file.
         line: Option<usize>,
-        /// The problem and its correction.
+        /// Problem with the signal, and its correction.
         reason: String,
     },
     /// Two signals of the layout read the same bits.
@@ -98,23 +98,23 @@ pub enum LayoutError {
         "`{first}` and `{second}` are the same bits of a frame; does a pattern lack `{{axis}}`?"
     )]
     Overlap {
-        /// The quantity and the axis.
+        /// Quantity and axis of one signal.
         first: String,
-        /// The other.
+        /// Quantity and axis of the other signal.
         second: String,
     },
-    /// A device file of the layout's nodes gives no plan.
+    /// A device file of the layout's nodes cannot be compiled to a plan.
     #[error(transparent)]
     Eds(#[from] super::eds::EdsError),
-    /// The description of the layout's EtherCAT slaves gives no plan.
+    /// The description of the layout's EtherCAT slaves cannot be compiled to a plan.
     #[error(transparent)]
     Network(#[from] super::slaves::NetworkError),
     /// A key of the layout has an invalid value.
     #[error("`{key}`: {reason}")]
     Key {
-        /// The key.
+        /// Key of the layout.
         key: &'static str,
-        /// The problem and its correction.
+        /// Problem with the value, and its correction.
         reason: String,
     },
 }

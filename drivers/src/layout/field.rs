@@ -5,7 +5,7 @@ use crate::frame::MAX_PAYLOAD;
 /// The widest integer that an `f64` holds exactly \[bits\].
 pub const EXACT_BITS: u8 = 53;
 
-/// The order of a signal's bytes, as a DBC file writes it.
+/// Order of the bytes of a signal, with its notation in a DBC file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ByteOrder {
     /// Intel, `@1`: the start bit is the least significant one.
@@ -32,15 +32,15 @@ pub enum Encoding {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{value} does not fit: the signal holds {minimum} to {maximum}")]
 pub struct DoesNotFit {
-    /// The number, in the unit of the DBC file.
+    /// The number that does not fit, in the unit of the DBC file.
     pub value: f64,
-    /// The smallest value that fits, in the same unit.
+    /// Smallest value that fits, in the unit of the DBC file.
     pub minimum: f64,
-    /// The largest value that fits.
+    /// Largest value that fits, in the unit of the DBC file.
     pub maximum: f64,
 }
 
-/// Bits of one signal, prepared for reading: the bytes that hold it, the shift, the width.
+/// Bits of one signal, prepared for reading: the bytes that hold them, the shift and the width.
 ///
 /// `physical value = raw × factor + offset`, in the unit of the DBC file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +69,8 @@ impl Field {
         if width == 0 || width > 64 || start >= 8 * MAX_PAYLOAD as u64 {
             return None;
         }
-        // Count the bits in their order of significance: upwards for Intel. For Motorola bit 7 of
-        // byte 0 is the first. So a field is one run in either order.
+        // Count the bits in the order of their significance, upwards for Intel. For Motorola, bit 7
+        // of byte 0 is the first. With this count a field is one run of bits in either order.
         let first = match order {
             ByteOrder::LittleEndian => start,
             ByteOrder::BigEndian => 8 * (start / 8) + (7 - start % 8),
@@ -112,13 +112,15 @@ impl Field {
         (self.factor, self.offset)
     }
 
-    /// Returns the same bits in another unit; `factor` of that unit make one of the field's unit.
+    /// Returns the field with the same bits in another unit. One unit of the present field is
+    /// `factor` of the new unit.
     #[must_use]
     pub(super) fn in_unit(self, factor: f64) -> Self {
         Self { factor: factor * self.factor, offset: factor * self.offset, ..self }
     }
 
-    /// Returns the raw bits, in the low end of the result; bytes beyond the payload read as zero.
+    /// Returns the raw bits, in the low end of the result. Bytes beyond the payload are read as
+    /// zero.
     pub fn bits(&self, payload: &[u8]) -> u64 {
         let mut word = 0u128;
         for k in 0..self.bytes {
@@ -141,7 +143,8 @@ impl Field {
         }
     }
 
-    /// Returns the physical value, in the unit of the DBC file. Exact up to [`EXACT_BITS`].
+    /// Returns the physical value, in the unit of the DBC file. It is exact for integers of at most
+    /// [`EXACT_BITS`] bits.
     pub fn value(&self, payload: &[u8]) -> f64 {
         self.value_of(self.bits(payload))
     }
@@ -162,8 +165,8 @@ impl Field {
     /// Returns the bits whose physical value is nearest to `value`.
     ///
     /// # Errors
-    /// [`DoesNotFit`] if the value is not finite or outside of the range of the bits: it is never
-    /// saturated or wrapped.
+    /// [`DoesNotFit`] if the value is not finite or outside of the range of the bits. The value is
+    /// never saturated or wrapped.
     pub fn bits_for(&self, value: f64) -> Result<u64, DoesNotFit> {
         let raw = (value - self.offset) / self.factor;
         let (minimum, maximum) = self.raw_range();
@@ -196,8 +199,9 @@ impl Field {
         }
     }
 
-    /// Returns the number at which an integer wraps, in the unit of the DBC file; `None` for a
-    /// floating-point signal.
+    /// Returns the number of values of an integer field, times the value of one count, in the unit
+    /// of the DBC file: an integer wraps by this amount. Returns `None` for a floating-point
+    /// signal.
     pub fn modulus(&self) -> Option<f64> {
         match self.encoding {
             Encoding::Unsigned | Encoding::Signed => {
@@ -237,7 +241,7 @@ impl Field {
         }
     }
 
-    /// Returns the shift of byte `k` of the field in the number.
+    /// Returns the number of bits by which byte `k` of the field is shifted in the raw number.
     fn byte_shift(&self, k: u8) -> u8 {
         match self.order {
             ByteOrder::LittleEndian => 8 * k,

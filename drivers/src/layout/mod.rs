@@ -1,11 +1,11 @@
 //! Assignment of the bits of frames to quantities of the arm.
 //!
-//! A DBC file defines the place of signals in frames. A [`LayoutSpec`] selects the arm's positions,
-//! torques and references from them, and defines when each is valid. Both are read once, at start,
-//! and compiled to a [`CompiledLayout`]: a table from identifier to message and, per message, the
-//! bits of each signal. CiA 402 is a DBC file, not code. The device files of the drives (EDS, DCF)
-//! may replace it; their PDOs are read the same way. So may the description of an EtherCAT network
-//! (ENI).
+//! A DBC file defines the positions of signals in frames. A [`LayoutSpec`] selects the positions,
+//! torques and references of the arm from these signals, and defines when each of them is valid.
+//! Both are read once, at start, and compiled to a [`CompiledLayout`]. It is a table from
+//! identifier to message and, for each message, the bits of each signal. CiA 402 is described by a
+//! DBC file, not by code. The device files of the drives (EDS, DCF) may replace the DBC file; their
+//! PDOs are read in the same way. The description of an EtherCAT network (ENI) may also replace it.
 //!
 //! Values here are in the units of the DBC file; [`crate::units`] converts them to SI.
 

@@ -1,4 +1,4 @@
-//! Compiled plan: it reads numbers from a frame without names, searches or allocations.
+//! Compiled plan, which reads numbers from a frame without names and without allocations.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use super::process_data::ProcessData;
 use super::spec::{CyclesBy, FollowingErrorSign};
 use crate::frame::{Frame, FrameId, FrameKind};
 
-/// One entry for every identifier of 11 bits.
+/// Number of 11-bit identifiers, each of which has an entry in the plan.
 const STANDARD_IDS: usize = 1 << 11;
 
 /// Entry of an identifier that is not in the plan.
@@ -28,9 +28,9 @@ pub enum Quantity {
     Reference,
     /// CiA 402 status word.
     StatusWord,
-    /// State of another kind of drive; one value means enabled.
+    /// State of a drive without a CiA 402 status word; one of its values means enabled.
     Enabled,
-    /// Counter of the packed frame; it belongs to no axis, `axis` is 0.
+    /// Counter of the packed frame. It belongs to no axis, and its [`Extraction::axis`] is 0.
     Counter,
     /// State of the EtherCAT network in the cycle: AL status, and whether the working counters
     /// match the expected ones.
@@ -63,8 +63,8 @@ impl fmt::Display for Quantity {
 /// Role of a message for a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// The arrival of the message is the instant of a sample. It carries no signal, unless signals
-    /// are valid at the arrival of their frames.
+    /// The arrival of the message is the instant of a sample. The message carries no signal, unless
+    /// signals are valid at the arrival of their frames.
     Sync,
     /// The message carries signals that a sample requires.
     Sample,
@@ -74,7 +74,7 @@ pub enum Role {
     Reading,
 }
 
-/// Returns the message whose arrival is the instant of a sample.
+/// Kind of message whose arrival is the instant of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SampledBy {
     /// The SYNC message.
@@ -92,29 +92,29 @@ pub enum Unreadable {
     Remote,
     /// No message of the layout has this identifier.
     UnknownId,
-    /// Classic frame where the message is CAN FD, or the reverse.
+    /// The frame is classic and the message is CAN FD, or the reverse.
     WrongFormat,
-    /// The length differs from that of the message.
+    /// The length of the frame differs from that of the message.
     WrongLength,
-    /// The content marks the frame as something else than the message.
+    /// The content shows that the frame is something else than the message.
     Excepted,
 }
 
 /// One signal of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extraction {
-    /// Its quantity.
+    /// Quantity of the signal.
     pub quantity: Quantity,
     /// Axis of the signal, from 0.
     pub axis: usize,
-    /// Its bits, unit and range.
+    /// Bits, unit and range of the signal.
     pub signal: SignalFormat,
 }
 
 impl Extraction {
     /// Returns the value in the unit of the DBC file, or `None` if it is not finite or outside of
-    /// the declared range. The limits of an integer have a tolerance of half a step: 32767 times
-    /// 0.1 differs from the number 3276.7.
+    /// the declared range. The range of an integer signal is widened by half a count on either
+    /// side, because 32767 × 0.1 and 3276.7 differ as floating-point numbers.
     pub fn value(&self, payload: &[u8]) -> Option<f64> {
         let field = &self.signal.field;
         let value = field.value(payload);
@@ -127,14 +127,14 @@ impl Extraction {
 /// One message of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MessagePlan {
-    /// Format of its frames.
+    /// Format of the message's frames.
     pub format: MessageFormat,
-    /// Role for a sample.
+    /// Role of the message for a sample.
     pub role: Role,
-    /// Its signals, in the order position, torque, reference, status word, state, readings,
-    /// counter.
+    /// Signals of the message, in the order position, torque, reference, status word, state,
+    /// readings, counter.
     pub extractions: Vec<Extraction>,
-    /// Frames in which such an integer has one of these values carry other content.
+    /// Integer fields, each with the values that mark a frame with other content than the message.
     pub excluded_values: Vec<(Field, Vec<u16>)>,
 }
 
@@ -144,13 +144,13 @@ pub(super) struct Validity {
     pub(super) at_arrival: bool,
     pub(super) torque: SignalTiming,
     pub(super) reference_at_next_sync: bool,
-    /// Kind of following error, if the references are following errors instead of positions.
+    /// Sign convention of the following errors; `None` if the references are positions.
     pub(super) following_error: Option<FollowingErrorSign>,
-    /// Value of the state of an enabled drive.
+    /// Value of the state signal of an enabled drive.
     pub(super) enabled_value: u16,
 }
 
-/// A layout ready to read frames. Immutable after its creation.
+/// A layout that is ready to read frames. It does not change after its creation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledLayout {
     messages: Vec<MessagePlan>,
@@ -203,8 +203,8 @@ impl CompiledLayout {
         Self { process_data: Some(process_data), ..self }
     }
 
-    /// Returns the conversion of EtherCAT datagrams to the frames of the plan, or `None` if frames
-    /// arrive directly.
+    /// Returns the conversion of EtherCAT datagrams to the frames of the plan, or `None` for a CAN
+    /// bus.
     pub fn process_data(&self) -> Option<&ProcessData> {
         self.process_data.as_ref()
     }
@@ -272,12 +272,12 @@ impl CompiledLayout {
         (index != NO_MESSAGE).then_some(usize::from(index))
     }
 
-    /// The message whose arrival is the instant of a sample.
+    /// Returns the kind of message whose arrival is the instant of a sample.
     pub fn sampled_by(&self) -> SampledBy {
         self.sampled_by
     }
 
-    /// Number of axes.
+    /// Returns the number of axes.
     pub fn axes(&self) -> usize {
         self.axes
     }
@@ -299,7 +299,7 @@ impl CompiledLayout {
         self.validity.at_arrival
     }
 
-    /// Returns the value of a [`Quantity::Enabled`] of an enabled drive.
+    /// Returns the value of [`Quantity::Enabled`] that means an enabled drive.
     pub fn enabled_value(&self) -> u16 {
         self.validity.enabled_value
     }
@@ -309,13 +309,14 @@ impl CompiledLayout {
         self.validity.reference_at_next_sync
     }
 
-    /// Returns the kind of following error, if the references are following errors instead of
+    /// Returns the sign convention of the following errors, or `None` if the references are
     /// positions.
     pub fn following_error(&self) -> Option<FollowingErrorSign> {
         self.validity.following_error
     }
 
-    /// Returns the signal that carries a quantity of an axis (from 0), if the layout has it.
+    /// Returns the signal that carries a quantity of an axis (from 0), or `None` if the layout has
+    /// none.
     pub fn signal(&self, quantity: Quantity, axis: usize) -> Option<&SignalFormat> {
         let mut extractions = self.messages.iter().flat_map(|message| &message.extractions);
         extractions.find(|e| e.quantity == quantity && e.axis == axis).map(|e| &e.signal)
@@ -327,7 +328,7 @@ impl CompiledLayout {
     }
 }
 
-/// Returns the sort key of messages: standard identifiers before extended ones.
+/// Returns the key by which messages are sorted: standard identifiers before extended ones.
 fn sort_key(id: FrameId) -> (bool, u32) {
     match id {
         FrameId::Standard(id) => (false, u32::from(id)),

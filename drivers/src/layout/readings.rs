@@ -1,4 +1,4 @@
-//! Signals of additional readings of drives, in the units of samples.
+//! Signals of additional readings of the drives, in the units that samples use.
 
 use didim_dynamics::Reading;
 
@@ -9,7 +9,8 @@ use super::plan::{MessagePlan, Quantity};
 use super::spec::{LayoutSpec, ReadingSpec, SignalNames};
 use crate::frame::Frame;
 
-/// Returns the readings of a layout: keys, quantity and specification.
+/// Returns the readings that a layout specifies, each with its keys, its quantity and its
+/// specification.
 pub(super) fn reading_specs(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, [&'static str; 3], &ReadingSpec)> {
@@ -23,7 +24,7 @@ pub(super) fn reading_specs(
         .filter_map(|(reading, spec)| Some((reading, reading_keys(reading), spec.as_ref()?)))
 }
 
-/// Returns the signals of the law in the commands: their reading, key and names.
+/// Returns the signals of the control law in the commands, each with its reading, key and names.
 pub(super) fn law_signals(
     spec: &LayoutSpec,
 ) -> impl Iterator<Item = (Reading, &'static str, &SignalNames)> {
@@ -38,7 +39,7 @@ pub(super) fn law_signals(
     signals.map(|(reading, names)| (reading, reading_keys(reading)[0], names))
 }
 
-/// Returns the keys of its signal, its object and its unit.
+/// Returns the keys of the signal, the object and the unit of a reading.
 fn reading_keys(reading: Reading) -> [&'static str; 3] {
     match reading {
         Reading::Temperature => ["temperature.signal", "temperature.object", "temperature.unit"],
@@ -46,7 +47,7 @@ fn reading_keys(reading: Reading) -> [&'static str; 3] {
             ["supply_voltage.signal", "supply_voltage.object", "supply_voltage.unit"]
         }
         Reading::Mode => ["mode.signal", "mode.object", "mode.unit"],
-        // Only signals of a DBC file.
+        // Signals of a law come only from a DBC file.
         Reading::Stiffness => ["law.stiffness"; 3],
         Reading::Damping => ["law.damping"; 3],
         Reading::SpeedTarget => ["law.speed"; 3],
@@ -61,7 +62,7 @@ fn units(reading: Reading) -> &'static [(&'static str, f64)] {
             &[("degC", 1.0), ("°C", 1.0), ("C", 1.0), ("0.1 degC", 0.1), ("0.1 °C", 0.1)]
         }
         Reading::SupplyVoltage => &[("V", 1.0), ("mV", 1e-3), ("0.1 V", 0.1), ("0.01 V", 0.01)],
-        // A number without a unit, whatever a file says.
+        // A mode is a number without a unit, regardless of the unit in the file.
         Reading::Mode => &[],
         Reading::Stiffness => &[("Nm/rad", 1.0), ("N.m/rad", 1.0), ("N·m/rad", 1.0)],
         Reading::Damping => {
@@ -72,10 +73,10 @@ fn units(reading: Reading) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// Converts a reading's signal to the unit that samples use. Other signals stay unchanged.
+/// Converts the signal of a reading to the unit that samples use. Other signals are not changed.
 ///
 /// # Errors
-/// The unit does not fit the reading, or a mode is no integer.
+/// Returns a description if the unit does not fit the reading, or if a mode is not an integer.
 pub(super) fn in_own_unit(
     quantity: Quantity,
     signal: SignalFormat,
@@ -108,7 +109,7 @@ pub(super) fn in_own_unit(
 }
 
 impl MessagePlan {
-    /// Adds the readings of a frame to the earlier ones; one out of its range is dropped.
+    /// Adds the readings of a frame to the earlier readings. A reading out of its range is dropped.
     pub(crate) fn read_readings(&self, frame: &Frame, readings: &mut didim_dynamics::Readings) {
         for extraction in &self.extractions {
             if let Quantity::Reading(reading) = extraction.quantity

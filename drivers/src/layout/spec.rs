@@ -344,10 +344,11 @@ pub enum TorqueValidity {
 const HOLD_DELAY_SAMPLES: f64 = 10.0;
 
 impl TorqueValidity {
-    /// Returns the timing in seconds.
+    /// Returns the timing of the torque in seconds.
     ///
     /// # Errors
-    /// Description of the problem at `rate_hz` samples per second.
+    /// Returns a description of the problem, if the hold or the delay is not possible at `rate_hz`
+    /// samples per second.
     pub fn timing(&self, rate_hz: f64) -> Result<SignalTiming, String> {
         let Self::ZeroOrderHold { hold_us, delay_us } = *self else {
             return Ok(SignalTiming::INSTANTANEOUS);

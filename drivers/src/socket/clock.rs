@@ -4,11 +4,13 @@
 
 use crate::clock::ClockPair;
 
-/// Number of readings; the one with the shortest gap between its two outer readings is kept.
+/// Number of attempts to read both clocks together. The attempt with the shortest time between its
+/// two outer readings is used.
 const READINGS_PER_PAIR: usize = 3;
 
-/// Reads CLOCK_MONOTONIC, CLOCK_REALTIME and CLOCK_MONOTONIC again, a few times, and pairs the
-/// closest readings. On ordinary machines no call enters the kernel.
+/// Returns readings of both clocks at almost the same instant. Each attempt reads CLOCK_MONOTONIC,
+/// CLOCK_REALTIME and CLOCK_MONOTONIC again; the fastest attempt is used. On ordinary machines no
+/// call enters the kernel.
 pub fn clock_pair() -> ClockPair {
     let once = || {
         let before = read(libc::CLOCK_MONOTONIC);
@@ -26,8 +28,8 @@ pub fn clock_pair() -> ClockPair {
     best
 }
 
-/// Returns CLOCK_MONOTONIC \[ns\]: the clock that [`crate::clock::ClockMap`] maps stamps to, and
-/// the same for all processes of the machine.
+/// Returns the time of CLOCK_MONOTONIC \[ns\]. [`crate::clock::ClockMap`] maps stamps to this
+/// clock, which is the same for all processes of the machine.
 pub fn monotonic_ns() -> u64 {
     read(libc::CLOCK_MONOTONIC)
 }

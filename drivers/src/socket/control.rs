@@ -10,15 +10,15 @@ const WORD_BYTES: usize = size_of::<usize>();
 /// Size of `struct cmsghdr`: its length as `size_t`, the level and the type as `int`.
 const HEADER_BYTES: usize = WORD_BYTES + 8;
 
-/// Kernel data about a frame.
+/// Data of the kernel about a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ControlData {
     /// CLOCK_REALTIME at which the kernel received the frame \[ns\].
     pub(crate) software_ns: Option<u64>,
     /// Time of the controller's own clock at which it received the frame \[ns\].
     pub(crate) hardware_ns: Option<u64>,
-    /// Frames dropped from this socket's queue since its creation, if reported: the counter wraps
-    /// at 32 bits and is missing before the first drop.
+    /// Number of frames dropped from the queue of this socket since its creation. The counter wraps
+    /// at 32 bits. The kernel does not report it before the first drop.
     pub(crate) drops: Option<u32>,
 }
 
@@ -38,7 +38,8 @@ impl ControlData {
 
     fn read(&mut self, kind: libc::c_int, message: &[u8]) {
         match kind {
-            // Three times: software, an obsolete one, hardware; zero if not available.
+            // The message has three times: the software time, an obsolete one and the hardware
+            // time. A time is zero if it is not available.
             libc::SCM_TIMESTAMPING => {
                 self.software_ns = timespec_ns(message, 0);
                 self.hardware_ns = timespec_ns(message, 2);
@@ -59,7 +60,7 @@ fn header(bytes: &[u8]) -> Option<(usize, libc::c_int, libc::c_int)> {
     (length >= HEADER_BYTES).then_some((length, level, kind))
 }
 
-/// Returns the timespec at this index \[ns\], or `None` if it is zero or missing.
+/// Returns the time in the timespec with this index \[ns\], or `None` if it is zero or missing.
 fn timespec_ns(message: &[u8], index: usize) -> Option<u64> {
     let bytes = message.get(index * 2 * WORD_BYTES..)?;
     let seconds = isize::from_ne_bytes(*bytes.first_chunk()?);

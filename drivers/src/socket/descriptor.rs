@@ -17,24 +17,25 @@ const CAN_FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
 )]
 const PACKET_FAMILY: libc::sa_family_t = libc::AF_PACKET as libc::sa_family_t;
 
-/// Constants of `linux/if_packet.h`: ignore the frames that the host sends, and receive every frame
-/// for any destination.
+/// Socket options of `linux/if_packet.h`. The first one ignores frames that the host sends; the
+/// other ones receive every frame regardless of its destination.
 const PACKET_IGNORE_OUTGOING: libc::c_int = 23;
 const PACKET_ADD_MEMBERSHIP: libc::c_int = 1;
 const PACKET_MR_PROMISC: u16 = 1;
 
-/// A raw socket. It has no way to send. The write side is shut down if the kernel supports it.
+/// A raw socket. The type has no function for sending. If the kernel supports it, the write side is
+/// shut down.
 #[derive(Debug)]
 pub(crate) struct Socket(OwnedFd);
 
 impl Socket {
-    /// Creates an unbound socket of CAN: it receives nothing before [`Self::bind_can`].
+    /// Creates an unbound CAN socket. It receives nothing before [`Self::bind_can`].
     pub(crate) fn new_can() -> io::Result<Self> {
         Self::new(libc::PF_CAN, libc::CAN_RAW)
     }
 
-    /// Creates an unbound socket of Ethernet (packet(7)): it receives nothing before
-    /// [`Self::bind_packets`]. It requires CAP_NET_RAW.
+    /// Creates an unbound Ethernet socket (packet(7)). It receives nothing before
+    /// [`Self::bind_packets`]. The call requires CAP_NET_RAW.
     pub(crate) fn new_packet() -> io::Result<Self> {
         Self::new(libc::PF_PACKET, 0)
     }
@@ -47,12 +48,14 @@ impl Socket {
         Ok(Self(unsafe { OwnedFd::from_raw_fd(descriptor) }))
     }
 
-    /// Starts to receive frames of one protocol (an EtherType) that others send, for any
-    /// destination, on the device of this index.
+    /// Binds the socket to the device with this index and starts to receive. The socket receives
+    /// the frames of one protocol (an EtherType) that other hosts send, regardless of their
+    /// destination.
     pub(crate) fn bind_packets(&self, device: libc::c_int, protocol: u16) -> io::Result<()> {
         self.set(libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)?;
         let [low, high] = PACKET_MR_PROMISC.to_ne_bytes();
-        // `struct packet_mreq`: the device, the kind with an address length, and no address.
+        // These are the fields of `struct packet_mreq`: the device, the kind with the length of the
+        // address, and no address.
         let everything = [device.cast_unsigned(), u32::from_ne_bytes([low, high, 0, 0]), 0, 0];
         self.set_all(libc::SOL_PACKET, PACKET_ADD_MEMBERSHIP, &everything)?;
         // SAFETY: sockaddr_ll is plain integers; all zeros is a valid value.
@@ -68,7 +71,7 @@ impl Socket {
         .map(drop)
     }
 
-    /// Starts to receive from the device of this index.
+    /// Binds the socket to the device with this index and starts to receive.
     pub(crate) fn bind_can(&self, device: libc::c_int) -> io::Result<()> {
         // SAFETY: sockaddr_can is plain integers; all zeros is a valid value.
         let mut address: libc::sockaddr_can = unsafe { core::mem::zeroed() };
@@ -79,18 +82,18 @@ impl Socket {
         let result =
             unsafe { libc::bind(self.raw_descriptor(), (&raw const address).cast(), length) };
         check_result(result)?;
-        // Most kernels cannot shut down a CAN socket; then the missing send function has to
-        // suffice. SAFETY: takes no pointers.
+        // Most kernels cannot shut down a CAN socket. The type has no function for sending in any
+        // case. SAFETY: takes no pointers.
         unsafe { libc::shutdown(self.raw_descriptor(), libc::SHUT_WR) };
         Ok(())
     }
 
-    /// Sets an integer option.
+    /// Sets an integer option of the socket.
     pub(crate) fn set(&self, level: libc::c_int, name: libc::c_int, value: u32) -> io::Result<()> {
         self.set_all(level, name, &[value])
     }
 
-    /// Accepts only the frames that pass one of these filters.
+    /// Sets filters. The socket then accepts only frames that pass at least one of them.
     pub(crate) fn set_filters(&self, filters: &[libc::can_filter]) -> io::Result<()> {
         self.set_all(libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, filters)
     }
@@ -111,7 +114,7 @@ impl Socket {
         .map(drop)
     }
 
-    /// Reads an integer option.
+    /// Returns an integer option of the socket.
     pub(crate) fn get(&self, level: libc::c_int, name: libc::c_int) -> io::Result<libc::c_int> {
         let mut value: libc::c_int = 0;
         let mut length = socklen::<libc::c_int>();
@@ -145,20 +148,20 @@ impl Socket {
 /// Current state of a network device in the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct DeviceState {
-    /// Index of the device; a device created again under the same name has another one.
+    /// Index of the device. A device that is created again under the same name has another index.
     pub(crate) index: libc::c_int,
     /// True if the device is up.
     pub(crate) is_up: bool,
-    /// The largest frame \[bytes\]: 16 classic CAN, 72 CAN FD, above that CAN XL.
+    /// Size of the largest frame \[bytes\]: 16 for classic CAN, 72 for CAN FD, more for CAN XL.
     pub(crate) mtu: libc::c_int,
 }
 
-/// Reads the state of the device of this name through a socket; ENODEV if it does not exist.
-/// Allocates nothing.
+/// Returns the state of the device with this name, read through a socket. The error is ENODEV if
+/// the device does not exist. Nothing is allocated.
 pub(crate) fn device_state(socket: &Socket, name: InterfaceName) -> io::Result<DeviceState> {
     // SAFETY: ifreq is integers and byte arrays; all zeros is a valid value.
     let mut request: libc::ifreq = unsafe { core::mem::zeroed() };
-    // A name has at most 15 bytes: the sixteenth stays zero.
+    // A name has at most 15 bytes, so the sixteenth byte stays zero.
     for (place, byte) in request.ifr_name.iter_mut().zip(name.as_str().bytes()) {
         *place = libc::c_char::from_ne_bytes([byte]);
     }

@@ -1,9 +1,9 @@
 //! System calls of SocketCAN, of packet sockets and of the clocks. All unsafe code of this crate is
 //! here.
 //!
-//! Everything here is safe to call: descriptors are owned, sizes are those of the passed type, and
-//! safe code reads the kernel's output as bytes. No call sends, except one for tests, which need a
-//! sender.
+//! Every function here is safe to call. Descriptors are owned, sizes are those of the passed types,
+//! and safe code reads the output of the kernel as bytes. No call sends, except one for tests,
+//! which need a sender.
 
 mod clock;
 mod control;

@@ -8,24 +8,26 @@ use super::Socket;
 use super::control::{CONTROL_BYTES, ControlData};
 use crate::frame::MAX_PAYLOAD;
 
-/// Frames received by one call: 12 ms of a 5 kHz bus.
+/// Maximum number of frames received by one call. At 5 kHz with one frame per cycle, they are 12 ms
+/// of the bus.
 const BATCH_FRAMES: usize = 64;
 
-/// Size of `struct canfd_frame` \[bytes\]; a classic frame has its first 16.
+/// Size of `struct canfd_frame` \[bytes\]. A classic frame consists of the first 16 of them.
 const CAN_BYTES: usize = 8 + MAX_PAYLOAD;
 
-/// Size of the longest Ethernet frame \[bytes\]: 1500 with its header, and space for tags.
+/// Size of the longest Ethernet frame \[bytes\]: the header, 1500 bytes of data, and space for
+/// tags.
 pub(crate) const PACKET_BYTES: usize = 1536;
 
-/// Destination of one frame from the kernel. Aligned for `struct cmsghdr`.
+/// Memory into which the kernel writes one frame. It is aligned for `struct cmsghdr`.
 #[derive(Clone, Copy)]
 #[repr(C, align(8))]
 struct Slot<const BYTES: usize> {
     control: [u8; CONTROL_BYTES],
     frame: [u8; BYTES],
-    /// Written bytes of `frame`.
+    /// Number of bytes in `frame` that the kernel has written.
     length: usize,
-    /// Written bytes of `control`.
+    /// Number of bytes in `control` that the kernel has written.
     control_length: usize,
     flags: libc::c_int,
 }
@@ -40,19 +42,20 @@ impl<const BYTES: usize> Slot<BYTES> {
     };
 }
 
-/// One received message with the kernel's description.
+/// One received message with the data of the kernel about it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Message<'a> {
-    /// `struct can_frame` or `struct canfd_frame`, distinguished by its length; or an Ethernet
-    /// frame.
+    /// Content of the message. It is a `struct can_frame` or a `struct canfd_frame`, distinguished
+    /// by its length, or an Ethernet frame.
     pub(crate) bytes: &'a [u8],
-    /// True if this host sent it (MSG_DONTROUTE), through this or another socket.
+    /// True if this host sent the message (MSG_DONTROUTE), through this or another socket.
     pub(crate) sent_here: bool,
-    /// Stamps and drops.
+    /// Stamps of the message, and the number of dropped messages.
     pub(crate) control: ControlData,
 }
 
-/// Frames received from one socket and not yet returned. All memory is allocated at the start.
+/// Buffer for the frames that were received from one socket and not yet returned. All memory is
+/// allocated at the start.
 pub(crate) struct ReceiveBuffer<const BYTES: usize = CAN_BYTES> {
     slots: Box<[Slot<BYTES>]>,
     filled_slots: usize,
@@ -68,8 +71,8 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         }
     }
 
-    /// Reads the messages that wait in the socket, without blocking. Call it after the last frames
-    /// are used up.
+    /// Reads the messages that wait in the socket, without blocking. Call it after the last frame
+    /// was returned.
     #[allow(clippy::unnecessary_cast, reason = "the types differ between C libraries")]
     pub(crate) fn fill(&mut self, socket: &Socket) -> io::Result<()> {
         (self.filled_slots, self.next_slot) = (0, 0);
@@ -111,7 +114,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         Ok(())
     }
 
-    /// Returns the oldest message that was not returned yet.
+    /// Returns the oldest message that was not yet returned.
     pub(crate) fn next_message(&mut self) -> Option<Message<'_>> {
         let slot = self.slots.get(self.next_slot).filter(|_| self.next_slot < self.filled_slots)?;
         self.next_slot += 1;
@@ -122,7 +125,7 @@ impl<const BYTES: usize> ReceiveBuffer<BYTES> {
         })
     }
 
-    /// Returns true if the size of this buffer ended the last [`Self::fill`].
+    /// Returns true if the last [`Self::fill`] ended because this buffer was full.
     pub(crate) fn was_full(&self) -> bool {
         self.filled_slots == BATCH_FRAMES
     }

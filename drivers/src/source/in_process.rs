@@ -1,5 +1,4 @@
-//! A bus inside one process: it carries the frames of a simulated arm, without a CAN-capable
-//! kernel.
+//! Bus inside one process. It carries the frames of a simulated arm and needs no kernel with CAN.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -9,10 +8,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use super::{InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity};
 use crate::frame::Frame;
 
-/// Treatment of a frame when the queue is full.
+/// Behaviour of the sender when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhenFull {
-    /// The sender waits for free capacity: nothing is lost, and a simulation runs at the speed of
+    /// The sender waits for free capacity. Nothing is lost, and a simulation runs at the speed of
     /// the reader.
     Wait,
     /// The frame is dropped and counted, as in a kernel with a full receive buffer.
@@ -22,8 +21,8 @@ pub enum WhenFull {
 /// Creates a bus with a queue of `capacity` frames (at least one) and its two ends.
 ///
 /// The queue is allocated here, once. The receiving end takes no lock while frames are available.
-/// It allocates nothing after its first wait, in which the standard library sets up the thread's
-/// parking place. It ends when every sender is dropped.
+/// It allocates nothing after its first wait, in which the standard library prepares the thread for
+/// waiting. The receiving end reports the end of the bus when every sender is dropped.
 pub fn in_process_bus(
     interfaces: &[InterfaceName],
     capacity: usize,
@@ -40,7 +39,7 @@ pub fn in_process_bus(
     (InProcessSender { queue, drops, when_full }, source)
 }
 
-/// The sending end. A clone is a second device on the same bus.
+/// Sending end of an in-process bus. A clone is a second device on the same bus.
 #[derive(Clone, Debug)]
 pub struct InProcessSender {
     queue: SyncSender<Frame>,
@@ -49,10 +48,10 @@ pub struct InProcessSender {
 }
 
 impl InProcessSender {
-    /// Sends one frame, stamped and marked with its interface by the caller.
+    /// Sends one frame. The caller sets its stamp and its interface.
     ///
     /// # Errors
-    /// [`BusClosed`] if there is no receiver left.
+    /// [`BusClosed`] if the receiving end was dropped.
     pub fn send(&self, frame: Frame) -> Result<(), BusClosed> {
         match self.when_full {
             WhenFull::Wait => self.queue.send(frame).map_err(|_| BusClosed),
@@ -68,12 +67,12 @@ impl InProcessSender {
     }
 }
 
-/// The receiving end of an in-process bus is gone: stop sending.
+/// Error for a bus whose receiving end was dropped: stop sending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the receiving end of the in-process bus is closed")]
 pub struct BusClosed;
 
-/// The receiving end.
+/// Receiving end of an in-process bus.
 #[derive(Debug)]
 pub struct InProcessSource {
     frames: Receiver<Frame>,
@@ -100,7 +99,7 @@ impl Source for InProcessSource {
             self.counters.frames += 1;
             self.counters.error_frames += u64::from(frame.is_error());
             batch.push(frame);
-            // The next call reports an end, after these frames.
+            // If all senders are gone, the next call reports the end, after these frames.
             next = if capacity(batch) == 0 { None } else { self.frames.try_recv().ok() };
         }
         Ok(Received::Frames)

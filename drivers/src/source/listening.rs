@@ -9,34 +9,34 @@ use crate::clock::HardwareClock;
 use crate::frame::Frame;
 use crate::socket::{Message, Socket};
 
-/// Largest number of system calls of one attempt to receive frames, regardless of the kernel's
-/// answers.
+/// Maximum number of system calls in one attempt to receive frames, regardless of the answers of
+/// the kernel.
 pub(super) const MAX_CALLS: u32 = 8;
 
-/// Longest single wait, so that a caller without a timeout still detects an interface that vanished
-/// silently.
+/// Longest time of one wait. It lets a caller without a timeout detect an interface that vanished
+/// without a report.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
-/// A source that receives from sockets, between two waits.
+/// Source that receives frames from sockets. [`receive`] calls these functions between its waits.
 pub(super) trait Listening {
-    /// Returns the failure since the last call.
+    /// Returns the failure that occurred since the last call, or `None`.
     fn take_failure(&mut self) -> Option<SourceError>;
 
-    /// Moves frames into the batch; returns true if there were any.
+    /// Moves frames into the batch. Returns true if there were any.
     fn take_frames(&mut self, batch: &mut Vec<Frame>) -> bool;
 
-    /// Checks the devices behind the sockets for changes that the sockets did not report.
+    /// Checks the network devices of the sockets for changes that the sockets did not report.
     fn check_devices(&mut self);
 
-    /// Returns the time until the next call without a frame, or `None` if all interfaces are
-    /// present and up.
+    /// Returns the time after which to check the interfaces again although no frame arrives.
+    /// Returns `None` if all interfaces are present and up.
     fn retry_in(&self) -> Option<Duration>;
 
     /// Waits for a frame, at most for the given time.
     fn wait_readable(&self, at_most: Duration) -> Result<(), SourceError>;
 }
 
-/// As [`Source::receive`](super::Source::receive).
+/// Receives frames as [`Source::receive`](super::Source::receive) describes.
 pub(super) fn receive(
     source: &mut impl Listening,
     batch: &mut Vec<Frame>,
@@ -56,7 +56,7 @@ pub(super) fn receive(
         }
         let remaining = timeout.saturating_sub(started.elapsed());
         if waited || remaining.is_zero() {
-            // During silence the state of the interfaces is worth a check.
+            // While the bus is silent, check the state of the interfaces.
             source.check_devices();
         }
         if let Some(failure) = source.take_failure() {
@@ -84,34 +84,37 @@ pub(super) fn ask_for_stamps_and_drops(socket: &Socket) -> io::Result<()> {
     Ok(())
 }
 
-/// Requests a buffer of this size and returns the granted size \[bytes\].
+/// Requests a receive buffer of this size and returns the granted size \[bytes\].
 pub(super) fn set_receive_buffer(socket: &Socket, wanted: u32) -> io::Result<u32> {
-    // The kernel doubles the requested size for its own book-keeping, and reports the double.
+    // The kernel doubles the requested size for its own data, and reports the doubled size.
     let half = (wanted / 2).min(u32::MAX >> 2);
     let force = socket.set(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, half);
     if force.is_err() {
-        // Without CAP_NET_ADMIN the kernel silently limits it to net.core.rmem_max.
+        // Without CAP_NET_ADMIN the kernel limits the size to net.core.rmem_max without an error.
         socket.set(libc::SOL_SOCKET, libc::SO_RCVBUF, half)?;
     }
     let granted = socket.get(libc::SOL_SOCKET, libc::SO_RCVBUF)?;
     Ok(u32::try_from(granted).unwrap_or(0))
 }
 
-/// Drop counter of the kernel for one socket, unwrapped.
+/// Latest value of the kernel's counter of the frames that it dropped for one socket. The counter
+/// wraps at 32 bits.
 #[derive(Debug, Default)]
 pub(super) struct DropCounter {
     last_count: u32,
 }
 
 impl DropCounter {
-    /// Returns the frames dropped since the last reading.
+    /// Returns the number of frames dropped since the last call. `total` is the counter of the
+    /// kernel.
     pub(super) fn advance(&mut self, total: u32) -> u64 {
         let new = total.wrapping_sub(core::mem::replace(&mut self.last_count, total));
         u64::from(new)
     }
 }
 
-/// Returns CLOCK_REALTIME of the arrival, by the controller's clock if it has one.
+/// Returns the arrival time of a message on CLOCK_REALTIME \[ns\]. The hardware stamp of the
+/// controller is used if there is one.
 pub(super) fn stamp_ns(message: &Message<'_>, hardware: &mut Option<HardwareClock>) -> Option<u64> {
     let software = message.control.software_ns?;
     Some(match message.control.hardware_ns {

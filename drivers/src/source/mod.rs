@@ -28,8 +28,8 @@ pub enum Received {
     Frames,
     /// The time ran out without frames on the bus.
     Silence,
-    /// The source is exhausted: the end of a log, or a bus whose every sender is gone. Every
-    /// further call returns this again.
+    /// The source is exhausted: the log has ended, or all senders of the bus are gone. Every
+    /// further call returns this value again.
     End,
 }
 
@@ -48,8 +48,8 @@ pub enum StampClock {
 /// Frames of one interface keep their order. A failure does not discard frames that are already
 /// read: they are returned first, and the next call reports the failure.
 pub trait Source: Send {
-    /// Waits at most `timeout` for frames and appends them to `batch`, never beyond its capacity
-    /// (no allocation).
+    /// Waits at most `timeout` for frames and appends them to `batch`. The batch never grows beyond
+    /// its capacity, so that nothing is allocated.
     ///
     /// # Errors
     /// See [`SourceError`]; [`SourceError::is_recoverable`] is true if the call may be repeated.
@@ -68,8 +68,9 @@ pub trait Source: Send {
     /// Returns the clock of the stamps.
     fn stamp_clock(&self) -> StampClock;
 
-    /// Returns the offset from stamps of an own clock to nanoseconds after 1970-01-01T00:00:00Z, if
-    /// they represent such a time. Stamps of a recording use the clock that is never set.
+    /// Returns the offset from stamps of the source's own clock to nanoseconds after
+    /// 1970-01-01T00:00:00Z, or 0 if the source does not know it. The stamps of a recording are
+    /// those of a clock that is never set.
     fn since_1970_ns(&self) -> i64 {
         0
     }
@@ -80,28 +81,30 @@ pub trait Source: Send {
 pub struct SourceCounters {
     /// Frames returned, including error frames.
     pub frames: u64,
-    /// Frames dropped before this source because they were not read in time. The kernel drops them
-    /// if the receive buffer is full, an in-process bus if it may overflow. The kernel reports the
-    /// loss with the next frame that it queues.
+    /// Frames that were dropped because this source did not read them in time. The kernel drops
+    /// frames if the receive buffer is full. An in-process bus drops them if its queue is full and
+    /// the bus was created with `WhenFull::Drop`. The kernel reports the loss with the next frame
+    /// that it queues.
     pub queue_drops: u64,
-    /// Error frames of the controller.
+    /// Error frames of the CAN controller.
     pub error_frames: u64,
     /// Number of times that an interface was found down.
     pub link_down: u64,
     /// Number of times that a vanished interface was opened again.
     pub reopened: u64,
-    /// Skipped frames: of an interface that was not requested, or of an unknown kind (CAN XL). With
-    /// EtherCAT, packets without process data of the layout, such as those of mailboxes.
+    /// Skipped frames: those of an interface that was not requested, and those of an unknown kind
+    /// (CAN XL). For EtherCAT, packets without process data of the layout, such as packets of
+    /// mailboxes.
     pub passed_over: u64,
-    /// Frames without a stamp of the kernel; they were stamped when they were read.
+    /// Frames without a stamp of the kernel; this source stamped them when it read them.
     pub stamped_late: u64,
 }
 
 impl SourceCounters {
-    /// Returns the sum of both, for several interfaces or several files.
+    /// Returns the sums of both sets of counters, for several interfaces or several files.
     #[must_use]
     pub fn sum_with(self, other: Self) -> Self {
-        // Without `..`, so that a new counter cannot be forgotten here.
+        // Every field is named, without `..`, so that a new counter cannot be forgotten here.
         Self {
             frames: self.frames + other.frames,
             queue_drops: self.queue_drops + other.queue_drops,
@@ -136,8 +139,8 @@ pub enum SourceError {
 }
 
 impl SourceError {
-    /// Returns true if a further call may return frames. The next call skips an unusable line of a
-    /// log. A caller that must not lose frames stops here nevertheless.
+    /// Returns true if a further call may return frames. For example, the next call skips an
+    /// unusable line of a log. A caller that must not lose frames has to stop here all the same.
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::NoRoom => true,

@@ -3,11 +3,11 @@
 use core::time::Duration;
 use std::time::Instant;
 
-/// Waiting time between attempts: doubled from the first to the last.
+/// First and longest time between two attempts. The time doubles after each attempt.
 pub(super) const FIRST_DELAY: Duration = Duration::from_millis(20);
 const LONGEST_DELAY: Duration = Duration::from_secs(2);
 
-/// The next attempt.
+/// Time of the next attempt to open an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Retry {
     due: Instant,
@@ -15,7 +15,7 @@ pub(super) struct Retry {
 }
 
 impl Retry {
-    /// It vanished now.
+    /// Schedules the first attempt after the interface vanished at `now`.
     pub(super) fn after_loss(now: Instant) -> Self {
         Self { due: now + FIRST_DELAY, delay: FIRST_DELAY }
     }
@@ -27,7 +27,7 @@ impl Retry {
         Self { due: now + delay, delay }
     }
 
-    /// Returns the time until the next attempt: zero when it is due.
+    /// Returns the time until the next attempt; it is zero when the attempt is due.
     pub(super) fn remaining(&self, now: Instant) -> Duration {
         self.due.saturating_duration_since(now)
     }

@@ -8,19 +8,19 @@ pub enum UnitsError {
     /// The number of drives differs from the number of axes.
     #[error("`drives`: {found} for {axes} axes; give one per axis, in their order")]
     Drives {
-        /// Axes of the layout.
+        /// Number of axes of the layout.
         axes: usize,
-        /// Drives given.
+        /// Number of drives in the cell file.
         found: usize,
     },
-    /// A number is impossible for a drive.
+    /// A number cannot be the gain or the zero of a drive.
     #[error("drive {axis}: `{key}` is {value}; it has to be {expected}")]
     Number {
-        /// The motor of the drive.
+        /// Motor of the drive.
         axis: MotorIndex,
-        /// The key.
+        /// Key of the number.
         key: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// Allowed values.
         expected: &'static str,
@@ -31,21 +31,21 @@ pub enum UnitsError {
          \"{unit}\"; choose the scale for that unit, or correct the unit in the DBC file"
     )]
     WrongUnit {
-        /// The motor of the drive.
+        /// Motor of the drive.
         axis: MotorIndex,
-        /// `Message.Signal`.
+        /// Name of the signal, as `Message.Signal`.
         signal: String,
-        /// The unit there.
+        /// Unit of the signal in the DBC file.
         unit: String,
-        /// Units that would match.
+        /// Units that the gain accepts.
         expected: String,
     },
-    /// A signal is configured to wrap, but cannot.
+    /// A signal is configured to wrap, but its values cannot wrap.
     #[error("drive {axis}: `wraps = \"modulo\"`, and `{signal}` is not an integer")]
     NoModulus {
-        /// The motor of the drive.
+        /// Motor of the drive.
         axis: MotorIndex,
-        /// `Message.Signal`.
+        /// Name of the signal, as `Message.Signal`.
         signal: String,
     },
 }

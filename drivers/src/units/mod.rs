@@ -1,9 +1,9 @@
 //! Conversion of drive units to SI, with the provenance of every gain.
 //!
-//! A gain that is wrong by a factor gives parameters that are wrong by that factor and fit
-//! perfectly. So nothing here has a default. The cell file contains the sign, the zero, the meaning
-//! of the rated current and the provenance of the number. The unit that a gain expects is checked
-//! against the unit in the DBC file.
+//! If a gain is wrong by a factor, the identified parameters are wrong by the same factor and still
+//! fit perfectly. So no gain has a default value. The cell file contains the sign, the zero, the
+//! meaning of the rated current, and the provenance of each number. The unit that a gain expects is
+//! checked against the unit in the DBC file.
 
 mod error;
 mod spec;
@@ -21,7 +21,8 @@ pub use spec::{
 
 use crate::layout::{CompiledLayout, Quantity, SignalFormat};
 
-/// Spellings of a unit in DBC files; the first is that of this program.
+/// Accepted spellings of a unit in DBC files. The first spelling is the one that this program
+/// writes.
 const COUNT_SPELLINGS: &[&str] = &["count", "counts", "inc", "increments"];
 const RAD_SPELLINGS: &[&str] = &["rad"];
 const DEG_SPELLINGS: &[&str] = &["deg", "°", "degree", "degrees"];
@@ -40,12 +41,12 @@ struct AxisScale {
     is_modulo: bool,
     position: IntegerRange,
     reference: IntegerRange,
-    /// Angle of one unit of a following error, if references are following errors.
+    /// Angle of one unit of a following error \[rad\]; `None` if the references are positions.
     following_rad: Option<f64>,
     nm_per_unit: f64,
 }
 
-/// Range of an integer, in the unit of the DBC file; infinite for a floating-point signal.
+/// Range of an integer signal, in the unit of the DBC file; infinite for a floating-point signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct IntegerRange {
     length: f64,
@@ -66,10 +67,11 @@ impl IntegerRange {
         }
     }
 
-    /// Returns `value` shifted by multiples of the range to within half a range of `middle`.
+    /// Returns `value` shifted by a multiple of the range, to within half a range of `middle`.
     fn nearest_to(self, middle: f64, value: f64) -> f64 {
         if self.length.is_finite() {
-            // Half a range below the middle belongs to the range, half a range above does not.
+            // A value half a range below the middle stays. A value half a range above the middle is
+            // shifted.
             value - self.length * ((value - middle) / self.length + 0.5).floor()
         } else {
             value
@@ -109,8 +111,8 @@ impl Scales {
         scale.to_angle(scale.position, value)
     }
 
-    /// Returns the motor angle of a reference \[rad\]. A following error is added to the measured
-    /// angle.
+    /// Returns the motor angle of a reference \[rad\]. If references are following errors, the
+    /// value is added to the measured angle with its sign.
     pub fn reference_rad(&self, axis: usize, value: f64, position_rad: f64) -> f64 {
         let scale = self.axis_scale_of(axis);
         match scale.following_rad {
@@ -125,22 +127,22 @@ impl Scales {
     }
 
     /// Returns true if an axis can have moved from one angle to another between two samples. A step
-    /// of half the integer's range is a wrap, not a motion.
+    /// of half the integer's range or more is a wrap and not a motion.
     pub fn is_continuous(&self, axis: usize, from_rad: f64, to_rad: f64) -> bool {
         let scale = self.axis_scale_of(axis);
         let half = 0.5 * scale.position.length.min(scale.reference.length);
         (to_rad - from_rad).abs() < half * scale.rad_per_unit.abs()
     }
 
-    /// Returns the position that a drive reports at a motor angle \[unit of the DBC file\]; for the
-    /// simulated robot and for tests.
+    /// Returns the position that a drive reports at a motor angle \[unit of the DBC file\]. It
+    /// serves the simulated robot and tests.
     pub fn position_value(&self, axis: usize, angle_rad: f64) -> f64 {
         let scale = self.axis_scale_of(axis);
         scale.scaled_value(scale.position, angle_rad)
     }
 
-    /// Returns the reference that a controller sends for a motor angle \[unit of the DBC file\].
-    /// For following errors, returns the error that a drive at a measured angle reports.
+    /// Returns the reference that a controller sends for a motor angle \[unit of the DBC file\]. If
+    /// references are following errors, returns the error that a drive reports at a measured angle.
     pub fn reference_value(&self, axis: usize, angle_rad: f64, position_rad: f64) -> f64 {
         let scale = self.axis_scale_of(axis);
         match scale.following_rad {
@@ -185,7 +187,7 @@ fn axis_scale(
         let Some(signal) = layout.signal(quantity, axis) else { continue };
         check_unit(axis, signal, units)?;
         if let (Quantity::Reference, Some(error)) = (quantity, layout.following_error()) {
-            // A difference has neither a zero nor a range in which it could wrap.
+            // A following error is a difference, so it has no zero and does not wrap.
             scale.following_rad = Some(error.sign() * scale.rad_per_unit);
             continue;
         }

@@ -181,7 +181,7 @@ impl From<Sign> for i64 {
 pub struct Provenance(String);
 
 impl Provenance {
-    /// The text.
+    /// Returns the text.
     pub fn as_str(&self) -> &str {
         &self.0
     }

@@ -2,13 +2,13 @@
 
 use serde::Deserialize;
 
-/// Fault of a record. Axes and motors count from 1; a signal is that of the motor.
+/// Fault of a record. Axes and motors count from 1, and signals are those of the motors.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum RecordFault {
-    /// Fault of a measured or sent value.
+    /// Fault of a measured or a sent value.
     Of(SignalFault),
-    /// Frames.
+    /// Fault of frames.
     Frames(FrameFault),
 }
 
@@ -37,32 +37,33 @@ pub enum SignalFault {
     Swap { signal: AxisSignal, axes: [usize; 2] },
     /// A constant is added \[rad, N·m\].
     Add { signal: AxisSignal, axis: Option<usize>, value: f64 },
-    /// A wrong gain.
+    /// A gain is wrong by a factor.
     Scale { signal: AxisSignal, axis: Option<usize>, factor: f64 },
-    /// A wrong gain for torques of one sign, 1 or −1.
+    /// The gain of torques of one sign, 1 or −1, is wrong by a factor.
     ScalePositive { axis: usize, factor: f64, sign: f64 },
     /// A torque is clipped at this magnitude \[N·m\].
     Saturate { axis: usize, limit: f64 },
-    /// A first-order filter.
+    /// A signal passes a first-order low-pass filter.
     LowPass { signal: AxisSignal, axis: Option<usize>, cutoff_hz: f64 },
-    /// A torque ripple with the sine of the motor's angle \[N·m\].
+    /// A torque ripple is added, proportional to the sine of the motor angle \[N·m\].
     Ripple { axis: usize, amplitude: f64 },
-    /// White noise with a uniform distribution \[rad, N·m\].
+    /// White noise with a uniform distribution is added \[rad, N·m\].
     Noise { signal: AxisSignal, axis: Option<usize>, rms: f64, seed: u64 },
-    /// Coarse quantisation steps \[rad, N·m\].
+    /// A value is rounded to coarse steps \[rad, N·m\].
     Quantise { signal: AxisSignal, axis: Option<usize>, step: f64 },
-    /// A position wraps at this range, centred on 0; `offset` is added first \[rad\].
+    /// A position wraps at the ends of this range, which is centred on 0. `offset` is added first
+    /// \[rad\].
     Wrap {
         axis: usize,
         range: f64,
         #[serde(default)]
         offset: f64,
     },
-    /// `ratio` samples replace each expected sample, interpolated between the old ones.
+    /// The record is resampled to `ratio` times its number of samples, by interpolation.
     Resample { ratio: f64 },
-    /// The cycles are repeated once, directly after themselves.
+    /// The affected cycles are repeated once, directly after themselves.
     Repeat,
-    /// The cycles are removed.
+    /// The affected cycles are removed.
     Cut,
 }
 
@@ -77,49 +78,51 @@ pub enum FrameRole {
     All,
 }
 
-/// Fault of frames. Without an axis it affects all axes.
+/// Fault of frames. Without an axis it affects the frames of all axes.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[expect(missing_docs, reason = "each field is said with its kind")]
 pub enum FrameFault {
-    /// It is lost.
+    /// The frame is lost.
     Drop { frame: FrameRole, axis: Option<usize> },
-    /// It comes twice.
+    /// The frame arrives twice.
     Double { frame: FrameRole, axis: Option<usize> },
-    /// An axis's sample arrives twice, the second time with another position.
+    /// The sample of an axis arrives twice, the second time with another position.
     Contradict { axis: usize },
-    /// A bit of the payload is inverted, counted from the lowest bit of the first byte.
+    /// A bit of the payload is inverted. Bits count from the lowest bit of the first byte.
     Flip { frame: FrameRole, axis: Option<usize>, bit: usize },
-    /// The last byte is missing.
+    /// The last byte of the frame is missing.
     Truncate { frame: FrameRole, axis: Option<usize> },
-    /// An axis's sample arrives after the next SYNC.
+    /// The sample of an axis arrives after the next SYNC.
     Late { axis: usize },
-    /// All frames but the first arrive in reverse order.
+    /// All frames of a cycle but the first arrive in reverse order.
     Reverse,
-    /// The frames of this cycle and of the next are swapped.
+    /// The frames of the affected cycle and of the next cycle are swapped.
     Exchange,
-    /// `length` cycles are read at once, when the last of them is present.
+    /// The frames of `length` cycles are received together, when the last cycle has arrived.
     Burst { length: usize },
     /// The controller reports an error of this class (`linux/can/error.h`).
     Error { class: u32 },
-    /// Another node requests a sample's frame.
+    /// Another node sends a remote request for the frame of a sample.
     Remote,
-    /// N frames that do not belong to the layout.
+    /// `frames` frames arrive that do not belong to the layout.
     Foreign { frames: u16 },
-    /// All frames arrive later by up to this time \[µs\], with a uniform distribution.
+    /// All frames of a cycle arrive later by a random time of at most this value \[µs\], with a
+    /// uniform distribution.
     Jitter { us: f64, seed: u64 },
-    /// The period is multiplied by this ratio, relative to the layout.
+    /// The period of the bus is multiplied by this ratio, compared with the layout.
     Stretch { ratio: f64 },
-    /// Stamps are shifted by this time, later or earlier \[ms\].
+    /// The stamps are shifted by this time \[ms\], later if positive, earlier if negative.
     ClockStep { ms: f64 },
-    /// Samples of the same arm from `offset` cycles later, with the same identifiers.
+    /// Samples of the same arm from `offset` cycles later arrive with the same identifiers.
     SecondArm { offset: usize },
-    /// Another SYNC, later by this time \[µs\].
+    /// A second SYNC arrives after the first one, later by this time \[µs\].
     SecondSync { after_us: f64 },
 }
 
 impl RecordFault {
-    /// Returns the axis, from 1, if one is given; the larger of two.
+    /// Returns the axis of the fault, counted from 1, or the larger of two axes. Returns `None` if
+    /// the fault names no axis.
     pub(super) fn axis(&self) -> Option<usize> {
         match self {
             Self::Of(

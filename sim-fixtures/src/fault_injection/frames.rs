@@ -1,4 +1,4 @@
-//! Damage of frames.
+//! Faults of frames.
 
 use didim_drivers::frame::{Frame, FrameError, FrameId};
 use didim_drivers::layout::{CompiledLayout, Role};
@@ -7,7 +7,7 @@ use super::InjectedFault;
 use super::action::{FrameFault, FrameRole};
 use super::signals::uniform;
 
-/// First identifier of frames that belong to no layout here.
+/// First identifier of the frames that do not belong to the layout.
 const FIRST_FOREIGN_ID: u16 = 0x6A0;
 
 /// Returns true if a frame has this role and axis.
@@ -181,7 +181,7 @@ fn insert_copies(
         .collect();
 }
 
-/// Moves an axis's sample into the next cycle, after its SYNC.
+/// Moves the sample of an axis into the next cycle, after the SYNC of that cycle.
 fn move_to_next_cycle(layout: &CompiledLayout, cycles: &mut [Vec<Frame>], k: usize, axis: usize) {
     let sample = |frame: &Frame| has_role(layout, FrameRole::Sample, Some(axis), frame);
     let Some([cycle, next]) = cycles.get_mut(k..k + 2) else { return };

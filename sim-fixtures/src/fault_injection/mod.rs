@@ -1,6 +1,6 @@
-//! Fault injection between the arm and the receiver, as data: in measured values and in frames. A
-//! [`Fault`](crate::Fault) is applied by a playing device in one cycle; these faults apply to a
-//! complete record.
+//! Fault injection between the arm and the receiver, in measured values and in frames. The faults
+//! are data. A [`Fault`](crate::Fault) affects one cycle while a device plays; the faults of this
+//! module affect a complete record.
 
 mod action;
 mod frames;
@@ -16,18 +16,19 @@ pub use action::{AxisSignal, FrameFault, FrameRole, RecordFault, SignalFault};
 
 use crate::{CycleEncoder, CycleError};
 
-/// Fault that affects some cycles of a record.
+/// Fault that affects some of the cycles of a record.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InjectedFault {
-    /// The action.
+    /// Kind of fault.
     pub action: RecordFault,
-    /// First cycle, from 0.
+    /// First affected cycle, counted from 0.
     #[serde(default)]
     pub from: usize,
-    /// Number of cycles from there; all by default.
+    /// Number of cycles from the first one on; all cycles of the record by default.
     pub cycles: Option<usize>,
-    /// Step between the affected cycles: the first of these, and every N-th after it.
+    /// Distance between affected cycles: the fault affects the first cycle and every N-th cycle
+    /// after it.
     #[serde(default = "single_step")]
     pub every: usize,
 }
@@ -42,7 +43,7 @@ pub enum FaultInjectionError {
     /// The axis does not exist. Axes count from 1.
     #[error("there is no axis {axis}: the arm has axes 1 to {axes}")]
     Axis {
-        /// The axis.
+        /// Axis that the fault names.
         axis: usize,
         /// Number of axes of the arm.
         axes: usize,
@@ -50,7 +51,7 @@ pub enum FaultInjectionError {
     /// A value does not fit its signal. Choose a smaller fault.
     #[error(transparent)]
     Encode(#[from] CycleError),
-    /// A frame is not possible.
+    /// A frame of a fault cannot exist.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
@@ -66,9 +67,9 @@ impl InjectedFault {
     }
 }
 
-/// Returns the frames that the drives of a record send, cycle by cycle, with all faults injected:
-/// first those that change measured values, then those of frames. The record is of motors, on the
-/// grid of the bus.
+/// Returns the frames that the drives of a record send, cycle by cycle, with all faults injected.
+/// Faults of measured values are injected first, then faults of frames. The record contains
+/// motor-side signals, with one sample for each bus cycle.
 ///
 /// # Errors
 /// [`FaultInjectionError`].

@@ -5,7 +5,7 @@ use didim_dynamics::Signals;
 use super::InjectedFault;
 use super::action::{AxisSignal, SignalFault};
 
-/// Returns a number from 0 to 1 that depends only on a seed and a place.
+/// Returns a pseudo-random number from 0 to 1 that depends only on a seed and an index.
 pub(super) fn uniform(seed: u64, place: usize) -> f64 {
     let mut x = seed.wrapping_add(place as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -95,7 +95,7 @@ impl InjectedFault {
         }
     }
 
-    /// Swaps two axes, numbered from 1, in the cycles that are hit.
+    /// Swaps two axes, numbered from 1, in the affected cycles.
     fn swap_axes(&self, series: &mut [Vec<f64>], one: usize, other: usize) {
         let (Some(a), Some(b)) = (series.get(one - 1), series.get(other - 1)) else { return };
         let (mut a, mut b) = (a.clone(), b.clone());
@@ -105,7 +105,7 @@ impl InjectedFault {
         (series[one - 1], series[other - 1]) = (a, b);
     }
 
-    /// Filters by a first-order low-pass.
+    /// Filters a series by a first-order low-pass filter.
     fn low_pass(
         &self,
         signals: &mut Signals,
@@ -122,7 +122,7 @@ impl InjectedFault {
         }
     }
 
-    /// Adds uniform noise of this root mean square.
+    /// Adds noise with a uniform distribution and this root mean square.
     fn add_noise(
         &self,
         signals: &mut Signals,
@@ -143,14 +143,16 @@ impl InjectedFault {
         (0..).zip(series).filter(|(k, _)| self.affects_cycle(*k)).map(|(_, value)| *value)
     }
 
-    /// Replaces the values of the affected cycles in order, each computed from the series so far.
+    /// Replaces the values of the affected cycles in order. Each new value is computed from the
+    /// series with all earlier replacements.
     fn replace_affected(&self, series: &mut [f64], new: impl Fn(&[f64], usize) -> f64) {
         for k in (0..series.len()).filter(|k| self.affects_cycle(*k)) {
             series[k] = new(series, k);
         }
     }
 
-    /// Replaces the values of the affected cycles, each computed from the original series.
+    /// Replaces the values of the affected cycles. Each new value is computed from the original
+    /// series.
     fn of_before(
         &self,
         signals: &mut Signals,
@@ -165,7 +167,7 @@ impl InjectedFault {
     }
 }
 
-/// Returns the series of a signal, for one axis or all.
+/// Returns the series of a signal for one axis, or for all axes without an axis.
 fn selected_series(
     signals: &mut Signals,
     signal: AxisSignal,
@@ -178,13 +180,13 @@ fn selected_series(
     positions.filter(move |_| position).chain(torques.filter(move |_| torque))
 }
 
-/// All series.
+/// Returns all series of the signals.
 fn all_series(signals: &mut Signals) -> impl Iterator<Item = &mut Vec<f64>> {
     let reference = signals.reference_rad.iter_mut().flatten();
     signals.position_rad.iter_mut().chain(&mut signals.torque_nm).chain(reference)
 }
 
-/// Returns a series at `ratio` times its rate, with linear interpolation.
+/// Returns a series resampled to `ratio` times its number of samples, by linear interpolation.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the series")]
 fn resample_linear(series: &[f64], ratio: f64) -> Vec<f64> {
     let Some(last) = series.len().checked_sub(1) else { return Vec::new() };

@@ -14,9 +14,9 @@ pub struct AdviceForResult {
     pub advice: Advice,
     /// Range of the result's motion, per joint; empty if the result does not report it.
     pub reached_per_joint: Vec<ReachedRange>,
-    /// Parameters that are certain enough by noise alone, but not with all configured and assumed
-    /// contributions. Each entry is the parameter's index and its combined uncertainty relative to
-    /// the value.
+    /// Parameters whose statistical uncertainty alone is sufficient, but whose combined uncertainty
+    /// is not. Each entry is the parameter's index and its combined uncertainty relative to the
+    /// value.
     pub not_by_noise: Vec<(usize, f64)>,
     /// Verdict for each use, if the result has one.
     pub uses: Vec<JudgedUse>,
@@ -25,7 +25,8 @@ pub struct AdviceForResult {
 }
 
 impl AdviceForResult {
-    /// Creates the advice for a result of a cell. The assignment belongs to both.
+    /// Creates the advice for a result of a cell. The assignment must be that of this cell and
+    /// result.
     ///
     /// # Errors
     /// [`ExcitationError`].

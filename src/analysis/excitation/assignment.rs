@@ -1,5 +1,5 @@
-//! The task of a motion: from an arm, or from a cell and a stored result with insufficient
-//! parameters.
+//! The task of a designed motion. It is created from an arm alone, or from a cell and a stored
+//! result with insufficient parameters.
 
 use didim_dynamics::Signals;
 use didim_dynamics::dynamics::{BaseParameters, Model};
@@ -30,13 +30,13 @@ pub enum AssignmentError {
     /// The cell's list of parameters does not fit its robot.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
-    /// The arm shows no load, or its parameters are too uncertain for one.
+    /// No load can be identified with this arm, or the arm's parameters are too uncertain for that.
     #[error(transparent)]
     Payload(#[from] PayloadError),
-    /// The joint does not exist. Name the joints that move.
+    /// A requested joint does not exist. Name joints of the arm.
     #[error("there is no joint {joint}: the arm has {joints}; number the moving joints from 1")]
     NoSuchJoint {
-        /// The number that was asked for.
+        /// Requested joint number.
         joint: usize,
         /// Number of joints of the arm.
         joints: usize,
@@ -44,8 +44,8 @@ pub enum AssignmentError {
     /// The result has no covariance of its parameters. Identify again with this version.
     #[error("the result has no covariance of its parameters; identify again with this version")]
     NoCovariance,
-    /// The assumed noise needs a torque limit that the robot file leaves open. State the limit, or
-    /// give a result.
+    /// The assumed noise is a share of the torque limit, which the robot file leaves open.
+    /// Configure the limit, or give a result.
     #[error(
         "joint {joint}: its torque limit is unknown, and without a result noise is assumed by it; \
          state torque_max_nm (force_max_n of a sliding joint) in the robot file"
@@ -54,7 +54,8 @@ pub enum AssignmentError {
         /// The joint.
         joint: JointIndex,
     },
-    /// A box is configured, but no shape of the arm. State shapes, or leave the box out.
+    /// A box is configured, but the robot file has no shapes of the links. Configure shapes, or
+    /// remove the box.
     #[error(
         "a box is configured, but the size of the links is unknown; state `capsules` in the \
             robot file, or leave the box out"
@@ -67,17 +68,17 @@ pub enum AssignmentError {
 pub struct RequestedDesign<'a> {
     /// Its length \[s\].
     pub duration_s: f64,
-    /// Shares of the limits that stay free.
+    /// Shares of the limits that the motion leaves unused.
     pub margins: Margins,
     /// Largest acceleration of each joint, in place of the robot file's value \[rad/s²\].
     pub accelerations: Option<&'a [f64]>,
     /// Box in the base frame that the arm stays in.
     pub box_corners: Option<Corners>,
-    /// Joints that move, counted from 1; all if left out.
+    /// Joints that move, counted from 1. `None` for all joints.
     pub moving_joints: Option<&'a [usize]>,
-    /// Load on the last link to identify instead of the arm's parameters.
+    /// Load on the last link, which is identified instead of the arm's parameters.
     pub load: Option<KnownLoad>,
-    /// Parameters to identify; all identified ones if left out.
+    /// Parameters to identify. `None` for all parameters that the cell identifies.
     pub parameters: Option<&'a [String]>,
     /// True if the aim is a small condition number instead of small standard deviations.
     pub condition_number: bool,
@@ -93,8 +94,8 @@ pub struct WantedLoad {
 }
 
 impl WantedLoad {
-    /// Returns the load that `didim payload` finds with this result in a simulated recording of a
-    /// motion. The simulation uses the noise of the task, the same every time.
+    /// Returns the load that `didim payload` identifies with this result from a simulated recording
+    /// of a motion. The simulation uses the noise of the task, and is the same at every call.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -139,9 +140,9 @@ pub struct MissingParameter {
 pub struct Assignment {
     /// The task.
     pub task: Task,
-    /// Parameter of each column of the task, except the load's columns.
+    /// Parameter of each column of the task, without the columns of the load.
     pub parameters: Vec<MissingParameter>,
-    /// True if the noise comes from a result and is not assumed.
+    /// True if the noise comes from a result, false if it is assumed.
     pub measured_noise: bool,
     /// The load to identify.
     pub load: Option<WantedLoad>,
@@ -167,7 +168,7 @@ struct DesignArm<'a> {
 }
 
 impl Assignment {
-    /// Creates the task for an arm of which only the file is known.
+    /// Creates the task for an arm that is described by its file alone.
     ///
     /// # Errors
     /// [`AssignmentError`].
@@ -283,10 +284,11 @@ impl DesignArm<'_> {
             |of: &MissingParameter| match naming_parameter(self.robot, self.base, &of.name)
                 .map(|own| own.kind)
             {
-                // Without standard parameters, the load that friction grows with is unknown.
+                // Load-dependent friction needs the joint load, which is unknown without standard
+                // parameters.
                 Some(ParameterKind::FcLoad) => self.standard_parameters.is_some(),
-                // Differs from Coulomb friction only at reversals, of which a design has few
-                // samples. It is taken as known.
+                // The parameter differs from Coulomb friction only at reversals, and a designed
+                // motion has few samples there. It is therefore fixed.
                 Some(ParameterKind::Fh) => false,
                 _ => true,
             };
@@ -369,7 +371,8 @@ impl DesignArm<'_> {
         if let Some(expected_load) = wanted.load {
             let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
             let sums = LoadSums::new(robot, base, &names)?;
-            // A sum that one motion of these joints does not identify is identified by none.
+            // If one motion of these joints does not identify a sum, no motion of these joints
+            // does.
             let sums = sums.identifiable_by(&rows(&task, &first_motion(&task, 1)?))?;
             task.columns.extend(sums.kinds().filter_map(column_of));
             let columns = task.columns.len();

@@ -1,14 +1,15 @@
 //! Assumptions for a design without a result.
 
-/// Assumptions about noise where no result gives it.
+/// Assumptions about noise for a design without a result.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DesignAssumptions {
-    /// Noise of a row as a share of the joint's torque limit \[1\]. Convention: without a result.
+    /// Noise of a row as a share of the joint's torque limit \[1\]. Convention for designs without
+    /// a result.
     pub noise_share: f64,
-    /// Independent rows per second \[Hz\]. Convention: if no cell gives their number.
+    /// Independent rows per second \[Hz\]. Convention for designs without a cell.
     pub rows_per_s: f64,
-    /// Part of a use's required uncertainty that noise may take \[1\]. Derived: a third of it is a
-    /// tenth of the variance.
+    /// Share of a use's required uncertainty that noise may cause \[1\]. Derived: a third of the
+    /// standard uncertainty is about a tenth of the variance.
     pub noise_part: f64,
 }
 

@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use crate::text::significant_digits;
 
-/// Length of the head that is read from a motion's file \[bytes\]. It is several times the head of
-/// a motion with sixty parameters.
+/// Number of bytes that are read from the start of a motion's file. It is several times the header
+/// size of a motion with sixty parameters.
 const MAX_HEAD_BYTES: u64 = 256 << 10;
-/// Word before name, standard deviation and unit in a line of the head; versions before 0.2.0 wrote
-/// the second one.
+/// Word before the name, standard deviation and unit in a header line. Versions before 0.2.0 wrote
+/// the second word.
 const EXPECTATION_WORDS: [&str; 2] = ["predicted ", "foretold "];
 
 /// Error when a result cannot be compared with the prediction.
@@ -24,10 +24,10 @@ pub enum ExpectationError {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The head of the file has no predictions. Name a motion that was designed with `--result`.
+    /// The header of the file has no predictions. Name a motion that was designed with `--result`.
     #[error(
         "{}: its head predicts no standard deviation; name the table, trajectory or URScript that \
         `didim design --result` wrote for this cell", file.display()
@@ -38,21 +38,22 @@ pub enum ExpectationError {
     },
 }
 
-/// Standard deviation of a parameter: predicted with the motion, and achieved in the result.
+/// Standard deviation of a parameter: the predicted one of the motion, and the achieved one of the
+/// result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExpectedParameter {
     /// Name of the parameter.
     pub name: String,
-    /// The SI unit of both.
+    /// SI unit of both standard deviations.
     pub unit: String,
-    /// Value in the head of the motion's file.
+    /// Predicted standard deviation, from the header of the motion's file.
     #[serde(rename = "foretold")]
     pub expected: f64,
-    /// Value in the result.
+    /// Achieved standard deviation, from the result.
     pub achieved: f64,
 }
 
-/// Formats the head line that predicts a parameter's standard deviation.
+/// Formats the header line that predicts a parameter's standard deviation.
 pub fn expectation_line(name: &str, deviation: f64, unit: &str) -> String {
     let deviation = significant_digits(deviation, 4);
     format!("  {}{name}: {deviation} {unit}", EXPECTATION_WORDS[0]).trim_end().to_owned()
@@ -67,12 +68,12 @@ fn deviation_line(line: &str) -> Option<(&str, f64, &str)> {
     Some((name, deviation, unit.trim_end()))
 }
 
-/// The head of a motion's file, with predicted standard deviations.
+/// The header of a motion's file, with predicted standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignedMotion(String);
 
 impl DesignedMotion {
-    /// Reads the head of a file.
+    /// Reads the header of a file.
     ///
     /// # Errors
     /// [`ExpectationError`].
@@ -88,8 +89,8 @@ impl DesignedMotion {
         Ok(Self(head))
     }
 
-    /// Compares the predictions with the estimate from that motion and the prior information.
-    /// Covers the parameters that both have.
+    /// Compares the predictions with the standard deviations of an estimate from this motion and
+    /// the prior information. The comparison covers the parameters that both contain.
     pub fn compare(&self, estimate: &Estimate) -> Vec<ExpectedParameter> {
         self.0
             .lines()

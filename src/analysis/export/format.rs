@@ -12,8 +12,8 @@ use super::model::ConsistentModel;
 /// Output format of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The robot's own URDF with new inertials, damping and friction. A robot file gives a new
-    /// URDF.
+    /// The robot's own URDF with new inertials, damping and friction, or a new URDF if the robot
+    /// has a robot file.
     Urdf,
     /// MuJoCo's format.
     Mjcf,
@@ -54,13 +54,13 @@ pub enum WriteError {
     /// The format cannot hold the model.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// Not as code.
+    /// The model cannot be written as code.
     #[error(transparent)]
     Code(#[from] CodeError),
     /// The model cannot be written into the robot's URDF.
     #[error(transparent)]
     Urdf(#[from] UrdfError),
-    /// Not as JSON.
+    /// The model cannot be written as JSON.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
 }

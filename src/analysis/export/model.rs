@@ -23,10 +23,11 @@ pub enum ConsistentError {
             changed; identify again, and give the new result"
     )]
     NoCovariance,
-    /// No bodies are found, or no bodies agree.
+    /// No physically consistent parameters can be computed, for example because there is no prior.
     #[error(transparent)]
     Feasibility(#[from] FeasibilityError),
-    /// No bodies explain the result. Check the signs of torques and positions.
+    /// No physically consistent parameters explain the result. Check the signs of torques and
+    /// positions.
     #[error("{0}")]
     PhysicallyImpossible(PhysicallyImpossible),
 }
@@ -42,9 +43,9 @@ pub struct ConsistentModel<'a> {
 }
 
 impl<'a> ConsistentModel<'a> {
-    /// Computes the consistent parameters of a result. The nominal bodies of the robot's file
-    /// decide where the data do not. If a total mass of all moving links is given \[kg\], the
-    /// file's geometry decides instead.
+    /// Computes the consistent parameters of a result. Where the data do not determine the
+    /// parameters, the prior from the robot file's nominal parameters does. If the total mass of
+    /// all moving links is given \[kg\], the prior comes from the file's geometry instead.
     ///
     /// # Errors
     /// [`ConsistentError`].
@@ -85,8 +86,8 @@ impl<'a> ConsistentModel<'a> {
 }
 
 impl ConsistentModel<'_> {
-    /// Predicts the torques of a measurement with the result and with the consistent parameters.
-    /// Nothing is fitted.
+    /// Predicts the torques of a measurement, once with the result and once with the consistent
+    /// parameters. Fits nothing.
     ///
     /// # Errors
     /// See [`IdentifyError`].

@@ -10,22 +10,23 @@ use super::model::ConsistentModel;
 /// Version of the record's layout.
 const SCHEMA: u32 = 1;
 
-/// A consistent model. Its JSON is a contract.
+/// The record of a consistent model. Its JSON layout is a contract.
 #[derive(Debug, Serialize)]
 struct Record<'a> {
     schema: u32,
     robot: &'a str,
-    /// The method that identified it.
+    /// Name of the method that identified the result.
     method: &'a str,
-    /// Prior, which decides where the data do not.
+    /// Source of the prior, which determines the parameters that the data do not.
     prior: String,
     /// λ, the weight of the prior.
     prior_weight: f64,
-    /// J, the squared distance from the result in its standard deviations.
+    /// J, the squared distance between the consistent parameters and the result, in standard
+    /// deviations of the result.
     cost: f64,
-    /// Smallest J of any bodies, regardless of the prior.
+    /// Smallest J of any physically consistent parameters, regardless of the prior.
     least_cost: f64,
-    /// Upper limit of the smallest cost of true bodies (χ², 99 %).
+    /// Limit that the smallest J of the true parameters stays below (χ², 99 %).
     cost_limit: f64,
     judgement: Judgement,
     /// Number of base parameters that the data determine.
@@ -35,9 +36,9 @@ struct Record<'a> {
     link_bodies: Vec<LinkBody>,
     /// Shift of each base parameter, in its standard deviations.
     shifts: Vec<Shift<'a>>,
-    /// Parts of the model that these parameters do not include.
+    /// Parts of the model that the output does not contain.
     left_out: Vec<String>,
-    /// Uses that the cell requires and the verdict refuses.
+    /// Uses that the cell requires, but that the verdict refuses.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     refusals: Vec<String>,
 }
@@ -49,7 +50,7 @@ struct Parameter<'a> {
     value: f64,
     /// Standard deviation from data and prior together.
     standard_deviation: f64,
-    /// Source of its value.
+    /// Source of the value: the data, the prior or a combination.
     decided_by: ValueSource,
     share_of_data: f64,
 }
@@ -57,11 +58,11 @@ struct Parameter<'a> {
 #[derive(Debug, Serialize)]
 struct LinkBody {
     mass_kg: f64,
-    /// In the frame of the link.
+    /// Centre of mass in the frame of the link \[m\].
     centre_of_mass_m: [f64; 3],
-    /// About the centre of mass: xx xy xz yy yz zz.
+    /// Inertia about the centre of mass in the order xx xy xz yy yz zz \[kg·m²\].
     inertia_kg_m2: [f64; 6],
-    /// Distance from the prior \[nats\].
+    /// Divergence from the prior \[nats\].
     divergence: f64,
 }
 

@@ -18,7 +18,7 @@ use crate::window::{DriveReadings, JointReading};
 /// Error when a record does not show the controller of the arm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LawError {
-    /// A sample has no law or no reference.
+    /// A sample has no control law or no reference.
     #[error(
         "{without_law} of the {samples} samples have no control law or no target of joint {joint} \
          in the command. Identify a part of the record that has both, set [controller], or use \
@@ -27,9 +27,9 @@ pub enum LawError {
     Missing {
         /// The joint.
         joint: JointIndex,
-        /// Samples without it.
+        /// Number of samples without a law or a reference.
         without_law: u64,
-        /// Samples that count.
+        /// Number of counted samples.
         samples: u64,
     },
     /// The gains change along the record.
@@ -45,7 +45,7 @@ pub enum LawError {
         what: &'static str,
         /// Smallest value.
         least: f64,
-        /// The most.
+        /// Largest value.
         most: f64,
         /// Unit of both values.
         unit: String,
@@ -59,7 +59,7 @@ pub enum LawError {
         /// The joint.
         joint: JointIndex,
     },
-    /// The commanded speeds are neither zero nor those of the reference.
+    /// The commanded speeds are neither zero nor equal to the reference speed.
     #[error(
         "the speeds that the commands of joint {joint} ask for, {least} to {most} rad/s, are \
          neither zero nor those of their positions; state [controller], or use idim-ls"
@@ -69,10 +69,10 @@ pub enum LawError {
         joint: JointIndex,
         /// Smallest commanded speed \[rad/s\].
         least: f64,
-        /// The most \[rad/s\].
+        /// Largest commanded speed \[rad/s\].
         most: f64,
     },
-    /// The commands add torques.
+    /// The commands add torques to the law.
     #[error(
         "the commands of joint {joint} add torques of {least} to {most} N·m to their law, which \
          the methods that simulate do not know; record without them, or use idim-ls"
@@ -82,10 +82,10 @@ pub enum LawError {
         joint: JointIndex,
         /// Smallest added torque \[N·m\].
         least: f64,
-        /// The most \[N·m\].
+        /// Largest added torque \[N·m\].
         most: f64,
     },
-    /// The motor does not correspond to one joint of the same angle.
+    /// The angle of the motor is not the angle of one joint.
     #[error(
         "the law of the commands is that of motor {motor}, which the transmission makes no joint \
          of the same angle; state [controller], whose gains are those of joints"
@@ -94,14 +94,14 @@ pub enum LawError {
         /// The motor.
         motor: MotorIndex,
     },
-    /// The recordings have different laws.
+    /// The recordings contain different laws.
     #[error(
         "the commands of the recordings state different laws; identify each alone, or use idim-ls"
     )]
     Different,
 }
 
-/// Returns the controller of the arm from the commands of records. Each record has its counted
+/// Derives the controller of the arm from the commands of records. Each record has its counted
 /// samples and its drive readings.
 ///
 /// # Errors

@@ -1,5 +1,5 @@
-//! Check of a measurement against the robot's limits before any fit. It reveals a wrong unit or
-//! column.
+//! Check of a measurement against the robot's limits before any fit. Large excesses indicate a
+//! wrong unit or column.
 
 use core::fmt;
 use core::ops::Range;
@@ -33,22 +33,23 @@ pub enum Cause {
         /// Time of the jump \[s after the first sample\].
         time_s: f64,
     },
-    /// Degrees or millimetres in place of radians or metres.
+    /// Degrees or millimetres instead of radians or metres.
     PositionUnit,
-    /// mN·m, a current, or the other side of the gear in place of N·m.
+    /// Torque in mN·m, as a current, or on the other side of the gear, instead of N·m on the joint
+    /// side.
     TorqueUnit,
-    /// Wrong torque gain, or a limit that is not the drive's.
+    /// Wrong torque gain, or a configured limit that differs from the drive's.
     Gain,
-    /// Wrong axis, sign or zero, or a limit that is not the robot's.
+    /// Wrong axis, sign or zero, or a configured limit that differs from the robot's.
     Axis,
 }
 
-/// The sample that is furthest beyond a limit.
+/// The sample with the largest excess over a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimitExcess {
     /// The joint.
     pub joint: JointIndex,
-    /// Its number, and its name if it has one.
+    /// Number of the joint, with its name if it has one.
     pub joint_label: String,
     /// The limited quantity.
     pub quantity: LimitedQuantity,
@@ -58,7 +59,8 @@ pub struct LimitExcess {
     pub value: f64,
     /// The limit \[SI\].
     pub limit: f64,
-    /// Ratio to the limit. For a position: 1 plus its excess divided by the larger of both limits.
+    /// Ratio of the value to the limit. For a position: 1 plus the excess divided by the larger of
+    /// the two limits.
     pub limit_ratio: f64,
     /// Number of samples beyond the limit.
     pub samples: usize,
@@ -67,7 +69,7 @@ pub struct LimitExcess {
     kind: JointKind,
 }
 
-/// A measurement that is no motion of the robot. Correct the columns or the limits.
+/// A measurement that cannot be a motion of this robot. Correct the columns or the limits.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the data do not fit the robot: {}; correct unit, sign, zero or axis in the cell, or the \
     limits in the robot file", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
@@ -176,8 +178,8 @@ pub fn unlisted_laws(cell: &Cell) -> Option<String> {
     })
 }
 
-/// Returns the values beyond the robot's limits that need a note, from the counted samples, worst
-/// first.
+/// Returns the counted samples' values that are beyond the robot's limits and need a note, largest
+/// excess first.
 ///
 /// # Errors
 /// [`BeyondLimits`], if a value exceeds [`LimitCheck::refusal_multiple`] times its limit.
@@ -191,7 +193,7 @@ pub fn check_limits(
     let fits =
         signals.position_rad.len() == robot.joints() && signals.torque_nm.len() == robot.joints();
     if !fits {
-        // The conversion to an experiment reports this.
+        // The conversion to an experiment reports this error.
         return Ok(Vec::new());
     }
     let joints = JointSamples::new(measurement, counted, robot, check);
@@ -327,7 +329,7 @@ impl JointSamples {
         })
     }
 
-    /// Returns the speed, as a difference over a few samples to either side.
+    /// Returns the speed from a position difference over a few samples to either side.
     fn speed_at(&self, joint: usize, k: usize) -> f64 {
         let position = &self.position[joint];
         #[expect(

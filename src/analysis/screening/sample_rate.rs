@@ -1,13 +1,14 @@
-//! Check of the sample rate against the cell. It is the only one, for all identification, live or
-//! from a file.
+//! Check of the sample rate against the cell. Every identification uses this check, from live data
+//! or from a file.
 //!
-//! The check uses the samples' own stamps. Stamps jitter, so a single interval shows little. The
-//! slope of the stamps over the sequence numbers shows much. A frame may be late, by a burst of an
-//! adapter or a busy machine, and is never early. The samples are divided into blocks, and only the
-//! least late stamp of each counts (as in Moon, Skelly and Towsley, Estimation and Removal of Clock
-//! Skew from Network Delay Measurements, INFOCOM 1999). The slope is the median of the slopes of
-//! all pairs of these stamps (Theil 1950, Sen 1968). A block that is entirely late does not bend
-//! it. The scatter about the slope gives its standard uncertainty.
+//! The check uses the time stamps of the samples. Stamps jitter, so a single interval is not
+//! conclusive. The slope of the stamps over the sequence numbers is. A burst of the adapter or a
+//! busy machine may delay a stamp, but no stamp is early. The samples are divided into blocks, and
+//! only the stamp with the smallest delay of each block is used (as in Moon, Skelly and Towsley,
+//! Estimation and Removal of Clock Skew from Network Delay Measurements, INFOCOM 1999). The slope
+//! is the median of the slopes of all pairs of these stamps (Theil 1950, Sen 1968). A block in
+//! which all stamps are delayed hardly affects this median. The scatter about the line gives the
+//! standard uncertainty of the slope.
 
 use didim_drivers::layout::{CompiledLayout, CyclesBy};
 use didim_dynamics::JointSample;
@@ -18,7 +19,7 @@ use crate::cell::RateCheck;
 /// The rate of the samples differs from the layout or cannot be determined.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum RateError {
-    /// The stamps give another rate.
+    /// The stamps give a rate that differs from the layout's.
     #[error(
         "the time stamps give {found_hz:.2} ± {uncertainty_hz:.2} samples/s, the layout \
         {expected_hz:.2}: accelerations and inertias would be wrong by {:.2} %. The fit would not \
@@ -33,7 +34,7 @@ pub enum RateError {
         uncertainty_hz: f64,
         /// Rate from the layout \[Hz\].
         expected_hz: f64,
-        /// True if the layout works without stamps.
+        /// True if the layout can count frames instead of using stamps.
         frames_may_count: bool,
     },
     /// The stamps are too uneven to determine the rate.
@@ -50,12 +51,12 @@ pub enum RateError {
         uncertainty_hz: f64,
         /// Rate from the layout \[Hz\].
         expected_hz: f64,
-        /// True if the layout works without stamps.
+        /// True if the layout can count frames instead of using stamps.
         frames_may_count: bool,
     },
 }
 
-/// Returns the remedy for stamps that are not those of the cycles.
+/// Returns the remedy for stamps that do not show the times of the bus cycles.
 fn without_stamps(frames_may_count: bool) -> &'static str {
     if frames_may_count {
         "set cycles_by = \"frames\" in [bus.layout]"
@@ -65,11 +66,11 @@ fn without_stamps(frames_may_count: bool) -> &'static str {
     }
 }
 
-/// Creates a measurement from consecutive samples of a bus. All data identified from a bus, live or
-/// recorded, pass through here, so their rate is checked.
+/// Creates a measurement from consecutive samples of a bus, and checks their rate. All data that
+/// are identified from a bus, live or recorded, use this function.
 ///
 /// # Errors
-/// [`RateError`]: the stamps give another rate than the layout, and they count.
+/// [`RateError`] if the layout uses the stamps and they give another rate than the layout.
 pub(crate) fn checked_measurement(
     samples: &[JointSample],
     layout: &CompiledLayout,
@@ -80,11 +81,11 @@ pub(crate) fn checked_measurement(
     Ok(Measurement { rate_unchecked, ..measurement })
 }
 
-/// Checks the rate of samples, some of which may be missing. Returns true if the frames count and
-/// the rate stays unchecked.
+/// Checks the rate of samples, some of which may be missing. Returns true if the layout counts
+/// frames instead of using stamps, so that the rate is unchecked.
 ///
 /// # Errors
-/// [`RateError`]: the stamps give another rate than the layout, and they count.
+/// [`RateError`] if the layout uses the stamps and they give another rate than the layout.
 pub(crate) fn check_rate(
     samples: &[JointSample],
     layout: &CompiledLayout,
@@ -100,7 +101,8 @@ pub(crate) fn check_rate(
 /// Checks the rate of samples against `expected_hz`, by their stamps and sequence numbers.
 ///
 /// # Errors
-/// [`RateError`] if the rate is certainly wrong, or nothing is certain.
+/// [`RateError`] if the rate is significantly wrong, or if its uncertainty is too large for a
+/// check.
 fn check(
     samples: &[JointSample],
     expected_hz: f64,
@@ -118,15 +120,15 @@ fn check(
     if off > TimeLimits::DEFAULT.same_rate + options.coverage_deviations * uncertainty {
         return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
-    // Also covers NaN, the result of missing stamps.
+    // The condition also covers NaN, which missing stamps give.
     if uncertainty.is_nan() || uncertainty > options.most_uncertainty {
         return Err(RateError::Unknown { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     Ok(())
 }
 
-/// Returns the least late sample of each block: its nominal time and its lateness \[s\], both
-/// relative to the first sample.
+/// Returns the sample with the smallest delay of each block: its nominal time and its delay \[s\],
+/// both relative to the first sample.
 fn least_late(samples: &[JointSample], expected_hz: f64, blocks: usize) -> Vec<(f64, f64)> {
     let Some(first) = samples.first() else { return Vec::new() };
     let blocks = (0..blocks).filter_map(|block| {
@@ -134,7 +136,8 @@ fn least_late(samples: &[JointSample], expected_hz: f64, blocks: usize) -> Vec<(
         let end = (block + 1) * samples.len() / blocks;
         let block_samples = samples.get(start..end)?.iter().map(|sample: &JointSample| {
             let nominal_s = sample.sequence.saturating_sub(first.sequence) as f64 / expected_hz;
-            // Signed nanoseconds: a stamp before the first one is early and not enormous.
+            // Signed nanoseconds, so that a stamp before the first one gives a small negative value
+            // and not a huge positive one.
             let elapsed_ns = i128::from(sample.stamp_ns) - i128::from(first.stamp_ns);
             (nominal_s, 1e-9 * elapsed_ns as f64 - nominal_s)
         });
@@ -158,7 +161,7 @@ fn slope(points: &[(f64, f64)], options: RateCheck) -> (f64, f64) {
     (slope, scatter / spread)
 }
 
-/// Returns the value above the given share of all values.
+/// Returns the quantile of the values at the given share.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     #[expect(
@@ -178,8 +181,8 @@ mod tests {
     /// A time in 2026, like the stamps of logs.
     const EPOCH_NS: f64 = 1.79e18;
 
-    /// Creates `seconds` of samples of a 500 Hz bus. Its rate is off by `off`, and its stamps are
-    /// `late_s(k, time)` late.
+    /// Creates `seconds` of samples of a 500 Hz bus. Its rate has the relative error `off`, and its
+    /// stamps are `late_s(k, time)` late.
     fn samples(seconds: f64, off: f64, late_s: impl Fn(u64, f64) -> f64) -> Vec<JointSample> {
         let cycles = (seconds * 500.0) as u64;
         (0..cycles)

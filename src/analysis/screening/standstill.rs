@@ -36,8 +36,8 @@ fn is_still(parts: &[&[f64]], check: RestCheck) -> bool {
     }
     let (low, high) =
         values_of_all().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
-    // A second difference of white noise with variance σ² has variance 6 σ². Motion adds almost
-    // nothing to it.
+    // White noise of variance σ² has second differences of variance 6 σ². Motion adds almost
+    // nothing to them.
     let bends = || parts.iter().flat_map(|piece| piece.windows(3));
     let squares: f64 = bends().map(|of| (of[0] - 2.0 * of[1] + of[2]).powi(2)).sum();
     #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]

@@ -1,5 +1,5 @@
-//! The alarm of one parameter. It is raised if the parameter stays outside its band, and cleared
-//! when the parameter is back.
+//! The alarm of one parameter. It is raised when the parameter stays outside its band, and cleared
+//! when the parameter is back inside.
 
 use super::Change;
 use super::limits::DriftLimits;
@@ -19,15 +19,15 @@ pub struct Alarm {
 /// The state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlarmEvent {
-    /// It was raised.
+    /// The alarm was raised.
     Raised,
-    /// It was cleared.
+    /// The alarm was cleared.
     Cleared,
 }
 
 impl Alarm {
-    /// Processes the next result. `results` results in a row change the state. A change that is NaN
-    /// is ignored.
+    /// Processes the next result. The state changes after `results` consecutive results that
+    /// support the change. A change that is NaN is ignored.
     pub fn handle_change(
         &mut self,
         change: &Change,
@@ -63,7 +63,8 @@ impl Alarm {
         Some(AlarmEvent::Cleared)
     }
 
-    /// Returns the time since which the parameter is outside its band, if the alarm is raised.
+    /// Returns the time since which the parameter has been outside its band. `None` unless the
+    /// alarm is raised.
     pub fn outside_since(&self) -> Option<Timestamp> {
         self.left_band_at.filter(|_| self.is_raised)
     }

@@ -19,7 +19,8 @@ pub const BASELINE_SCHEMA: u32 = 1;
 
 const FILE_NAME: &str = "baseline.json";
 
-/// A complete result to compare with. It may be older than any kept result.
+/// A complete result that later results are compared with. It may be older than every result in the
+/// folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// [`BASELINE_SCHEMA`].
@@ -28,7 +29,7 @@ pub struct Baseline {
     pub set: Timestamp,
     /// History line of the result.
     pub result: HistoryLine,
-    /// Additional data from the result file.
+    /// Additional data that were read from the result file.
     #[serde(flatten)]
     pub available: ModelContext,
 }
@@ -42,7 +43,7 @@ pub enum BaselineError {
     Io {
         /// The attempted operation.
         action: &'static str,
-        /// On which path.
+        /// Path that the operation used.
         path: PathBuf,
         /// The system's error.
         cause: io::Error,
@@ -72,7 +73,7 @@ pub enum BaselineError {
 }
 
 impl Baseline {
-    /// Makes a result the baseline as of now.
+    /// Creates a baseline from a result, with the current time.
     pub fn from_result(result: HistoryLine) -> Self {
         Self {
             schema: BASELINE_SCHEMA,
@@ -82,8 +83,8 @@ impl Baseline {
         }
     }
 
-    /// Returns how far model errors may move a later result away from the baseline. `None` if
-    /// either of the two does not report its model errors.
+    /// Returns how far model errors alone may shift a later result from the baseline. `None` if one
+    /// of the two results does not report its model errors.
     pub fn compare_uncertainty(&self, later: &ModelUncertainty) -> Option<ModelDifference> {
         let deviations = later.difference_deviations(self.available.model_uncertainty.as_ref()?)?;
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
@@ -119,7 +120,7 @@ impl Baseline {
         Ok(Some(baseline))
     }
 
-    /// Writes this as the baseline of a folder.
+    /// Writes the baseline of a folder.
     ///
     /// # Errors
     /// [`BaselineError::Io`]; the previous baseline is unchanged.
@@ -150,7 +151,8 @@ impl Baseline {
 #[derive(Debug)]
 pub struct BaselineWatch {
     folder: PathBuf,
-    /// Properties that distinguish one file from the next. `None` before the first check.
+    /// Inode, modification time and size of the baseline file at the last check. `None` before the
+    /// first check. The inner `None` means that there was no file.
     file_properties: Option<Option<(u64, i64, i64, u64)>>,
 }
 

@@ -12,16 +12,16 @@ pub struct Change {
     pub baseline: f64,
     /// Δ = θ − θ₀.
     pub difference: f64,
-    /// σ_Δ = √(σ² + σ₀² + m²): two windows have no common noise. m is the contribution of model
-    /// errors to the difference. It is negligible if both motions are similar.
+    /// σ_Δ = √(σ² + σ₀² + m²). The noise of two windows is independent. m is the contribution of
+    /// model errors to the difference, which is negligible if both motions are similar.
     pub standard_deviation: f64,
     /// Half of the band: the larger of the two limits of [`DriftOptions`].
     pub half_band: f64,
 }
 
 impl Change {
-    /// Returns the changes from one result to a later one, for every parameter that both contain,
-    /// in the order of the first.
+    /// Returns the changes from a first result to a later one, in the order of the first. Contains
+    /// the parameters that both results have.
     pub fn between_results(
         first: &HistoryLine,
         second: &HistoryLine,
@@ -55,20 +55,21 @@ impl Change {
             baseline: then.value,
             difference: now.value - then.value,
             standard_deviation,
-            // Without a finite standard deviation no judgement is possible. `max` would skip a NaN,
-            // and every value is inside an infinite band.
+            // Without a finite standard deviation, no judgement is possible. `max` would ignore a
+            // NaN, and every value would be inside an infinite band.
             half_band: if noise.is_finite() { noise.max(matters) } else { f64::NAN },
         }
     }
 
-    /// Δ / σ_Δ.
+    /// Returns Δ / σ_Δ.
     pub fn difference_deviations(&self) -> f64 {
         self.difference / self.standard_deviation
     }
 
-    /// Returns θ/θ₀ − 1. It is positive if the parameter has grown in magnitude, whatever its sign.
+    /// Returns θ/θ₀ − 1. It is positive if the magnitude of the parameter has grown, for positive
+    /// and negative parameters.
     pub fn relative_change(&self) -> f64 {
-        // No negative zero.
+        // Adding 0.0 turns a negative zero into a positive one.
         self.difference / self.baseline + 0.0
     }
 
@@ -77,7 +78,7 @@ impl Change {
         self.standard_deviation / self.baseline.abs()
     }
 
-    /// Returns |Δ| as a share of half of the band: more than 1 is outside.
+    /// Returns |Δ| relative to half of the band. A value above 1 is outside the band.
     pub fn band_share(&self) -> f64 {
         self.difference.abs() / self.half_band
     }

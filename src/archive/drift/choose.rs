@@ -14,34 +14,34 @@ pub enum ChooseError {
     /// The baseline cannot be written.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
-    /// No result is usable for monitoring. Wait for one that is, or look at the reasons of the
+    /// No result is usable for monitoring. Wait for one that is, or read the reasons of the
     /// verdicts.
     #[error("no result in the history is usable for monitoring; {available}")]
     NoneGood {
-        /// The available ones.
+        /// Description of the results in the history.
         available: String,
     },
-    /// The result is not usable for monitoring. Choose another.
+    /// The result is not usable for monitoring. Choose another result.
     #[error(
         "result {result} is not usable for monitoring, so no result can be compared with it; \
             choose another, `didim history` lists them"
     )]
     NotGood {
-        /// Its number.
+        /// Number of the result.
         result: u64,
     },
-    /// No result has this number. Choose another.
+    /// The history has no result with this number. Choose another number.
     #[error("result {result} is not in the history; {available}")]
     Unknown {
         /// Requested number.
         result: u64,
-        /// The available ones.
+        /// Description of the results in the history.
         available: String,
     },
 }
 
-/// Makes a result of the folder's history its baseline: the one with this number, or the last one
-/// that is usable for monitoring.
+/// Makes a result of the folder's history its baseline. Takes the result with this number, or else
+/// the last result that is usable for monitoring.
 ///
 /// # Errors
 /// [`ChooseError`]; the previous baseline stays.
@@ -59,7 +59,8 @@ fn choose_line(folder: &Path, number: Option<u64>) -> Result<HistoryLine, Choose
         (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),
         _ => "it is empty".to_owned(),
     };
-    // Numbers restart in an emptied folder: the last result with a number is meant.
+    // An emptied folder counts from 0 again, so a number may repeat. The last result with the
+    // number is used.
     let mut newest_first = lines.into_iter().rev();
     let Some(result) = number else {
         let good = newest_first.find(HistoryLine::is_good_for_monitoring);

@@ -1,4 +1,4 @@
-//! Check of which results may be compared with a baseline.
+//! Check if a result may be compared with a baseline.
 
 use super::limits::DriftLimits;
 use crate::archive::store::HistoryLine;
@@ -9,10 +9,10 @@ const MAX_LISTED_NAMES: usize = 6;
 /// Reason why a result is not compared with another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotComparable {
-    /// It is not usable for monitoring.
+    /// The result is not usable for monitoring.
     #[error("result {result} is not usable for monitoring")]
     NotGood {
-        /// Its number.
+        /// Number of the result.
         result: u64,
     },
     /// The results are of two different robots. Set a new baseline.
@@ -20,27 +20,28 @@ pub enum NotComparable {
     OtherRobot {
         /// Number of the later result.
         result: u64,
-        /// Its robot.
+        /// Robot of the later result.
         robot: String,
         /// Number of the result to compare with.
         other: u64,
-        /// Its robot.
+        /// Robot of the result to compare with.
         other_robot: String,
     },
-    /// Model errors affect each method differently. Set a new baseline.
+    /// The results are of two different methods, and model errors affect each method differently.
+    /// Set a new baseline.
     #[error("result {result} is by {method}, result {other} by {other_method}")]
     OtherMethod {
         /// Number of the later result.
         result: u64,
-        /// Its method.
+        /// Method of the later result.
         method: String,
         /// Number of the result to compare with.
         other: u64,
-        /// Its method.
+        /// Method of the result to compare with.
         other_method: String,
     },
-    /// The names represent other sums of parameters because the robot file has changed. Set a new
-    /// baseline.
+    /// The base parameters of the two results are different sums, because the robot file has
+    /// changed. Set a new baseline.
     #[error(
         "the base parameters of result {result} are regrouped in another way than those of \
             result {other}"
@@ -51,18 +52,20 @@ pub enum NotComparable {
         /// Number of the result to compare with.
         other: u64,
     },
-    /// Omitting a parameter changes the others. Set a new baseline.
+    /// The two results have different parameters, and omitting a parameter changes the others. Set
+    /// a new baseline.
     #[error("result {result} has other parameters than result {other} ({names})")]
     OtherParameters {
         /// Number of the later result.
         result: u64,
         /// Number of the result to compare with.
         other: u64,
-        /// Parameters that only one of them has: `+` for the later result, `−` for the other.
+        /// Parameters that only one of the two results has: `+` for the later result, `−` for the
+        /// other.
         names: String,
     },
-    /// Another payload mass was noted. Note the current payload with the next window, or set a
-    /// baseline with this payload.
+    /// The two results have different noted payload masses. Note the current payload with the next
+    /// window, or set a baseline with this payload.
     #[error(
         "a payload of {payload_kg} kg was noted with result {result}, {} with result {other}",
         other_kg.map_or("none".to_owned(), |kg| format!("one of {kg} kg"))
@@ -70,17 +73,17 @@ pub enum NotComparable {
     OtherPayload {
         /// Number of the later result.
         result: u64,
-        /// Its payload \[kg\].
+        /// Payload noted with the later result \[kg\].
         payload_kg: f64,
         /// Number of the result to compare with.
         other: u64,
-        /// Its payload \[kg\].
+        /// Payload noted with the result to compare with \[kg\].
         other_kg: Option<f64>,
     },
 }
 
 impl NotComparable {
-    /// Returns true if later results will not be comparable either unless somebody acts.
+    /// Returns true if the reason also affects all later results until somebody removes it.
     pub fn is_lasting(&self) -> bool {
         !matches!(self, Self::NotGood { .. } | Self::OtherPayload { .. })
     }
@@ -88,9 +91,9 @@ impl NotComparable {
 
 /// Checks that a result may be compared with an earlier one, usually the baseline.
 ///
-/// A result without a noted payload is assumed to carry the baseline's payload: most windows have
-/// no note. A baseline without a noted payload is assumed to carry none. A payload noted only with
-/// the result then is a different one, unless it is 0 kg.
+/// If a result has no noted payload, it is assumed to have the baseline's payload, because most
+/// windows have no note. If the baseline has no noted payload, it is assumed to have none. A
+/// payload noted with the result is then a difference, unless it is 0 kg.
 ///
 /// # Errors
 /// [`NotComparable`] gives the reason.

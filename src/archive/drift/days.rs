@@ -18,26 +18,26 @@ struct DailySums {
     value: f64,
 }
 
-/// The last days with results, each with the weighted means of its results.
+/// The most recent days with results. Each day has the weighted means of its results.
 ///
-/// Friction changes while an arm warms up, and all results of a day share this effect. Independent
-/// scatter therefore exists between days, not between results. An arm with a hundred results a day
-/// has the same trend as one with a single result a day.
+/// Friction changes while an arm warms up, and this affects all results of a day alike. Days are
+/// therefore statistically independent, and results of one day are not. An arm with a hundred
+/// results a day has the same trend as one with a single result a day.
 #[derive(Clone, Debug)]
 pub(super) struct DailyMeans {
-    /// Time zero: times are days since this instant.
+    /// Time zero of the trend. Times are days since this instant.
     origin: Timestamp,
     parameters: Vec<String>,
-    /// Sums by day since 1970 in UTC, whatever the order of the results. The sums are in the order
-    /// of the parameters.
+    /// Sums by day since 1970-01-01 in UTC. The order of the results does not matter. The sums of a
+    /// day are in the order of the parameters.
     sums_by_day: BTreeMap<u64, Vec<DailySums>>,
     /// Days to keep.
     max_days: usize,
 }
 
 impl DailyMeans {
-    /// Starts with the results of one line. Days are counted from its time, and its parameters are
-    /// tracked.
+    /// Creates the means from the results of one line. Days are counted from its time, and the
+    /// trends are those of its parameters.
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
         let parameters = first.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let mut days =
@@ -71,8 +71,9 @@ impl DailyMeans {
         }
     }
 
-    /// Fits the straight line through the days of a parameter. Each day is a point at the weighted
-    /// mean of its times, with σ = 1/√(Σ 1/σ²). Three days are more than 24 hours.
+    /// Fits a straight line through the daily means of a parameter. Each day is a point at the
+    /// weighted mean of its times, with σ = 1/√(Σ 1/σ²). The fit needs three days, which span more
+    /// than 24 hours.
     pub(super) fn trend(&self, parameter: &str) -> Option<Trend> {
         let index = self.parameters.iter().position(|name| name == parameter)?;
         let sums = self

@@ -3,12 +3,12 @@
 use super::{Baseline, Change, Comparison, DriftOptions, NotComparable, Tracker};
 use crate::archive::store::{HistoryLine, Timestamp};
 
-/// One result of the history, judged as of its time.
+/// One result of the history, judged with the data available at its time.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Its line.
+    /// History line of the result.
     pub line: HistoryLine,
-    /// Comparison with the baseline. `None` for the baseline itself, for earlier results, and
+    /// Comparison with the baseline. `None` for the baseline itself, for results before it, and
     /// without a baseline.
     pub comparison: Option<Result<Comparison, NotComparable>>,
     /// Parameters whose alarms were raised after this result.
@@ -16,7 +16,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns the change that uses the largest share of its band.
+    /// Returns the change with the largest share of its band.
     pub fn largest_change(&self) -> Option<&Change> {
         let changes = &self.comparison.as_ref()?.as_ref().ok()?.changes;
         let judged = changes.iter().filter(|change| !change.band_share().is_nan());
@@ -29,14 +29,14 @@ impl Entry {
 pub struct JudgedHistory {
     /// The results, oldest first.
     pub entries: Vec<Entry>,
-    /// The tracker that followed them. `None` without a baseline.
+    /// Tracker that has processed the results. `None` without a baseline.
     pub tracker: Option<Tracker>,
     /// Drift options.
     pub options: DriftOptions,
 }
 
 impl JudgedHistory {
-    /// Processes the lines from the first to the last.
+    /// Judges the lines in their order, oldest first.
     pub fn new(lines: Vec<HistoryLine>, baseline: Option<Baseline>, options: DriftOptions) -> Self {
         let mut tracker = baseline.map(|baseline| Tracker::new(baseline, options));
         let entries = lines.into_iter().map(|line| {
@@ -61,7 +61,7 @@ impl JudgedHistory {
         })
     }
 
-    /// Returns the newest result with a number.
+    /// Returns the newest result with this number.
     pub fn result(&self, number: u64) -> Option<&HistoryLine> {
         let mut newest_first = self.entries.iter().rev();
         newest_first.find(|entry| entry.line.result == number).map(|entry| &entry.line)
@@ -80,7 +80,7 @@ impl JudgedHistory {
         names
     }
 
-    /// Returns the unit of a parameter. It is empty if no result states it.
+    /// Returns the unit of a parameter. It is empty if no result contains it.
     pub fn unit(&self, parameter: &str) -> &str {
         let newest_first = self.entries.iter().rev();
         let values = newest_first.filter_map(|entry| entry.line.parameter(parameter));
@@ -101,7 +101,7 @@ impl JudgedHistory {
         self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
     }
 
-    /// Returns the same as a sentence. `None` if there are no such results.
+    /// Returns this count as a sentence. `None` if it is zero.
     pub fn undated_text(&self) -> Option<String> {
         let (results, are) = match self.undated_count() {
             0 => return None,
@@ -114,8 +114,8 @@ impl JudgedHistory {
     }
 
     /// Returns a parameter over time: days since the earliest result, value and standard deviation.
-    /// It contains the results that may be used and were stored with a set clock, in the order of
-    /// their times.
+    /// Contains the results that are usable and were stored with a set clock, in the order of their
+    /// times.
     pub fn parameter_points(&self, parameter: &str) -> Vec<(f64, f64, f64)> {
         let Some((start, _)) = self.time_range() else { return Vec::new() };
         let usable =
@@ -131,7 +131,7 @@ impl JudgedHistory {
     }
 
     /// Returns the baseline value of a parameter and half of its band. The band is that of the last
-    /// compared result, or of the baseline alone.
+    /// compared result. Without a compared result, it is computed from the baseline alone.
     pub fn baseline_band(&self, parameter: &str) -> Option<(f64, f64)> {
         let tracker = self.tracker.as_ref()?;
         let then = tracker.baseline().result.parameter(parameter)?;

@@ -1,17 +1,17 @@
 //! Limits of the drift.
 
-/// Limits that decide about drift in addition to the options of a cell.
+/// Limits for drift that no option of the cell changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriftLimits {
-    /// Share of the band within which an alarm is cleared \[1\]. Convention: a parameter at the
-    /// edge does not raise and clear it repeatedly.
+    /// Share of the band within which an alarm is cleared \[1\]. Convention: it prevents a
+    /// parameter at the edge of its band from raising and clearing its alarm repeatedly.
     pub clearing_share: f64,
-    /// Difference up to which two noted payloads are the same \[kg\]. Derived: the resolution of a
-    /// bench balance.
+    /// Difference below which two noted payloads count as equal \[kg\]. Derived: the resolution of
+    /// a bench balance.
     pub same_payload_kg: f64,
     /// Largest extrapolation of a trend, as a multiple of its past time span \[1\]. Convention.
     pub forecast_spans: f64,
-    /// Number of its standard deviations below which a slope counts as zero \[σ\]. Convention.
+    /// Number of standard deviations below which a slope counts as zero \[σ\]. Convention.
     pub slope_deviations: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Drift: the differences between the parameters of later results and those of a baseline.
 //!
-//! The decisions here are pure. A [`Tracker`] takes the lines of the history in order and reports
-//! the changes. A restarted service and a command that reads the history therefore find the same
-//! alarms.
+//! The decisions of this module are pure functions. A [`Tracker`] takes the lines of the history in
+//! order and reports the changes. A restarted service and a command that reads the history
+//! therefore find the same alarms.
 
 mod alarm;
 mod baseline;

@@ -22,7 +22,7 @@ pub struct DriftOptions {
     pub trend_results: usize,
 }
 
-/// Maximum number of days in a trend: more than a year.
+/// Maximum number of days in a trend. It covers more than a year.
 const MAX_RESULTS: usize = 500;
 
 impl Default for DriftOptions {
@@ -35,7 +35,7 @@ impl Default for DriftOptions {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}")]
 pub struct DriftOptionError {
-    /// Key, from the top of the cell file.
+    /// Key, with its path from the top of the cell file.
     pub key: &'static str,
     /// The problem, and the allowed values.
     pub problem: String,

@@ -1,4 +1,4 @@
-//! Drift as part of the status.
+//! Drift in the status of the service.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,11 +10,11 @@ use crate::archive::store::Timestamp;
 pub struct DriftStatus {
     /// Number of the baseline's result.
     pub baseline: u64,
-    /// Time of its identification.
+    /// Time of the baseline's identification.
     pub time: Timestamp,
-    /// True if the last result was compared with it.
+    /// True if the last result was compared with the baseline.
     pub compared: bool,
-    /// Reason why it was not compared.
+    /// Reason why the last result was not compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
     /// True if the configuration differs from the baseline's in a way that still allows a
@@ -34,11 +34,11 @@ pub struct DriftStatus {
 pub struct ParameterDrift {
     /// Its name.
     pub parameter: String,
-    /// θ/θ₀ − 1.
+    /// Relative change θ/θ₀ − 1.
     pub relative_change: Option<f64>,
-    /// Δ / σ_Δ.
+    /// Difference in standard deviations, Δ / σ_Δ.
     pub deviation_sigma: Option<f64>,
-    /// |Δ| as a share of half of the band; more than 1 is outside.
+    /// |Δ| relative to half of the band. A value above 1 is outside the band.
     pub band_share: Option<f64>,
 }
 
@@ -47,17 +47,18 @@ pub struct ParameterDrift {
 pub struct AlarmStatus {
     /// The parameter.
     pub parameter: String,
-    /// θ/θ₀ − 1.
+    /// Relative change θ/θ₀ − 1.
     pub relative_change: Option<f64>,
-    /// Δ / σ_Δ.
+    /// Difference in standard deviations, Δ / σ_Δ.
     pub deviation_sigma: Option<f64>,
-    /// Slope of the trend as a share of θ₀ per day. `None` for results of fewer than three days.
+    /// Slope of the trend, relative to θ₀ per day. `None` if there are results of fewer than three
+    /// days.
     pub slope_per_day: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of the slope, in the same unit.
     pub slope_sd: Option<f64>,
-    /// Time of the first result that raised it.
+    /// Time of the first result of the series that raised the alarm.
     pub since: Timestamp,
-    /// The same as a sentence.
+    /// The alarm as a sentence.
     pub text: String,
 }
 
@@ -65,7 +66,8 @@ pub struct AlarmStatus {
 const MAX_REASONS: usize = 5;
 
 impl DriftStatus {
-    /// Returns the reasons why the state is not good, one line per alarm as long as they are few.
+    /// Returns the reasons for bad health: one line per alarm up to the maximum number, and a line
+    /// with the number of further alarms.
     pub fn reasons(&self) -> Vec<String> {
         let alarms = self.alarms.iter().take(MAX_REASONS).map(|alarm| alarm.text.clone());
         let more = self.alarms.len().saturating_sub(MAX_REASONS);

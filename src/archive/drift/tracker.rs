@@ -1,4 +1,4 @@
-//! Follows the history from a baseline onwards.
+//! Evaluation of the history, from a baseline onwards.
 
 use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
@@ -6,14 +6,14 @@ use super::{
 };
 use crate::archive::store::{HistoryLine, Timestamp};
 
-/// A baseline and the evaluation of the results after it.
+/// A baseline, and the evaluation of the results after it.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     baseline: Baseline,
     options: DriftOptions,
-    /// One per parameter of the baseline.
+    /// Alarms, one per parameter of the baseline.
     alarms: Vec<Alarm>,
-    /// The last `trend_results` days of the baseline and the compared results.
+    /// Means of the last `trend_results` days, from the baseline and the compared results.
     days: DailyMeans,
     /// Last compared result.
     last_compared: Option<Comparison>,
@@ -23,7 +23,7 @@ pub struct Tracker {
 /// A result compared with the baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Its number.
+    /// Number of the result.
     pub result: u64,
     /// Parameter changes, in the model's order.
     pub changes: Vec<Change>,
@@ -45,11 +45,11 @@ impl Tracker {
         &self.baseline
     }
 
-    /// Returns true if a result came after the baseline. Earlier results do not show how it
-    /// changed.
+    /// Returns true if a result came after the baseline. Results before the baseline are no
+    /// evidence of a later change.
     pub fn is_after_baseline(&self, line: &HistoryLine) -> bool {
         let baseline = &self.baseline.result;
-        // Numbers restart in an emptied folder.
+        // An emptied folder counts from 0 again.
         let later = line.result > baseline.result || line.time > baseline.time;
         later && (line.result, line.time) != (baseline.result, baseline.time)
     }
@@ -81,7 +81,7 @@ impl Tracker {
         events
     }
 
-    /// Compares one result with the baseline, independently of earlier results.
+    /// Compares one result with the baseline. Earlier results do not affect the comparison.
     ///
     /// # Errors
     /// [`NotComparable`].
@@ -95,14 +95,15 @@ impl Tracker {
         })
     }
 
-    /// Returns the line through the last days with compared results, including the baseline, in SI
-    /// units over days since the baseline. `None` for fewer than three days: the friction decrease
-    /// while an arm warms up does not show the change from day to day.
+    /// Returns the trend line through the last days with compared results, including the baseline,
+    /// in SI units over days since the baseline. `None` for fewer than three days, because the
+    /// friction decrease during a warm-up is no trend over days.
     pub fn trend(&self, parameter: &str) -> Option<Trend> {
         self.days.trend(parameter)
     }
 
-    /// Returns the raised alarms: the parameter, and the time since which it is outside.
+    /// Returns each parameter with a raised alarm, and the time since which it has been outside its
+    /// band.
     pub fn alarms(&self) -> impl Iterator<Item = (&str, Timestamp)> {
         let named = self.baseline.result.parameters.iter().zip(&self.alarms);
         named.filter_map(|(parameter, alarm)| {
@@ -116,7 +117,7 @@ impl Tracker {
         changes.iter().find(|change| change.parameter == parameter).cloned()
     }
 
-    /// Returns a readable sentence on a parameter of the last compared result.
+    /// Returns a sentence about a parameter of the last compared result.
     pub fn sentence(&self, parameter: &str) -> Option<String> {
         let change = self.last_change(parameter)?;
         let since = self.alarms().find(|(name, _)| *name == parameter).map(|(_, since)| since);

@@ -13,12 +13,12 @@ pub struct Trend {
     pub span: (f64, f64),
     /// Weighted mean of the times.
     pub mean_time: f64,
-    /// The line there.
+    /// Value of the line at `mean_time`.
     pub at_mean: f64,
     /// Σ ((value − line) / σ)².
     pub chi_squared: f64,
-    /// √(χ²/(n − 2)), at least 1: the ratio of the scatter of the points to their σ. The standard
-    /// deviation of the slope includes it as a factor.
+    /// √(χ²/(n − 2)), but at least 1: ratio of the points' scatter to their σ. `slope_deviation`
+    /// includes it as a factor.
     pub scatter: f64,
 }
 

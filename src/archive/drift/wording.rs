@@ -1,4 +1,4 @@
-//! Drift as sentences.
+//! Sentences about drift.
 
 use super::limits::DriftLimits;
 use super::{Change, Trend};
@@ -50,9 +50,9 @@ pub fn change_sentence(
     text
 }
 
-/// Returns the time at which the trend line leaves the band. The slope has to be real, and the time
-/// has to be within the allowed extrapolation of the trend. Times of the trend are days since the
-/// baseline.
+/// Returns the time at which the trend line leaves the band. `None` if the slope is not
+/// significant, or if the time is beyond the allowed extrapolation of the trend. Times of the trend
+/// are days since the baseline.
 pub fn band_exit(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
     if trend.slope.abs() < DriftLimits::DEFAULT.slope_deviations * trend.slope_deviation
         || change.band_share() > 1.0
@@ -66,7 +66,7 @@ pub fn band_exit(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<
     (leaves.is_finite() && leaves > last && leaves <= reach).then(|| baseline.plus_days(leaves))?
 }
 
-/// Formats a number to the decimal place of the first digit of its standard deviation.
+/// Formats a number down to the decimal place of the first digit of its standard deviation.
 fn to_the_digit_of(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
         return significant_digits(value, 3);

@@ -1,4 +1,4 @@
-//! Reads one result of each arm from the rows of their histories.
+//! Reading of one result per arm from the rows of the histories.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,10 +27,10 @@ pub enum FleetError {
         file: PathBuf,
         /// The column.
         column: &'static str,
-        /// Text found there.
+        /// Text in the field.
         text: String,
     },
-    /// Too few arms. Name the files of more.
+    /// There are too few arms. Name the history files of more arms.
     #[error(
         "{arms} arms have a result that is usable for monitoring and has no payload noted; a \
             population needs at least {}; name the histories of more",
@@ -40,16 +40,16 @@ pub enum FleetError {
         /// Number of arms.
         arms: usize,
     },
-    /// The arms are not of one type. Compare arms of one type only.
+    /// The arms are not of one type. Compare only arms of one type.
     #[error("{arm} is {kind}, and {other} is {other_kind}; name the histories of arms of one type")]
     OtherKind {
         /// The first arm.
         arm: String,
-        /// Its robot, method and regrouping.
+        /// Robot, method and regrouping of the first arm.
         kind: String,
-        /// Another.
+        /// An arm of another type.
         other: String,
-        /// Its robot, method and regrouping.
+        /// Robot, method and regrouping of the other arm.
         other_kind: String,
     },
 }
@@ -57,27 +57,27 @@ pub enum FleetError {
 /// An arm and its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Member {
-    /// Name of its cell. The file name if several arms have the same cell name or none.
+    /// Name of the arm's cell, or the file name if several arms have the same cell name or none.
     pub name: String,
-    /// Its robot.
+    /// Name of the robot.
     #[serde(skip)]
     pub robot: String,
-    /// The result's method.
+    /// Method of the result.
     #[serde(skip)]
     pub method: String,
     /// Hash of the composition of the base parameters.
     #[serde(skip)]
     pub regrouping: String,
-    /// The result's number.
+    /// Number of the result.
     pub result: u64,
     /// Time at which the result was stored. Empty if the clock was not set.
     pub time: String,
-    /// Its parameters.
+    /// Parameters of the result.
     #[serde(skip)]
     pub parameters: Vec<MemberParameter>,
 }
 
-/// A parameter of an arm, in its unit.
+/// A parameter of an arm. All values are in its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MemberParameter {
     /// Its name.
@@ -88,7 +88,7 @@ pub struct MemberParameter {
     pub value: f64,
     /// Its statistical standard deviation.
     pub standard_deviation: f64,
-    /// Its combined one.
+    /// Combined standard uncertainty, if the result reports it.
     pub combined_standard_deviation: Option<f64>,
 }
 
@@ -98,8 +98,8 @@ impl Member {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// Returns the properties that have to match so that parameters of one name are the same sums,
-    /// identified in the same way.
+    /// Returns robot, method and regrouping. Parameters of the same name are comparable between two
+    /// arms only if all three are equal.
     pub(super) fn kind(&self) -> [&str; 3] {
         [&self.robot, &self.method, &self.regrouping]
     }
@@ -127,13 +127,13 @@ const COLUMN_NAMES: [&str; 14] = [
     "payload_kg",
 ];
 
-/// The arms of these files: of each its newest result that is usable for monitoring and was stored
-/// without a payload noted.
+/// Reads one result per arm from these files: the newest one that is usable for monitoring and has
+/// no noted payload.
 ///
 /// # Errors
 /// [`FleetError::File`], [`FleetError::NotANumber`].
 pub fn read_members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
-    // By file and cell.
+    // Key: the file and the cell in it.
     let mut newest: BTreeMap<(PathBuf, String), (String, Member)> = BTreeMap::new();
     for file in files {
         let rows = read_long_table(file, COLUMN_NAMES)
@@ -179,7 +179,7 @@ pub fn read_members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
             let combined = combined
                 .map(|text| parse_number(file, "combined_standard_deviation", &text))
                 .transpose()?;
-            // A NaN is written as an empty field, and is left out here as well.
+            // A NaN was written as an empty field. Such a parameter is omitted.
             if value.is_empty() || deviation.is_empty() {
                 continue;
             }

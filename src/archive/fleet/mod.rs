@@ -1,6 +1,8 @@
-//! Comparison of arms of one type: which parameter of which arm leaves its population.
+//! Comparison of arms of one type. It finds the parameters of an arm that are outside the scatter
+//! of all arms.
 //!
-//! The decisions here are pure, like those of drift: the input is one result of each arm.
+//! The decisions of this module are pure functions, like those of drift. Their input is one result
+//! per arm.
 
 mod limits;
 mod member;

@@ -14,17 +14,17 @@ const NORMAL_MAD_RATIO: f64 = 1.4826;
 pub struct Fleet {
     /// Version of the layout. It changes when a key changes its meaning or is removed.
     pub schema: u32,
-    /// Their robot.
+    /// Robot of all arms.
     pub robot: String,
-    /// Method of their results.
+    /// Method of all results.
     pub method: String,
     /// Arms, each with its name and its result.
     pub arms: Vec<Member>,
-    /// Parameters, in the order of the first arm's.
+    /// Parameters, in the order of the first arm's parameters.
     pub parameters: Vec<FleetParameter>,
 }
 
-/// A parameter over all arms, in its unit.
+/// A parameter of all arms. All values are in its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FleetParameter {
     /// Its name.
@@ -35,7 +35,8 @@ pub struct FleetParameter {
     pub median: f64,
     /// Scatter of the arms as a standard deviation: 1.4826 times the median absolute deviation.
     pub scatter: f64,
-    /// Limit that one in a thousand comparisons exceeds if all arms are alike.
+    /// Limit for the magnitude of `deviation`. If all arms are alike, one in a thousand comparisons
+    /// exceeds it.
     pub limit: f64,
     /// Arms, in the order of the fleet.
     pub arms: Vec<ArmDeviation>,
@@ -46,25 +47,26 @@ pub struct FleetParameter {
 pub struct ArmDeviation {
     /// The arm.
     pub arm: String,
-    /// Its value.
+    /// Value of the arm's parameter.
     pub value: f64,
     /// Combined standard uncertainty, or the statistical one if there is no combined one.
     pub combined_standard_deviation: f64,
     /// Distance from the median, in units of the root sum square of scatter and statistical
     /// standard deviation.
     pub deviation: f64,
-    /// The same with the combined standard uncertainty.
+    /// Distance from the median as in `deviation`, but with the combined standard uncertainty in
+    /// place of the statistical one.
     pub combined_deviation: f64,
 }
 
 impl FleetParameter {
-    /// Returns true if an arm has left the population.
+    /// Returns true if the deviation of an arm exceeds the limit.
     pub fn is_outside(&self, standing: &ArmDeviation) -> bool {
         standing.deviation.abs() > self.limit
     }
 
-    /// Returns true if the arm is outside even when the complete model uncertainty is specific to
-    /// this arm, and no part is common to arms of one type.
+    /// Returns true if the deviation exceeds the limit even under the assumption that the model
+    /// errors of different arms are independent.
     pub fn is_outside_for_certain(&self, standing: &ArmDeviation) -> bool {
         standing.combined_deviation.abs() > self.limit
     }
@@ -125,8 +127,7 @@ impl Fleet {
         Ok(Self { schema: 1, robot, method, arms, parameters })
     }
 
-    /// Returns each parameter of each arm. The one that uses the largest share of its limit comes
-    /// first.
+    /// Returns each parameter of each arm, the one with the largest share of its limit first.
     pub fn by_share_of_limit(&self) -> Vec<(&FleetParameter, &ArmDeviation)> {
         let deviations =
             self.parameters.iter().flat_map(|of| of.arms.iter().map(move |arm| (of, arm)));
@@ -138,7 +139,7 @@ impl Fleet {
         deviations
     }
 
-    /// Returns how many of them are outside.
+    /// Returns the number of deviations that exceed their limits.
     pub fn outside_count(&self) -> usize {
         let count_outside =
             |of: &FleetParameter| of.arms.iter().filter(|arm| of.is_outside(arm)).count();
@@ -146,8 +147,9 @@ impl Fleet {
     }
 }
 
-/// Returns the limit that 99.9 % of the deviations of similar arms are below, if their scatter is
-/// estimated from the same arms. Fitted to simulated normal populations of 6 to 100 arms.
+/// Returns the limit that 99.9 % of the deviations of similar arms stay below, if their scatter is
+/// estimated from the same arms. The formula is a fit to simulated normal populations of 6 to 100
+/// arms.
 #[expect(clippy::cast_precision_loss, reason = "arms")]
 fn deviation_limit(arms: usize) -> f64 {
     3.3 + 40.0 / (arms as f64 - 2.0)

@@ -11,7 +11,7 @@ pub struct ModelDifference {
     pub result: u64,
     /// Time at which the other result was stored.
     pub time: Timestamp,
-    /// Standard deviation of each parameter's difference, in its unit. They are magnitudes: single
-    /// precision is sufficient.
+    /// Standard deviation of each parameter's difference, in the parameter's unit. Single precision
+    /// is sufficient for these magnitudes.
     pub standard_deviations: Vec<f32>,
 }

@@ -1,4 +1,4 @@
-//! The configurations of the results, each kept once under its hash.
+//! The configurations of the results. Each is stored once, under its hash.
 
 use std::fs::{self, File};
 use std::io;
@@ -10,14 +10,14 @@ use crate::text::is_digest;
 const FOLDER_NAME: &str = "configurations";
 const TEMPORARY_SUFFIX: &str = ".writing.tmp";
 
-/// The files of a configuration as read. The hash is computed over them.
+/// The files of a configuration as they were read. The hash covers them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ConfigurationTexts {
     /// The cell file.
     pub cell: String,
     /// The robot file.
     pub robot: String,
-    /// Source files of the layout, by the names under which they are kept: the DBC file, or the
+    /// Source files of the layout, each with its name in the stored copy: the DBC file, or the
     /// device files of the nodes.
     pub layout: Vec<(String, String)>,
 }
@@ -29,8 +29,8 @@ impl ConfigurationTexts {
     }
 }
 
-/// `configurations/<sha256>/` in the results folder, with `cell.toml`, `robot.toml` and the files
-/// of the layout.
+/// The folder `configurations` in the results folder. It has a subfolder `<sha256>` for each
+/// configuration, with `cell.toml`, `robot.toml` and the files of the layout.
 #[derive(Debug)]
 pub(super) struct Configurations {
     folder: PathBuf,
@@ -41,8 +41,8 @@ impl Configurations {
         Self { folder: folder.join(FOLDER_NAME) }
     }
 
-    /// Writes a configuration unless it exists. Its files are first written and synced in a
-    /// temporary folder. A folder with the final name is therefore complete.
+    /// Writes a configuration unless it is stored already. Writes and syncs its files in a
+    /// temporary folder first, so that a folder with the final name is always complete.
     pub(super) fn store_texts(
         &self,
         sha256: &str,
@@ -82,7 +82,7 @@ impl Configurations {
         clear(&self.folder.join(sha256))
     }
 
-    /// Removes incomplete files of a process that died while writing.
+    /// Removes incomplete files that a killed process has left behind.
     pub(super) fn clear_unfinished(&self) -> Result<(), StoreError> {
         clear(&self.folder.join(TEMPORARY_SUFFIX))
     }

@@ -8,12 +8,13 @@ use crate::files::replace;
 /// Error when storing a result.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system refused. Check the permissions of the folder and the free space.
+    /// The file system refused the operation. Check the permissions of the folder and the free
+    /// space.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// The attempted operation.
         action: &'static str,
-        /// On which path.
+        /// Path that the operation used.
         path: PathBuf,
         /// The system's error.
         cause: io::Error,

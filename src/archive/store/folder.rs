@@ -18,20 +18,21 @@ use crate::files::remove_leftovers;
 /// Number of kept results unless the cell file sets another.
 pub const DEFAULT_KEEP: usize = 1000;
 
-/// Number of history lines that a process keeps in memory. It equals the number of lines kept on
-/// disk if fewer results are kept. The process therefore knows the alarms that `didim history`
-/// finds in the file. Some kilobytes each.
+/// Number of history lines that a process keeps in memory. If fewer results are kept, it equals the
+/// number of lines kept on disk, and the process knows the same alarms as `didim history`. A line
+/// takes some kilobytes.
 pub(crate) const RECENT_LINES: usize = TREND_LINES;
 
 const LATEST_FILE: &str = "latest.json";
 
-/// A folder of results: `result-00000000.json` and following. Each has a report of the same number
-/// (`.html`). `latest.json` is a copy of the newest. `history.jsonl` has a line per result with its
-/// date. `configurations` has a folder for each configuration that a result was made with.
+/// A folder of results, `result-00000000.json` and following. Each result has a report with the
+/// same number (`.html`). `latest.json` is a copy of the newest result. `history.jsonl` has one
+/// line per result, with its date. `configurations` has a folder for each configuration of the
+/// results.
 ///
-/// One process writes into the folder at a time: it is locked as long as this value lives. The
-/// number in the name continues over restarts, so no result is overwritten. Files with other names
-/// stay.
+/// Only one process writes into the folder, because it is locked while this value exists. The
+/// numbers continue after a restart, so that no result is overwritten. Files with other names are
+/// not changed.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -40,15 +41,16 @@ pub struct Store {
     max_results: usize,
     next_number: u64,
     history: HistoryFile,
-    /// Lines of stored results that are not in the history yet.
+    /// Lines of stored results that have not been appended to the history yet.
     pending_lines: Pending,
-    /// Reason for which they are not in the history.
+    /// Reason why the pending lines could not be appended.
     refusal: Option<String>,
     configurations: Configurations,
 }
 
 impl Store {
-    /// Opens the folder, creates it if necessary, and keeps at most `keep` results (at least one).
+    /// Opens the folder, and creates it if necessary. At most `keep` results are kept, but at least
+    /// one.
     ///
     /// # Errors
     /// [`StoreError::Io`] and [`StoreError::InUse`].
@@ -66,8 +68,8 @@ impl Store {
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
         let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
-        // flock(2): the lock belongs to the opened folder and ends with the process, however that
-        // ends.
+        // flock(2): the lock belongs to the opened folder. The kernel releases it at every kind of
+        // process end.
         flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
             rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
             other => io_error("lock the folder", folder)(other.into()),
@@ -85,7 +87,7 @@ impl Store {
             configurations: Configurations::next_to_results(folder),
         };
         store.configurations.clear_unfinished()?;
-        // Incomplete files of a process that died while writing.
+        // Incomplete files that a killed process has left behind.
         remove_leftovers(folder, |name: &str| {
             let report = name.strip_suffix(".html").map(|stem| format!("{stem}.json"));
             name == LATEST_FILE
@@ -99,7 +101,7 @@ impl Store {
         Ok((store, recent))
     }
 
-    /// Keeps the texts of a configuration for the results that refer to its hash.
+    /// Stores the texts of a configuration. The results refer to them by the hash.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -111,11 +113,11 @@ impl Store {
         self.configurations.store_texts(sha256, texts)
     }
 
-    /// Writes a result and its history line. The line is on disk before the result: a process that
-    /// is killed afterwards loses neither. Then writes the report, renews the copy and removes the
-    /// oldest results beyond the number to keep. A failure of these steps is only logged because
-    /// the result is already stored. A line that cannot be appended yet is tried again with the
-    /// next one and at the next start.
+    /// Writes a result and its history line. The line is saved as pending before the result is
+    /// written, so that a killed process loses neither. Then writes the report, renews the copy and
+    /// removes the oldest results beyond the number to keep. A failure of these steps is only
+    /// logged, because the result is stored already. If the line cannot be appended, the next call
+    /// and the next start try again.
     ///
     /// # Errors
     /// [`StoreError`]; the previous content is unchanged.
@@ -149,9 +151,9 @@ impl Store {
         Ok(Stored { number, path, json, line })
     }
 
-    /// Completes the history if a previous process was killed, or its disk was full, after it had
-    /// stored a result but not its history line. If no pending line was saved for it, one is made
-    /// from the result.
+    /// Completes the history after a previous process stored a result without its history line,
+    /// because it was killed or its disk was full. If the line was not saved as pending, it is
+    /// rebuilt from the result.
     fn complete_history(
         &mut self,
         indices: &[u64],
@@ -203,7 +205,7 @@ impl Store {
         Ok(())
     }
 
-    /// Appends the lines that are missing in the history.
+    /// Appends the pending lines to the history.
     ///
     /// # Errors
     /// [`StoreError::Io`]; they are tried again.
@@ -213,19 +215,20 @@ impl Store {
         settled
     }
 
-    /// Returns the number of lines that are missing in the history, and the reason.
+    /// Returns the number of pending history lines, and the reason.
     pub fn pending_count(&self) -> (usize, Option<&str>) {
         (self.pending_lines.lines().len(), self.refusal.as_deref())
     }
 
-    /// Removes every removable result beyond the number to keep, each with its report. Also removes
-    /// the configurations to which no other result refers.
+    /// Removes the oldest results beyond the number to keep, with their reports. Also removes the
+    /// configurations that only they refer to.
     fn prune(&self, current: &str) -> Result<(), StoreError> {
         let indices = self.result_numbers()?;
         let surplus = indices.len().saturating_sub(self.max_results);
         let mut removed = Ok(());
         for index in indices.into_iter().take(surplus) {
-            // The report is removed first: once its result is gone, nothing would remove it.
+            // The report is removed first. If its result were removed first, nothing would remove
+            // the report after a failure.
             let report = self.folder.join(report_name(index));
             removed = removed.and(match fs::remove_file(&report) {
                 Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
@@ -239,12 +242,12 @@ impl Store {
         removed.and_then(|()| if surplus > 0 { self.prune_configurations(current) } else { Ok(()) })
     }
 
-    /// Removes every configuration that is not the current one and to which no result refers.
-    /// Usually there is only one configuration, and then no result is read.
+    /// Removes every configuration that is not the current one and that no result refers to. If
+    /// only the current configuration is stored, no result is read.
     fn prune_configurations(&self, current: &str) -> Result<(), StoreError> {
         let mut unused = self.configurations.stored_hashes()?;
         unused.retain(|sha256| sha256 != current);
-        // Results of an older configuration are among the oldest results.
+        // An older configuration belongs to the oldest results, so the search begins with them.
         for index in self.result_numbers()? {
             if unused.is_empty() {
                 return Ok(());
@@ -253,7 +256,7 @@ impl Store {
             let content = fs::read(&path).map_err(io_error("read", &path))?;
             match serde_json::from_slice::<ConfigurationReference>(&content) {
                 Ok(result) => unused.retain(|sha256| *sha256 != result.configuration),
-                // This result may refer to any configuration.
+                // An unreadable result may refer to any configuration.
                 Err(_) => return Ok(()),
             }
         }
@@ -277,13 +280,13 @@ impl Store {
 /// A result on disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// Number in its file name.
+    /// Number in the file name.
     pub number: u64,
-    /// Where.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its content.
+    /// Content of the file.
     pub json: Vec<u8>,
-    /// Its history line.
+    /// History line of the result.
     pub line: HistoryLine,
 }
 
@@ -308,7 +311,8 @@ fn report_name(index: u64) -> String {
 
 fn index(name: &str) -> Option<u64> {
     let index = name.strip_prefix("result-")?.strip_suffix(".json")?.parse().ok()?;
-    // `result-42.json` and `result-+5.json` are foreign files; no number follows the last one.
+    // `result-42.json` and `result-+5.json` are not files of this program. `u64::MAX` is excluded,
+    // because no number follows it.
     (self::name(index) == name && index < u64::MAX).then_some(index)
 }
 

@@ -10,8 +10,8 @@ pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
 
 pub(super) use file::HistoryFile;
 
-/// Number of kept lines if fewer results are kept: more than a year at one result a day. A trend
-/// therefore outlives its results.
+/// Number of history lines to keep if fewer results are kept. It covers more than a year at one
+/// result per day, so that trends include results whose files were removed.
 pub(super) const TREND_LINES: usize = 2000;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The load on the flange, as shown in status and history.
+//! The load on the flange in status and history.
 
 use didim_identification::identification::{Comparison, Load, Presence, UncertainValue};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::text::{significant_digits, to_uncertainty};
 /// Maximum number of digits of a mass.
 const MAX_DIGITS: usize = 4;
 
-/// Payload of the arm beyond that at the identification of its baseline.
+/// Payload of the arm, relative to the payload at the identification of the baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundLoad {
     /// Number of the baseline's result.
@@ -18,25 +18,25 @@ pub struct FoundLoad {
     /// Identified load.
     #[serde(flatten)]
     pub load: Load,
-    /// Noted payload minus that of the baseline \[kg\].
+    /// Noted payload minus noted payload of the baseline \[kg\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub declared_kg: Option<f64>,
     /// Comparison of the identified load with the noted one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub declared: Option<Comparison>,
-    /// Load change within the window. The values then describe no real load.
+    /// Load change within the window. If there is one, the other values describe no real load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed: Option<LoadChange>,
 }
 
-/// Change from one mass to another. A mass is `None` if it is not identifiable.
+/// Change from one mass to another.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadChange {
-    /// Time after the first counted sample \[s\]. The change had happened by then at the latest.
+    /// Time after the first counted sample \[s\]. The change happened before this time.
     pub after_s: f64,
-    /// Before \[kg\].
+    /// Mass before the change \[kg\]. `None` if it is not identifiable.
     pub from_kg: Option<UncertainValue>,
-    /// After \[kg\].
+    /// Mass after the change \[kg\]. `None` if it is not identifiable.
     pub to_kg: Option<UncertainValue>,
 }
 

@@ -1,4 +1,4 @@
-//! Data on the arm in a result file that its history line does not contain.
+//! Data about the arm that are in the result file but not in its history line.
 
 use std::path::Path;
 
@@ -8,34 +8,36 @@ use serde::{Deserialize, Serialize};
 use super::folder::result_file;
 use crate::files::read_bytes;
 
-/// Input of load identification and forecasts, from a result whose file may no longer exist.
+/// Input of load identification and forecasts. It is stored, because the file of the result may no
+/// longer exist.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModelContext {
-    /// Model errors of the result. `None` if its file was gone, or is of a version without them.
+    /// Model errors of the result. `None` if its file did not exist, or was written by a version
+    /// without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_uncertainty: Option<ModelUncertainty>,
-    /// Covariance of its parameters, in their order. `None` in the same cases.
+    /// Covariance of the parameters, in their order. `None` in the same cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<ParameterCovariance>,
-    /// Additional parameters that kept their nominal values.
+    /// Parameters that were fixed at their nominal values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[serde(rename = "kept")]
     pub fixed: Vec<KeptValue>,
 }
 
-/// A parameter that was not identified and kept the value from the robot file.
+/// A parameter that was fixed at the value of the robot file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeptValue {
     /// Its name.
     pub name: String,
-    /// SI unit. Empty in results of versions without it.
+    /// SI unit. Empty in results of versions without this key.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
-    /// SI value.
+    /// Value in SI units.
     pub value: f64,
 }
 
-/// Reads the data of a stored result. Empty if the result is gone.
+/// Reads the data of a stored result. All fields are empty if the result file does not exist.
 pub fn read_known(folder: &Path, number: u64) -> ModelContext {
     #[derive(Deserialize)]
     struct Record {

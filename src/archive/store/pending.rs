@@ -1,4 +1,4 @@
-//! Pending history lines: saved on disk before their results are written.
+//! Pending history lines. They are saved on disk before their results are written.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -15,11 +15,11 @@ use crate::files::read_bytes;
 use crate::window::DriveReadings;
 
 const FILE_NAME: &str = ".owed.jsonl";
-/// Maximum number of pending lines. If the disk accepts results but no history lines for longer,
-/// the oldest lines are lost.
+/// Maximum number of pending lines. If more results are stored while their history lines are
+/// refused, the oldest lines are lost.
 const MAX_LINES: usize = 1000;
 
-/// The pending lines and their file. The file exists as long as a line is pending.
+/// The pending lines and their file. The file exists while there are pending lines.
 #[derive(Debug)]
 pub(super) struct Pending {
     path: PathBuf,
@@ -58,7 +58,7 @@ impl Pending {
         self.lines.push_back(line);
     }
 
-    /// Removes the line that was added last, because its result was not stored.
+    /// Removes the last added line after its result could not be stored.
     pub(super) fn take_back(&mut self) {
         self.lines.pop_back();
     }
@@ -73,8 +73,8 @@ impl Pending {
         write(&self.path, &content)
     }
 
-    /// Appends the pending lines to the history. All their results are stored. If there are more
-    /// than the maximum, the oldest are dropped.
+    /// Appends the pending lines to the history. All their results are stored. Drops the oldest
+    /// lines beyond the maximum number.
     pub(super) fn settle(&mut self, history: &mut HistoryFile) -> Result<(), StoreError> {
         let settled = self.append_to(history);
         while self.lines.len() > MAX_LINES {
@@ -97,7 +97,7 @@ impl Pending {
         self.remove_if_empty()
     }
 
-    /// Removes the file when nothing is pending.
+    /// Removes the file if there are no pending lines.
     pub(super) fn remove_if_empty(&self) -> Result<(), StoreError> {
         match fs::remove_file(&self.path) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
@@ -147,7 +147,8 @@ struct Use {
 }
 
 /// Rebuilds the missing history line of a result from its file, without the note. The date is that
-/// of the file. The composition of its parameters is taken from other lines of its configuration.
+/// of the file. The hash of the parameters' composition comes from other lines of the same
+/// configuration.
 pub(super) fn line_of(
     path: &Path,
     number: u64,

@@ -9,8 +9,8 @@ use super::load::FoundLoad;
 use super::samples::input_sha256;
 use crate::window::{DriveReadings, Note, Window, WindowEnd};
 
-/// Content of a result file. It holds neither run time nor the date of the computation: the same
-/// input gives the same bytes. The time of the recording is included.
+/// Content of a result file. It contains neither the computation time nor its date, so that the
+/// same input gives the same bytes. It contains the time of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResultRecord {
     /// Version of the record layout.
@@ -19,11 +19,11 @@ pub struct ResultRecord {
     pub version: &'static str,
     /// Name of the cell.
     pub cell: String,
-    /// Hash of the cell and robot files as read.
+    /// Hash of the cell and robot files as they were read.
     pub configuration: String,
     /// Hash of the window's samples; see [`input_sha256`].
     pub input_sha256: String,
-    /// Source window of the identification.
+    /// Window that the result was identified from.
     pub window: WindowProvenance,
     /// The result.
     pub estimate: Estimate,
@@ -40,14 +40,14 @@ pub struct WindowProvenance {
     pub last_sequence: u64,
     /// Sequence number of the first counted sample.
     pub first_counted: u64,
-    /// Samples that count.
+    /// Number of counted samples.
     pub counted: usize,
     /// Sample rate \[Hz\].
     pub sample_rate_hz: f64,
     /// Cause of the window's end.
     pub end: WindowEnd,
-    /// Time at which its first sample was recorded, from the bus time stamps. `None` if these have
-    /// no date.
+    /// Time at which the first sample was recorded, from the time stamps of the bus. `None` if the
+    /// stamps have no date.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recorded: Option<RecordingStart>,
     /// Additional drive readings during the counted samples.
@@ -79,8 +79,8 @@ impl ResultRecord {
     /// Version of the layout.
     pub const SCHEMA: u32 = 1;
 
-    /// Returns the record for subscribers. It omits the data for models and forecasts, which are
-    /// most of the file.
+    /// Returns the record for subscribers. It omits the data for models and forecasts, which make
+    /// up most of the file.
     #[must_use]
     pub fn for_subscribers(&self) -> Self {
         let mut record = self.clone();
@@ -108,7 +108,7 @@ impl ResultRecord {
 pub struct Attachments {
     /// A report (HTML).
     pub report: Option<String>,
-    /// Note of its window.
+    /// Note on the window.
     pub note: Option<Note>,
     /// Hash of the composition of the base parameters.
     pub regrouping: String,

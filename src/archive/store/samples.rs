@@ -1,4 +1,4 @@
-//! The digest that shows if two results were identified from the same samples.
+//! A digest of samples. It is equal for two results that were identified from the same samples.
 
 use sha2::{Digest, Sha256};
 
@@ -7,12 +7,12 @@ use crate::window::Window;
 
 /// Returns the SHA-256 over the samples of a window in hexadecimal digits.
 ///
-/// The digest covers for each sample, in order: the motor positions and torques of all `MAX_JOINTS`
-/// places (unused places are 0), a byte that is 1 when the references count, and the references if
-/// they do. Every number is an IEEE 754 double in little endian, bit for bit. The number of samples
-/// (64 bits, little endian) comes first. Time stamps and absolute sequence numbers are left out. A
-/// log stores microseconds and may start at another one. A replay of the same samples has to give
-/// the same digest.
+/// The digest covers, for each sample in order: the motor positions and torques of all `MAX_JOINTS`
+/// places (unused places are 0), a byte that is 1 if the sample has references, and the references
+/// if it has them. Every number is an IEEE 754 double in little endian, bit for bit. The number of
+/// samples (64 bits, little endian) comes first. Time stamps and absolute sequence numbers are not
+/// included: a log stores only microseconds and may start at another sequence number, but a replay
+/// of the same samples has to give the same digest.
 pub fn input_sha256(window: &Window) -> String {
     let mut digest = Sha256::new();
     digest.update((window.samples.len() as u64).to_le_bytes());

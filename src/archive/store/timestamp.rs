@@ -13,13 +13,13 @@ pub struct Timestamp(u64);
 
 /// The last second that RFC 3339 can represent: the end of the year 9999.
 const LATEST_UNIX_S: u64 = 253_402_300_799;
-/// 2020-01-01T00:00:00Z, before this program existed. A controller without a battery starts in
-/// 1970, or at the date of its image, until its clock is set.
+/// 2020-01-01T00:00:00Z, which is before this program existed. A controller without a clock battery
+/// starts in 1970 or at the date of its image, until its clock is set.
 const CLOCK_IS_SET_UNIX_S: u64 = 1_577_836_800;
 
 impl Timestamp {
-    /// Returns the current time. A clock before 1970 or after 9999 gives the nearest representable
-    /// time.
+    /// Returns the current time. If the clock is before 1970 or after 9999, returns the nearest
+    /// representable time.
     pub fn now() -> Self {
         Self::from_unix_s(
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
@@ -31,24 +31,25 @@ impl Timestamp {
         Self(seconds.min(LATEST_UNIX_S))
     }
 
-    /// Seconds after 1970-01-01T00:00:00Z.
+    /// Returns the seconds after 1970-01-01T00:00:00Z.
     pub fn unix_s(self) -> u64 {
         self.0
     }
 
-    /// Returns true if the time is plausible. It is false before 2020, when the clock was not set
-    /// yet.
+    /// Returns true if the time is plausible. Times before 2020 are from a clock that was not set.
     pub fn is_set(self) -> bool {
         self.0 >= CLOCK_IS_SET_UNIX_S
     }
 
-    /// Returns the days from another time to this one. Negative if the other is later.
+    /// Returns the days from another time to this one. The number is negative if the other time is
+    /// later.
     #[expect(clippy::cast_precision_loss, reason = "seconds until 9999 are below 2^53")]
     pub fn days_after(self, other: Self) -> f64 {
         (self.0 as f64 - other.0 as f64) / 86_400.0
     }
 
-    /// Returns this time plus a number of days. `None` outside the representable years.
+    /// Returns this time plus a number of days. `None` if the result is outside the representable
+    /// years.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,

@@ -1,24 +1,24 @@
-//! Fault counters of the bus thread. The causes of lost frames and cycles are declared by the
-//! drivers instead. Each counter is declared once, here.
+//! Fault counters of the bus thread. Each counter is declared once, here. The causes of lost frames
+//! and cycles are declared by the drivers.
 
 use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
 
-/// A counter for display.
+/// A counter with the texts for its display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counter {
     /// Display name.
     pub label: &'static str,
-    /// Name as a metric.
+    /// Metric name.
     pub metric: &'static str,
-    /// Its meaning.
+    /// Meaning of the counter.
     pub help: &'static str,
-    /// The count.
+    /// Current count.
     pub count: u64,
 }
 
-/// For each counter: JSON key, source of the count, label, metric and meaning.
+/// For each counter: JSON key, source of the count, display name, metric name and meaning.
 macro_rules! counters {
     ($($key:ident = $($from:ident).+, $label:literal, $metric:literal, $help:literal;)+) => {
         /// Counters of faults.
@@ -33,7 +33,7 @@ macro_rules! counters {
                 Self { $($key: counts.$($from).+,)+ }
             }
 
-            /// Returns all counters, in display order.
+            /// Returns all counters in display order.
             pub fn each(&self) -> impl Iterator<Item = Counter> + use<> {
                 [$(Counter { label: $label, metric: $metric, help: $help, count: self.$key },)+]
                     .into_iter()

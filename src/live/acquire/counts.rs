@@ -1,4 +1,4 @@
-//! Counts and bus state of the bus thread, as plain numbers.
+//! Counts and bus state of the bus thread as plain numbers.
 
 use didim_drivers::assemble::Losses;
 use didim_drivers::clock::ClockCounters;
@@ -10,16 +10,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusState {
-    /// No frame has come yet.
+    /// No frame has arrived yet.
     #[default]
     Waiting,
-    /// Frames come.
+    /// Frames are arriving.
     Ok,
-    /// No frame for longer than the allowed silence of the bus.
+    /// No frame has arrived for longer than the allowed silence of the bus.
     Silent,
     /// The source fails: an interface is down or missing.
     Down,
-    /// The log is at its end.
+    /// The log has ended.
     Ended,
 }
 
@@ -27,7 +27,7 @@ impl BusState {
     /// Every state.
     pub const ALL: [Self; 5] = [Self::Waiting, Self::Ok, Self::Silent, Self::Down, Self::Ended];
 
-    /// Returns its name in JSON and metrics, its label, and a sentence.
+    /// Returns the key in JSON and metrics, the label, and a sentence.
     const fn texts(self) -> [&'static str; 3] {
         match self {
             Self::Waiting => ["waiting", "no frame yet", "no frame has come yet"],
@@ -38,7 +38,7 @@ impl BusState {
         }
     }
 
-    /// Returns its name in JSON and metrics.
+    /// Returns the key in JSON and metrics.
     pub const fn key(self) -> &'static str {
         self.texts()[0]
     }
@@ -48,7 +48,7 @@ impl BusState {
         self.texts()[1]
     }
 
-    /// A sentence.
+    /// Returns the state as a sentence.
     pub const fn sentence(self) -> &'static str {
         self.texts()[2]
     }
@@ -59,39 +59,40 @@ impl BusState {
     }
 }
 
-/// Counts of the bus thread at one instant: plain numbers, copied as a whole.
+/// Counts of the bus thread at one instant. All are plain numbers, so that they can be copied
+/// together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AcquisitionCounts {
     /// State of the bus.
     pub bus: BusState,
-    /// Counts of the source.
+    /// Counters of the source.
     pub source: SourceCounters,
-    /// The assembler's.
+    /// Lost frames and cycles, counted by the assembler.
     pub losses: Losses,
     /// Number of batches sent to the workers.
     pub batches: u64,
     /// Number of failures of the source.
     pub source_failures: u64,
-    /// Counts of mapping the CLOCK_REALTIME stamps.
+    /// Counters of the mapping of CLOCK_REALTIME stamps.
     pub clock: ClockCounters,
     /// Latest additional readings of the drives.
     pub readings: Readings,
-    /// Start time of the frame latencies.
+    /// Start of the time that a frame latency measures.
     pub frame_time: FrameTime,
-    /// Iterations of the thread's loop. They continue while the thread is healthy, with or without
-    /// frames.
+    /// Iterations of the thread's loop. The number grows while the thread is healthy, with or
+    /// without frames.
     pub iterations: u64,
 }
 
-/// Start time of a frame in `FrameLatency`.
+/// Start of the time in `FrameLatency`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameTime {
     /// Time stamp of the frame from the kernel or the controller.
     Stamp,
-    /// Time at which the frame was read. Its previous time in a queue is unknown. The bus has its
-    /// own time (a log, an in-process bus), or frames came without a stamp (`frames_stamped_late`
-    /// of the status).
+    /// Time at which the frame was read. The time that it waited in a queue is then unknown. This
+    /// applies if the bus has its own time (a log, an in-process bus), or if frames had no stamp
+    /// (`frames_stamped_late` of the status).
     #[default]
     Read,
 }

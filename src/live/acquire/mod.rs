@@ -1,8 +1,8 @@
-//! The bus thread: it turns frames into samples and does nothing else.
+//! The bus thread. It turns frames into samples and does nothing else.
 //!
-//! After its start it allocates nothing per frame (per batch, the stream's library takes and gives
-//! back 48 bytes). It takes no lock on which another thread could block it, and logs nothing. It
-//! leaves its counts where the status reads them.
+//! After its start, the thread allocates no memory per frame; the stream's library allocates and
+//! frees 48 bytes per batch. It takes no lock on which another thread could block it, and it logs
+//! nothing. The status reads its counts from a shared copy.
 
 mod counters;
 mod counts;

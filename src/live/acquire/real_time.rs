@@ -1,5 +1,4 @@
-//! A real-time priority, a dedicated processor and locked memory for the bus thread, if they are
-//! granted.
+//! Requests for a real-time priority, a dedicated processor and locked memory of the bus thread.
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -35,12 +34,12 @@ pub struct RealTimeOptions {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "grant")]
 pub enum Grant {
-    /// It was not requested.
+    /// The property was not requested.
     #[default]
     NotAsked,
-    /// It was granted.
+    /// The property was granted.
     Granted,
-    /// The system refused, and the thread runs without it.
+    /// The system refused the property, and the thread runs without it.
     Refused {
         /// Reason, with the remedy if there is one.
         why: String,
@@ -50,18 +49,19 @@ pub enum Grant {
 /// Real-time properties granted to the bus thread.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RealTimeGrants {
-    /// The priority.
+    /// Real-time priority.
     pub priority: Grant,
-    /// The processor.
+    /// Dedicated processor.
     pub cpu: Grant,
-    /// Locked memory, for the whole process.
+    /// Locked memory of the complete process.
     #[serde(default)]
     pub memory: Grant,
 }
 
 impl RealTimeOptions {
-    /// Requests the options for the calling thread. A refusal is not an error, but is reported. The
-    /// samples carry the bus time, and the socket buffer compensates for a late thread.
+    /// Requests the configured properties for the calling thread. A refusal is reported and is not
+    /// an error: the samples have the time stamps of the bus, and the socket buffer compensates for
+    /// a delayed thread.
     pub fn apply(self) -> RealTimeGrants {
         RealTimeGrants {
             cpu: self.cpu.map_or(Grant::NotAsked, pin_to_cpu),
@@ -84,7 +84,7 @@ fn pin_to_cpu(cpu: usize) -> Grant {
 }
 
 fn raise_priority(priority: u8) -> Grant {
-    // The crate's scale is the kernel's for a real-time policy: 1..=99.
+    // The crate's scale is that of the kernel for a real-time policy: 1..=99.
     let wanted = ThreadPriority::try_from(priority).map_err(str::to_owned);
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let granted = wanted.and_then(|wanted| {
@@ -102,17 +102,17 @@ fn raise_priority(priority: u8) -> Grant {
     }
 }
 
-/// Locks the memory that is resident, and other memory when it is first touched. Locking all at
-/// once would include every thread's complete stack and the allocator's reserves: hundreds of
-/// unused megabytes. The stream's shared memory has been touched before.
+/// Locks the resident memory, and other memory when it is first touched. Locking all memory at once
+/// would include the complete stack of every thread and the reserves of the allocator, which are
+/// hundreds of unused megabytes. The shared memory of the stream has been touched before.
 ///
-/// With a memory limit, mlockall(2) would let a later allocation or thread fail, and the process
-/// would not survive. Therefore the function locks everything or nothing.
+/// With a memory limit, mlockall(2) would let a later allocation or thread start fail, which would
+/// end the process. The function therefore locks all memory or none.
 fn lock_memory() -> Grant {
     let limit = getrlimit(Resource::Memlock);
     if let (Some(current), None) = (limit.current, limit.maximum) {
-        // Every process may raise the limit up to the hard limit. The calls below show the granted
-        // value.
+        // Every process may raise its limit up to the hard limit. The calls below read the
+        // resulting limit.
         let _ = setrlimit(Resource::Memlock, Rlimit { current: None, maximum: None });
         tracing::debug!(current, "the limit of locked memory is removed");
     }

@@ -1,4 +1,4 @@
-//! Counts of the last seconds. Earlier losses that are over do not describe the current state.
+//! Counts of the last seconds. They describe the current state, which earlier losses do not.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::counts::AcquisitionCounts;
 use crate::live::limits::LiveLimits;
 
-/// Counts with a smaller time difference are treated as one.
+/// Counts that are closer together in time are treated as one.
 const MIN_SEPARATION: Duration = Duration::from_millis(500);
 
-/// Maximum number of named causes, for frames and for cycles each.
+/// Maximum number of causes to name, for frames and for cycles separately.
 const MAX_NAMED_CAUSES: usize = 3;
 
 /// Counts of the last seconds.
@@ -27,48 +27,48 @@ pub struct RecentCounts {
     pub samples: u64,
     /// Number of lost cycles in which no drive was enabled.
     pub cycles_idle: u64,
-    /// Number of frames dropped unread, by the kernel or an in-process bus.
+    /// Number of frames that the kernel or an in-process bus dropped before they were read.
     pub queue_drops: u64,
     /// Number of error frames of the controller.
     pub error_frames: u64,
     /// Number of failed reads of the bus.
     pub source_failures: u64,
-    /// Unused frames by cause. Causes that did not occur are left out.
+    /// Unused frames by cause. Causes that did not occur are omitted.
     pub frames_unused: BTreeMap<String, u64>,
-    /// Lost cycles by cause. Causes that did not occur are left out.
+    /// Lost cycles by cause. Causes that did not occur are omitted.
     pub cycles_lost: BTreeMap<String, u64>,
 }
 
 /// Conversion of frames into samples in the last seconds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SampleFlow {
-    /// Normal conversion, or no frames.
+    /// The conversion works, or there are no frames.
     Well,
     /// No drive is enabled.
     Idle,
     /// The frames gave no sample.
     Stopped {
-        /// Causes whose counts grew, as text.
+        /// Description of the causes whose counts grew.
         causes: String,
     },
     /// Some of the cycles gave no sample.
     Lossy {
-        /// Cycles lost.
+        /// Number of lost cycles.
         lost: u64,
-        /// Cycles in all.
+        /// Total number of cycles.
         of: u64,
-        /// Causes whose counts grew, as text.
+        /// Description of the causes whose counts grew.
         causes: String,
     },
 }
 
 impl RecentCounts {
-    /// Returns the outcome of the frames.
+    /// Returns how the frames were converted.
     pub fn flow(&self) -> SampleFlow {
         if self.seconds < LiveLimits::DEFAULT.settled_s || self.frames == 0 {
             return SampleFlow::Well;
         }
-        // A silence was reported while it lasted.
+        // Silence is excluded, because it is reported as a state of the bus.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence]);
         if self.samples == 0 {
             if self.cycles_idle > losses / 2 {
@@ -76,7 +76,7 @@ impl RecentCounts {
             }
             return SampleFlow::Stopped { causes: self.main_causes() };
         }
-        // Drives were enabled or disabled during the period.
+        // Disabled drives are excluded, because drives were enabled or disabled during the period.
         let losses = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
         let total = self.samples + losses;
         if losses as f64 > LiveLimits::DEFAULT.tolerated_loss_share * total as f64 {
@@ -85,7 +85,7 @@ impl RecentCounts {
         SampleFlow::Well
     }
 
-    /// Returns the causes whose counts grew most, after the faults that explain them.
+    /// Returns the causes whose counts grew most. The faults that explain them come first.
     fn main_causes(&self) -> String {
         let faults = [
             (self.queue_drops, "frames dropped unread"),
@@ -95,7 +95,8 @@ impl RecentCounts {
         let faults = faults.into_iter().filter(|(count, _)| *count > 0);
         let faults = faults.map(|(count, what)| format!("{count} {what}"));
         let cycles = largest_counts(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
-        // These frames were good. The cause of their cycle's loss is named.
+        // Frames of lost cycles are excluded: these frames were valid, and the cause of their
+        // cycle's loss is named.
         let frames =
             largest_counts(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
         let causes_found: Vec<String> = faults.chain(cycles).chain(frames).collect();

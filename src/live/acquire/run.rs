@@ -15,28 +15,28 @@ use super::state::SharedAcquisition;
 use crate::live::recording::FrameTap;
 use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 
-/// Longest wait for a frame, and so the longest time until the thread sees a stop.
+/// Longest wait for a frame. It limits the time until the thread notices a stop.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// Interval at which a replay checks if the reader has capacity again.
+/// Interval at which a replay checks whether the reader has capacity again.
 const CAPACITY_POLL: Duration = Duration::from_micros(200);
 /// Interval at which the counts are published.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(50);
-/// Maximum time that the end of a live bus waits for its readers to finish reading.
+/// Maximum time that the thread waits for the readers at the end of a live bus.
 const FINAL_READ_TIMEOUT: Duration = Duration::from_secs(2);
-/// Maximum number of frames taken from the source at a time. It bounds how far a replay can exceed
-/// the reader's capacity.
+/// Maximum number of frames taken from the source at a time. It limits how far a replay can exceed
+/// the capacity of the reader.
 const BATCH_FRAMES: usize = 256;
 
 /// Options of the bus thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcquireOptions {
-    /// The stream.
+    /// Options of the stream.
     pub stream: StreamOptions,
-    /// Pace: with or without waiting for the reader.
+    /// Pace of the stream, with or without waiting for the reader.
     pub pace: Pace,
-    /// Priority and processor.
+    /// Real-time priority and processor.
     pub real_time: RealTimeOptions,
-    /// A bus without a frame for this long is silent.
+    /// Time without a frame after which the bus is silent.
     pub silence_after: Duration,
 }
 
@@ -46,8 +46,8 @@ pub enum AcquireError {
     /// The stream failed.
     #[error(transparent)]
     Stream(#[from] StreamError),
-    /// The source failed permanently, or a log has an unreadable line. Continuing with the rest
-    /// would not be a true replay.
+    /// The source failed permanently, or a log has an unreadable line. The rest of such a log would
+    /// not be a true replay.
     #[error(transparent)]
     Source(#[from] SourceError),
 }
@@ -55,9 +55,9 @@ pub enum AcquireError {
 /// Reason for the end of the bus thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcquireEnd {
-    /// It was requested to stop.
+    /// A stop was requested.
     Stopped,
-    /// The log is at its end, or every sender of an in-process bus is closed.
+    /// The log has ended, or every sender of an in-process bus is closed.
     SourceEnded,
 }
 
@@ -65,8 +65,8 @@ pub enum AcquireEnd {
 pub struct Acquisition {
     samples: Samples<'static>,
     writer: SampleWriter,
-    /// Time of the frame that completed each sample, for the samples read together \[ns,
-    /// CLOCK_MONOTONIC\]. Empty between two steps, and reused to avoid allocations.
+    /// Times of the frames that completed the samples read together, one per sample \[ns,
+    /// CLOCK_MONOTONIC\]. The vector is empty between two steps. It is reused to avoid allocations.
     completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
@@ -77,7 +77,7 @@ pub struct Acquisition {
 }
 
 impl Acquisition {
-    /// Creates the ports, then requests priority and processor.
+    /// Creates the ports, and then requests the priority and the processor.
     ///
     /// # Errors
     /// [`AcquireError::Stream`].
@@ -110,7 +110,7 @@ impl Acquisition {
         })
     }
 
-    /// Passes every frame to a recorder, with the stamp that the assembler sees.
+    /// Passes every frame to a recorder, with the stamp that the assembler gets.
     #[must_use]
     pub fn with_tap(self, tap: Option<FrameTap>) -> Self {
         let tap = tap.map(|mut tap| -> Tap<'static> {
@@ -142,7 +142,8 @@ impl Acquisition {
         end
     }
 
-    /// Runs one step with at most one wait of at most 20 ms. Returns `None` until the source ends.
+    /// Runs one step, which waits at most once and at most 20 ms. Returns `None` until the source
+    /// ends.
     ///
     /// # Errors
     /// [`AcquireError`].
@@ -173,7 +174,7 @@ impl Acquisition {
             Err(error) if self.pace == Pace::Live && error.is_recoverable() => {
                 self.counts.source_failures += 1;
                 self.counts.bus = BusState::Down;
-                // A source that fails immediately must not cause a busy loop.
+                // A source that fails immediately must not cause a loop without pauses.
                 std::thread::sleep(LONGEST_WAIT.saturating_sub(now - before));
             }
             Err(error) => return Err(error.into()),
@@ -191,13 +192,13 @@ impl Acquisition {
         }
     }
 
-    /// Writes every sample of the received frames.
+    /// Writes the samples of the received frames.
     fn write_samples(&mut self, now: Instant) -> Result<(), AcquireError> {
         let (read_ns, drops) = (self.samples.read_ns(), self.samples.counters().queue_drops);
-        // On some systems reading the clock is a system call. One reading per sample would then
-        // cost more than the sample. The worker therefore gets a time before all samples read
-        // together, and this code takes the time after all of them. Both latencies are too long by
-        // the writing time, and never too short.
+        // On some systems, reading the clock is a system call. One call per sample would cost more
+        // than the sample. Therefore, the worker gets a time before the writing of all samples read
+        // together, and this code takes the time after it. Both latencies are too long by the
+        // writing time, and never too short.
         while let Some(Assembled { sample, completed_ns }) = self.samples.poll() {
             self.writer.write(&sample, drops, now, read_ns)?;
             self.counts.readings.update(&sample.readings);
@@ -220,7 +221,7 @@ impl Acquisition {
         self.counts.bus = BusState::Ended;
         self.count();
         self.shared.try_publish(&self.counts);
-        // The buffer lives only as long as its writer.
+        // The buffer exists only while its writer exists.
         while !stop.load(Ordering::Relaxed) && !self.writer.is_drained()? {
             if self.pace == Pace::Live
                 && (self.writer.readers() == 0 || now.elapsed() > FINAL_READ_TIMEOUT)

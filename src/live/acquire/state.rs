@@ -1,4 +1,4 @@
-//! Counts of the bus thread, and non-blocking access for other threads.
+//! Counts of the bus thread, which other threads read without blocking it.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
@@ -13,18 +13,18 @@ use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
 use crate::window::DriveReadings;
 
-/// Latency of frames on the way to the buffer.
+/// Latency from the arrival of a frame to its sample in the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameLatency {
-    /// Start of the times. It is [`FrameTime::Read`] even if only some frames had no stamp.
+    /// Start of the times. It is [`FrameTime::Read`] if any frame had no stamp.
     pub from: FrameTime,
-    /// The times.
+    /// Summary of the times.
     #[serde(flatten)]
     pub times: LatencySummary,
 }
 
-/// Shared counts of the bus thread. The thread writes them from time to time, and skips an update
-/// while somebody is reading.
+/// Shared counts of the bus thread. The thread writes them periodically, and skips an update while
+/// they are being read.
 #[derive(Clone, Debug, Default)]
 pub struct SharedAcquisition(Arc<Shared>);
 
@@ -37,12 +37,12 @@ struct Shared {
 }
 
 impl SharedAcquisition {
-    /// The latest counts.
+    /// Returns the latest counts.
     pub fn counts(&self) -> AcquisitionCounts {
         *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// [`AcquisitionStatus::frame_to_buffer`].
+    /// Returns [`AcquisitionStatus::frame_to_buffer`].
     pub fn frame_to_buffer(&self) -> Option<FrameLatency> {
         let times = self.0.frame_to_buffer.summary()?;
         Some(FrameLatency { from: self.counts().frame_time, times })
@@ -52,13 +52,13 @@ impl SharedAcquisition {
         self.0.frame_to_buffer.count_time(ns);
     }
 
-    /// Returns the properties granted to the thread. `None` before it runs.
+    /// Returns the real-time properties granted to the thread. `None` before the thread runs.
     pub fn grants(&self) -> Option<RealTimeGrants> {
         self.0.grants.get().cloned()
     }
 
     pub(super) fn set_grants(&self, grants: RealTimeGrants) {
-        // A thread that is started a second time keeps the first value.
+        // If the thread is started a second time, the first value stays.
         let _ = self.0.grants.set(grants);
     }
 
@@ -71,7 +71,7 @@ impl SharedAcquisition {
         let _ = self.0.recording.set(recording);
     }
 
-    /// Never waits.
+    /// Publishes the counts unless they are being read. Never waits.
     pub(super) fn try_publish(&self, counts: &AcquisitionCounts) {
         match self.0.counts.try_lock() {
             Ok(mut place) => *place = *counts,
@@ -80,7 +80,7 @@ impl SharedAcquisition {
         }
     }
 
-    /// Publishes the final counts. Waits for a reader, who only copies.
+    /// Publishes the final counts. Waits for a reader, which only copies them.
     pub(crate) fn publish(&self, counts: &AcquisitionCounts) {
         *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner) = *counts;
     }
@@ -90,47 +90,48 @@ impl SharedAcquisition {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AcquisitionStatus {
-    /// The state of the bus.
+    /// State of the bus.
     pub bus: BusState,
     /// Number of received frames, including error frames.
     pub frames: u64,
-    /// Frames per second, over the last status period.
+    /// Frames per second over the last status period.
     pub frames_per_second: f64,
-    /// Samples assembled.
+    /// Number of assembled samples.
     pub samples: u64,
-    /// Samples per second, over the last status period.
+    /// Samples per second over the last status period.
     pub samples_per_second: f64,
     /// Number of batches sent to the workers.
     pub batches: u64,
     /// Counters of faults.
     #[serde(flatten)]
     pub counters: FaultCounters,
-    /// Time from the frame that completed a sample (the next one on a bus with SYNC) until the
-    /// sample was in the buffer, since the start. `None` before the first. Its `from` gives the
-    /// start of the time. Up to 256 frames are read together, and all their samples count as
-    /// written with the last one. The time is too long by the writing time, never too short. A
-    /// sample that was completed by a silence and not by a frame does not count.
+    /// Latency from the frame that completed a sample to the sample in the buffer, since the start.
+    /// On a bus with SYNC, the next SYNC completes a sample. `None` before the first sample. `from`
+    /// states the start of the time. Up to 256 frames are read together, and their samples count as
+    /// written with the last one. The latency is therefore too long by the writing time, and never
+    /// too short. Samples that a silence of the bus completed do not count.
     pub frame_to_buffer: Option<FrameLatency>,
-    /// Unused frames by cause. Causes that did not occur are left out.
+    /// Unused frames by cause. Causes that did not occur are omitted.
     pub frames_unused: BTreeMap<String, u64>,
-    /// Bus cycles without a sample, by cause. Causes that did not occur are left out.
+    /// Bus cycles without a sample, by cause. Causes that did not occur are omitted.
     pub cycles_lost: BTreeMap<String, u64>,
     /// Counts of the last seconds.
     pub recent: RecentCounts,
-    /// Latest additional drive readings, while the bus is in a good state: each value once.
+    /// Latest additional drive readings while the bus is in a good state. Each value is listed
+    /// once.
     #[serde(flatten)]
     pub readings: DriveReadings,
-    /// Properties granted to the thread.
+    /// Real-time properties granted to the thread.
     pub real_time: Option<RealTimeGrants>,
-    /// Receive buffer granted by the kernel, the smallest of all interfaces \[bytes\].
+    /// Receive buffer granted by the kernel \[bytes\]. It is the smallest one of all interfaces.
     pub receive_buffer_bytes: Option<u64>,
     /// Receive buffer requested by the cell \[bytes\].
     pub receive_buffer_asked_bytes: Option<u64>,
-    /// Recorder of raw frames. `None` if nothing is recorded.
+    /// Status of the recorder of raw frames. `None` if nothing is recorded.
     pub recording: Option<RecordingStatus>,
 }
 
-/// The kernel's buffer of received frames, as the kernel accounts it.
+/// Size of the kernel's buffer for received frames, in the kernel's accounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReceiveBuffer {
     /// Size requested by the cell \[bytes\].
@@ -140,20 +141,21 @@ pub struct ReceiveBuffer {
 }
 
 impl AcquisitionStatus {
-    /// Returns the outcome of the frames of the last seconds, as long as frames arrive.
+    /// Returns how the frames of the last seconds were converted. Returns [`SampleFlow::Well`]
+    /// unless the bus is in a good state.
     pub fn flow(&self) -> SampleFlow {
         if self.bus == BusState::Ok { self.recent.flow() } else { SampleFlow::Well }
     }
 
-    /// Returns true if it assembles no samples without a fault: drives are disabled, or were until
-    /// just now.
+    /// Returns true if no samples are assembled, but not because of a fault: the drives are
+    /// disabled, or were disabled a moment ago.
     pub fn is_at_rest(&self) -> bool {
         self.bus == BusState::Ok
             && self.samples_per_second <= 0.0
             && !matches!(self.flow(), SampleFlow::Stopped { .. })
     }
 
-    /// Converts the counts to the form of the snapshot. The status adds rates and latencies.
+    /// Converts the counts to the form of the snapshot. The caller adds rates and latencies.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
         let AcquisitionCounts { bus, source, losses, batches, readings, .. } = counts;
         Self {

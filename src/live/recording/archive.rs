@@ -1,4 +1,4 @@
-//! The archiver's thread: it waits until the ring has the frames, and extracts them.
+//! The archiver's thread. It waits until the ring contains the requested frames, and extracts them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,23 +13,23 @@ use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE_CAPACITY, Request, SharedArchive, lock};
 use super::ring::{DiskSpace, RingError};
 
-/// Interval at which the ring is polled while a request waits for it.
+/// Interval at which the ring is polled while a request waits.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval at which the size of a capture is checked.
 const DISK_POLL_INTERVAL: Duration = Duration::from_secs(1);
-/// Maximum time until bus frames are on disk in the ring.
+/// Maximum time until received frames are in the ring on disk.
 const RING_DELAY: Duration = Duration::from_secs(4);
-/// Duration of frames that a killed recorder may have lost \[ns\].
+/// Duration of the frames that a killed recorder may have lost \[ns\].
 const LOSS_MARGIN_NS: u64 = 1_000_000_000;
-/// Maximum time at the end, when the recorder closes its file.
+/// Maximum time at the end of the service for the recorder to close its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
-/// Pause between two polls at the end.
+/// Pause between two polls at the end of the service.
 const FINAL_PAUSE: Duration = Duration::from_millis(10);
 
-/// A request that waits for the ring.
+/// A request that waits until the ring contains its frames.
 pub(super) struct WaitingRequest {
     kind: Kind,
-    /// Number of the result, for a result's recording.
+    /// Number of the result, if the request is for the recording of a result.
     number: Option<u64>,
     label: String,
     time_range: TimeRange,
@@ -42,7 +42,7 @@ pub(super) struct RunningCapture {
     name: String,
     from_ns: u64,
     since: Instant,
-    /// Time of the last check of its size.
+    /// Time of the last check of the capture's size.
     size_checked: Instant,
 }
 
@@ -55,15 +55,15 @@ pub(super) struct Archive {
     pub(super) shared: SharedArchive,
     pub(super) waiting_requests: Vec<WaitingRequest>,
     pub(super) capture: Option<RunningCapture>,
-    /// Start time of this step.
+    /// Start time of the current step.
     pub(super) step_time: Instant,
-    /// Time at which the end was first seen.
+    /// Time at which the thread first noticed the end of the service.
     pub(super) end_seen: Option<Instant>,
     /// Function that measures the disk space of a folder.
     pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
 }
 
-/// Reason why a recording is not kept.
+/// Reason why a recording could not be kept.
 #[derive(Debug, thiserror::Error)]
 enum ArchiveError {
     #[error(transparent)]
@@ -88,7 +88,7 @@ impl Archive {
                 Err(RecvTimeoutError::Disconnected) => (None, true),
             };
             if ended {
-                // If no sender is left, the wait above returns immediately.
+                // If there is no sender, the wait above returns immediately.
                 std::thread::sleep(FINAL_PAUSE);
             }
             if self.run_step(request, ended, Instant::now()) {
@@ -97,8 +97,8 @@ impl Archive {
         }
     }
 
-    /// Takes a request, and keeps the recordings that are available by now. Returns true if the end
-    /// was requested and nothing waits.
+    /// Takes a request, and keeps the recordings whose frames are available. Returns true if the
+    /// end was requested and no request waits.
     pub(super) fn run_step(&mut self, request: Option<Request>, ended: bool, now: Instant) -> bool {
         self.step_time = now;
         if let Some(request) = request {
@@ -132,7 +132,7 @@ impl Archive {
             Request::Fault { cause, stamp_ns } => {
                 let before = (stamp_ns, self.options.fault_before_s);
                 // The ring may not reach back far enough, and a killed recorder loses its last
-                // second. The available part is sufficient.
+                // second. The available frames are sufficient.
                 let last_ns = stamp_ns.saturating_sub(LOSS_MARGIN_NS);
                 let stretch = self.range_around(before, (stamp_ns, self.options.after_s));
                 let stretch = TimeRange { last_ns, ..stretch };
@@ -145,8 +145,8 @@ impl Archive {
             Request::Start { name, answer } => {
                 let started = self.start_capture(name);
                 let runs = started.is_ok();
-                // The requester may already have got the answer "busy", and would not know of the
-                // capture.
+                // The requester may already have received the answer "busy", and would not know of
+                // the capture.
                 if answer.try_send(started).is_err() && runs {
                     self.capture = None;
                     lock(&self.shared.0).capture = None;
@@ -214,13 +214,14 @@ impl Archive {
         Ok(())
     }
 
-    /// Ends the capture with the frames that will be on disk next.
+    /// Ends the capture and requests its recording, which includes the frames that reach the disk
+    /// next.
     fn stop_capture(&mut self) -> Option<()> {
         let RunningCapture { name, from_ns, since, size_checked: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
         let length = u64::try_from(self.time_since(since).as_nanos()).unwrap_or(u64::MAX);
-        // Current bus frames may be on disk up to a second later. The capture began with the frames
-        // that were on disk at its start.
+        // Frames of the bus may reach the disk up to a second later. The capture began with the
+        // newest frames on disk at its start.
         let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
         let stretch = TimeRange { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
         let more = [("capture".to_owned(), name.clone())].into();
@@ -232,7 +233,7 @@ impl Archive {
         Some(())
     }
 
-    /// Stops a capture before the ring loses its beginning, and before it gets too long.
+    /// Stops a capture before the ring removes its beginning, and before it gets too long.
     fn watch_capture(&mut self) {
         let now = self.step_time;
         let Some(capture) = &mut self.capture else { return };
@@ -256,7 +257,8 @@ impl Archive {
         }
     }
 
-    /// Keeps the frames on disk, or gives up. Returns false if it still has to wait.
+    /// Extracts the requested frames, or counts a failure. Returns false if the request still has
+    /// to wait.
     fn settle(&self, one: &WaitingRequest, ended: bool) -> bool {
         let over = ended || self.step_time >= one.deadline;
         let run_found = match find(

@@ -1,4 +1,4 @@
-//! The folder of the kept recordings: names, number and size.
+//! The folder of the kept recordings: their names, number and size.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,8 @@ struct ArchiveFile {
     modified: SystemTime,
 }
 
-/// A folder of recordings. The oldest are removed. Files with other names are left alone.
+/// A folder of recordings. The oldest recordings are removed to keep its limits. Files with other
+/// names are not changed.
 #[derive(Debug)]
 pub(super) struct ArchiveFolder {
     folder: PathBuf,
@@ -52,13 +53,13 @@ impl ArchiveFolder {
         fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
         let archive =
             Self { folder: folder.to_owned(), max_per_kind: keep.max(1), max_bytes: keep_bytes };
-        // Incomplete files of a process that died while writing.
+        // Incomplete files that a killed process has left behind.
         remove_leftovers(folder, |name| parse(name).is_some())
             .map_err(io_error("clean up the folder", folder))?;
         Ok(archive)
     }
 
-    /// Removes the oldest until `bytes` more fit. Returns false if they never fit.
+    /// Removes the oldest recordings until `bytes` more fit. Returns false if they cannot fit.
     pub(super) fn make_room(&self, bytes: u64) -> Result<bool, RingError> {
         if bytes > self.max_bytes {
             return Ok(false);
@@ -82,7 +83,7 @@ impl ArchiveFolder {
         self.folder.join(format!("{}-{number:08}{label}{FILE_SUFFIX}", kind.name()))
     }
 
-    /// Removes the oldest of a kind beyond the number to keep.
+    /// Removes the oldest recordings of a kind beyond the number to keep.
     pub(super) fn prune(&self, kind: Kind) -> Result<(), RingError> {
         let mut files = self.files()?;
         files.retain(|file| file.kind == kind);
@@ -94,7 +95,7 @@ impl ArchiveFolder {
         Ok(())
     }
 
-    /// Returns a number that no recording of this kind has had.
+    /// Returns a number that no recording of this kind has had before.
     pub(super) fn next(&self, kind: Kind) -> Result<u64, RingError> {
         let files = self.files()?;
         let numbers = files.iter().filter(|file| file.kind == kind).map(|file| file.number);

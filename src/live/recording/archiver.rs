@@ -16,7 +16,7 @@ use super::request::{
 use super::ring::disk_space;
 use super::window::RecordedWindow;
 
-/// Maximum time that the end waits for pending recordings.
+/// Maximum time that the end of the service waits for pending recordings.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
 /// Maximum time that a command waits for its answer.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
@@ -26,13 +26,13 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 pub struct ArchiverOptions {
     /// Folder of all recordings.
     pub folder: PathBuf,
-    /// Margins, rates and bounds.
+    /// Time margins, rates and size limits.
     pub recordings: RecordingOptions,
     /// Conversion of frames into joint curves.
     pub curves: JointCurves,
 }
 
-/// Receiver of requests. It waits only for the answer of a capture.
+/// Sender of requests to the archiver. It waits only for the answer about a capture.
 #[derive(Clone, Debug)]
 pub struct Archiver {
     requests: SyncSender<Request>,
@@ -80,17 +80,17 @@ impl Archiver {
         ))
     }
 
-    /// The counts.
+    /// Returns the shared counts.
     pub fn shared(&self) -> &SharedArchive {
         &self.shared
     }
 
-    /// Keeps the frames of a window whose result has this number.
+    /// Keeps the frames of the window of the result with this number.
     pub fn keep_result(&self, number: u64, window: &RecordedWindow) {
         self.submit(Request::Result { number, window: window.clone() });
     }
 
-    /// Keeps the bus frames around a fault, unless another fault occurred shortly before.
+    /// Keeps the frames around a fault, unless another fault occurred shortly before.
     pub fn keep_fault(&self, cause: &'static str, stamp_ns: u64, now: Instant) {
         let mut last = lock(&self.last_fault);
         if last.is_some_and(|last| now.saturating_duration_since(last) < self.fault_every) {
@@ -102,7 +102,7 @@ impl Archiver {
         self.submit(Request::Fault { cause, stamp_ns });
     }
 
-    /// Starts a capture.
+    /// Starts a capture of the bus.
     ///
     /// # Errors
     /// [`CaptureError`].
@@ -140,8 +140,8 @@ impl Archiver {
 }
 
 impl ArchiverThread {
-    /// Keeps the requested recordings as far as the ring has them, and waits for that for a limited
-    /// time.
+    /// Keeps the requested recordings as far as their frames are in the ring. Waits for the frames,
+    /// but only for a limited time.
     pub fn finish(self) {
         self.is_ending.store(true, Ordering::Relaxed);
         let since = Instant::now();

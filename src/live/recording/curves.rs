@@ -9,7 +9,8 @@ use didim_drivers::source::mcap::{JointState, McapWriteError};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::Transmission;
 
-/// Converter of frames into joint states, like a replay makes samples from them. It writes both.
+/// Converter of frames into joint states. It makes samples from the frames like a replay does, and
+/// writes the frames and the joint states.
 #[derive(Clone, Debug)]
 pub struct JointCurves {
     assembler: Assembler,
@@ -18,7 +19,7 @@ pub struct JointCurves {
 }
 
 impl JointCurves {
-    /// Creates the curves from an assembler that has seen no frames yet, and one name for each
+    /// Creates the curves from an assembler that has not processed frames yet, and one name per
     /// joint.
     pub fn new(assembler: Assembler, transmission: Transmission, names: Vec<String>) -> Self {
         Self { assembler, transmission, names }
@@ -74,7 +75,7 @@ impl JointCurves {
         })
     }
 
-    /// Returns the maximum file size of the joint states of a stretch of this duration \[bytes\].
+    /// Returns the maximum file size of the joint states over this duration \[bytes\].
     pub(super) fn bytes(&self, duration_ns: u64) -> u64 {
         #[expect(
             clippy::cast_possible_truncation,
@@ -83,7 +84,7 @@ impl JointCurves {
             reason = "a cast saturates, and the bound is no less for it"
         )]
         let cycles = (duration_ns as f64 / self.assembler.layout().period_ns()) as u64;
-        // Cycles may be shorter than nominal.
+        // Cycles may be shorter than their nominal period.
         let cycles = cycles.saturating_add(cycles / 8).saturating_add(2);
         cycles.saturating_mul(McapWriter::<Vec<u8>>::joints_bytes(&self.names))
     }

@@ -1,4 +1,4 @@
-//! Extraction of a stretch of the ring as a separate recording.
+//! Extraction of a time range of the ring as a separate recording.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -11,7 +11,7 @@ use super::curves::JointCurves;
 use super::ring::segments;
 use crate::files::replace;
 
-/// Range of stamps, both ends included \[ns\].
+/// Range of stamps including both ends \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TimeRange {
     /// Start of the wanted range.
@@ -24,7 +24,7 @@ pub(super) struct TimeRange {
     pub(super) to_ns: u64,
 }
 
-/// Reason why nothing was extracted.
+/// Reason why no frames were extracted.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ExtractError {
     #[error("the ring {}: {cause}", folder.display())]
@@ -37,36 +37,38 @@ pub(super) enum ExtractError {
     Write { path: PathBuf, cause: McapWriteError },
 }
 
-/// The files that hold a stretch.
+/// The ring files that contain a time range.
 #[derive(Debug)]
 pub(super) struct FoundFiles {
     files: Vec<(PathBuf, McapScan)>,
     time_range: TimeRange,
-    /// Latest stamp of this run on disk \[ns\].
+    /// Latest stamp of the recorder run on disk \[ns\].
     pub(super) newest_ns: u64,
-    /// Maximum size of the frames in the recording \[bytes\].
+    /// Maximum size of the frames in the extracted recording \[bytes\].
     pub(super) frame_bytes: u64,
 }
 
 impl FoundFiles {
-    /// Returns the maximum size of the recording \[bytes\].
+    /// Returns the maximum size of the extracted recording \[bytes\].
     pub(super) fn bytes(&self, curves: &JointCurves) -> u64 {
         let TimeRange { from_ns, to_ns, .. } = self.time_range;
         self.frame_bytes + curves.bytes(to_ns.min(self.newest_ns).saturating_sub(from_ns))
     }
 }
 
-/// Recorder runs that may contain a stretch.
+/// Recorder runs in which a time range is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RunChoice {
-    /// The latest run that had begun by then: its end may be on disk soon.
+    /// The latest run that had begun before the required range. The last frames of the range may
+    /// reach the disk soon.
     Latest,
-    /// Any run that contains it, the latest first: the acquisition may have been restarted since.
+    /// Any run that contains the range, the latest first. The acquisition may have been restarted
+    /// since the range.
     Any,
 }
 
-/// Finds a stretch. Returns `None` if the required range is not on disk, either not yet or no
-/// longer.
+/// Finds the ring files of a time range. Returns `None` if the required range is not on disk yet or
+/// no longer.
 pub(super) fn find(
     ring: &Path,
     stretch: TimeRange,
@@ -104,13 +106,14 @@ pub(super) fn find(
     Ok(Some(FoundFiles { files, time_range: stretch, newest_ns, frame_bytes }))
 }
 
-/// Returns the latest stamp on disk of the latest run \[ns\].
+/// Returns the latest stamp on disk of the latest recorder run \[ns\].
 pub(super) fn newest_stamp(ring: &Path) -> Result<Option<u64>, ExtractError> {
     let mut scans = newest_first(ring)?;
     Ok(scans.find_map(|(_, scan)| scan.stamps_ns()).map(|(_, last)| last))
 }
 
-/// Returns the readable files. A file that is removed in the meantime is left out.
+/// Returns the readable ring files, newest first. Files that are removed in the meantime are
+/// skipped.
 fn newest_first(ring: &Path) -> Result<impl Iterator<Item = (PathBuf, McapScan)>, ExtractError> {
     let failed = |cause| ExtractError::Ring { folder: ring.to_owned(), cause };
     let segments = segments(ring).map_err(failed)?;
@@ -136,13 +139,13 @@ fn overlapping_bytes(scan: &McapScan, stretch: TimeRange) -> u64 {
         info.stamp_ns(chunk.last_log_time) >= stretch.from_ns
             && info.stamp_ns(chunk.first_log_time) <= stretch.to_ns
     });
-    // The index of a chunk follows it, with 16 bytes for each message. So does its entry in the
-    // summary.
+    // Each chunk is followed by its index, which has 16 bytes per message. The summary has another
+    // entry per chunk.
     overlaps.map(|chunk| (chunk.end_offset - chunk.offset) * 3 / 2 + 512).sum()
 }
 
-/// Writes a stretch into a file, with the joint curves, and returns the number of its frames.
-/// `more` goes into its metadata.
+/// Writes the frames of a time range and the joint curves into a file, and returns the number of
+/// frames. `more` is added to the metadata of the file.
 pub(super) fn extract(
     found: &FoundFiles,
     path: &Path,
@@ -195,7 +198,7 @@ fn copy(
     Ok(frames)
 }
 
-/// Opens a file of the ring, even if it is renamed in the meantime.
+/// Opens a file of the ring, even if it is being renamed.
 fn open(
     path: &Path,
     interfaces: &[didim_drivers::source::InterfaceName],

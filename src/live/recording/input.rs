@@ -1,5 +1,5 @@
-//! Reads recorded frames from a file of any format. The format is detected by its content, not by
-//! its name.
+//! Reading of recorded frames from a file. The format is detected by the content of the file, not
+//! by its name.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -26,9 +26,9 @@ pub fn is_mcap(path: &Path) -> bool {
 }
 
 /// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or an
-/// EtherCAT capture. The frames of an EtherCAT capture are those that the layout derives from it.
+/// EtherCAT capture. The layout derives the frames of an EtherCAT capture.
 ///
-/// A recording without an end is read up to its last complete chunk, with a warning.
+/// A recording that was not closed is read up to its last complete chunk, with a warning.
 ///
 /// # Errors
 /// [`SourceError`]: it cannot be opened.
@@ -59,13 +59,13 @@ fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSourc
     McapSource::open(path, interfaces)
 }
 
-/// The files of a ring, one after the other. Frames missing between two files of one run count as
-/// dropped.
+/// The files of a ring, read one after the other. Frames that are missing between two files of one
+/// run count as dropped.
 struct RingSource {
     waiting_files: VecDeque<PathBuf>,
     current: McapSource,
     interfaces: Vec<InterfaceName>,
-    /// Counts of the files before the current one.
+    /// Counts of the files before the current file.
     previous_counters: SourceCounters,
 }
 
@@ -88,7 +88,7 @@ impl RingSource {
         })
     }
 
-    /// Continues with the next file. Returns false after the last.
+    /// Opens the next file. Returns false if there is none.
     fn advance(&mut self) -> Result<bool, McapError> {
         let Some(path) = self.waiting_files.pop_front() else { return Ok(false) };
         let mut next = open_recording(&path, &self.interfaces)?;

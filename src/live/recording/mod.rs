@@ -1,14 +1,15 @@
-//! Raw frames on disk: a ring of the last hours, and the recordings kept from it.
+//! Raw frames on disk: a ring of the last hours, and the recordings that are kept from it.
 //!
-//! The bus thread passes each frame, with the stamp that the assembler sees, to a queue of fixed
-//! size ([`FrameTap`]): no allocation, no lock, no system call. Frames that find it full are
-//! counted. A thread of the same process ([`Recorder`]) writes them into a ring of MCAP files on
-//! disk. The identifying process extracts the frames of a result, a fault or a capture from these
-//! files ([`Archiver`]). It needs only the folder, so it may be another process.
+//! The bus thread passes each frame, with the stamp that the assembler gets, to a queue of fixed
+//! size ([`FrameTap`]). This needs no allocation, no lock and no system call. Frames that do not
+//! fit into the queue are counted. A thread of the same process ([`Recorder`]) writes the frames
+//! into a ring of MCAP files on disk. The process that identifies extracts the frames of a result,
+//! a fault or a capture from these files ([`Archiver`]). It needs only the folder, and may
+//! therefore be another process.
 //!
-//! Everything is bounded: the queue, the ring including the file being written, the number and size
-//! of kept recordings, and the waiting requests. The recorder can never cause the loss of a frame
-//! or a result.
+//! All sizes are bounded: the queue, the ring including the file being written, the number and size
+//! of kept recordings, and the number of waiting requests. The recorder cannot cause the loss of a
+//! frame for the identification, or of a result.
 
 mod archive;
 mod archive_folder;

@@ -1,4 +1,4 @@
-//! `[service.recordings]`
+//! Options of the recordings: `[service.recordings]` of the cell file.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -56,13 +56,13 @@ impl Default for RecordingOptions {
     }
 }
 
-/// Bytes of a megabyte.
+/// Number of bytes of a megabyte.
 const MEGABYTE: u64 = 1_000_000;
 
 impl RecordingOptions {
     /// Checks every value.
     ///
-    /// # Errors
+    /// Key and allowed values of the first invalid option.
     /// The key and the allowed values.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let megabytes = [
@@ -117,7 +117,7 @@ pub struct RecorderOptions {
     pub folder: PathBuf,
     /// Maximum size of the ring \[bytes\].
     pub ring_bytes: u64,
-    /// Duration after which a file is closed.
+    /// Maximum duration of a file.
     pub segment: Duration,
     /// Name of the cell.
     pub cell: String,

@@ -1,4 +1,4 @@
-//! The thread that writes the ring.
+//! The thread that writes frames into the ring.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread::JoinHandle;
@@ -13,7 +13,7 @@ use super::status::{RecordingState, SharedRecording};
 use super::tap::{FrameTap, frame_queue};
 use super::writer::RingWriter;
 
-/// Maximum time that the end of the bus waits for the last file.
+/// Maximum time that the service waits for the last file to be closed.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A running recorder.
@@ -23,8 +23,8 @@ pub struct Recorder {
     shared: SharedRecording,
 }
 
-/// Runs the thread's body. A panicked thread records no more and nobody waits for it: the status
-/// has to report this.
+/// Runs the body of the thread. If it panics, nothing more is recorded and no thread waits for it,
+/// so the status has to report the panic.
 fn run_guarded(shared: &SharedRecording, body: impl FnOnce()) {
     if catch_unwind(AssertUnwindSafe(body)).is_err() {
         let mut status = shared.update();
@@ -35,7 +35,7 @@ fn run_guarded(shared: &SharedRecording, body: impl FnOnce()) {
 }
 
 impl Recorder {
-    /// Starts the thread. The bus thread gets the tap. When it drops the tap, the recorder ends.
+    /// Starts the thread. The bus thread gets the tap. The recorder ends when the tap is dropped.
     ///
     /// # Errors
     /// The system cannot start a thread.
@@ -63,7 +63,7 @@ impl Recorder {
         Ok((Self { thread, shared }, tap))
     }
 
-    /// The counts.
+    /// Returns the shared counts.
     pub fn shared(&self) -> &SharedRecording {
         &self.shared
     }

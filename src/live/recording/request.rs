@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::window::RecordedWindow;
 
-/// Maximum number of waiting requests, in the queue and for the ring.
+/// Maximum number of waiting requests, separately for the queue and for those that wait for the
+/// ring.
 pub(super) const QUEUE_CAPACITY: usize = 16;
 
 /// The archiver's status.
@@ -21,39 +22,39 @@ pub struct ArchiveStatus {
     pub failed: u64,
     /// Number of recordings that wait for the ring or the disk.
     pub waiting: u64,
-    /// Reason of the last failure.
+    /// Reason for the last failure.
     pub last_failure: Option<String>,
-    /// Number of faults that were not kept because others occurred shortly before.
+    /// Number of faults whose frames were not kept, because other faults occurred shortly before.
     pub faults_passed_over: u64,
     /// Number of recordings in the folder.
     pub files: usize,
-    /// Their size \[bytes\].
+    /// Total size of the recordings in the folder \[bytes\].
     pub bytes: u64,
-    /// Running capture.
+    /// Name of the running capture.
     pub capture: Option<String>,
 }
 
-/// Reason for which a capture was not started or stopped.
+/// Reason why a capture was not started or not stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CaptureError {
     /// A capture is running. Stop it first.
     #[error("the capture `{0}` is running; stop it first")]
     Running(String),
-    /// None is.
+    /// No capture is running.
     #[error("no capture is running")]
     NotRunning,
     /// The name is not valid in a file name.
     #[error("a capture's name has 1 to 32 letters, digits, `_` or `-`")]
     Name,
-    /// The ring has no frames.
+    /// The ring contains no frames.
     #[error("nothing is recorded: {0}")]
     NothingRecorded(String),
-    /// Too many requests wait. Try again later.
+    /// Too many requests are waiting. Try again later.
     #[error("the archiver is busy; try again")]
     Busy,
 }
 
-/// Checks that it is a valid capture name: it becomes a part of a file name.
+/// Checks that the name is a valid capture name. It becomes a part of a file name.
 ///
 /// # Errors
 /// [`CaptureError::Name`].

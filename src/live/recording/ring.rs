@@ -1,4 +1,4 @@
-//! The files of the ring: names, number and size.
+//! The files of the ring: their names, number and size.
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
@@ -13,9 +13,9 @@ use rustix::fs::{FlockOperation, flock, statvfs};
 pub struct Segment {
     /// Number of the file. Later files have greater numbers.
     pub number: u64,
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its size \[bytes\].
+    /// Size of the file \[bytes\].
     pub bytes: u64,
     /// `log_time` of its first frame \[ns\]. `None` if unknown.
     pub first_log_time: Option<u64>,
@@ -24,23 +24,24 @@ pub struct Segment {
 /// Error when using the ring.
 #[derive(Debug, thiserror::Error)]
 pub enum RingError {
-    /// The file system refused. Check the permissions of the folder and the free space.
+    /// The file system refused the operation. Check the permissions of the folder and the free
+    /// space.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// The attempted operation.
         action: &'static str,
-        /// On which path.
+        /// Path that the operation used.
         path: PathBuf,
         /// The system's error.
         cause: io::Error,
     },
-    /// Another process records to this folder. End it, or name another folder.
+    /// Another process records to this folder. Stop it, or name another folder.
     #[error("{} is in use by another process; end it, or choose another folder", folder.display())]
     InUse {
         /// The folder.
         folder: PathBuf,
     },
-    /// A file without an end cannot be closed.
+    /// A file that was not closed cannot be repaired.
     #[error("a file of an earlier run cannot be closed: {0}")]
     Repair(#[from] RepairError),
 }
@@ -57,18 +58,19 @@ impl RingError {
     }
 }
 
-/// File name suffixes: of a complete file, of the one being written, and of one being repaired.
+/// File name suffixes of a complete file, of the file being written, and of a file being repaired.
 const COMPLETE_SUFFIX: &str = ".mcap";
 const PART_SUFFIX: &str = ".mcap.part";
 const TEMPORARY_SUFFIX: &str = ".repairing.tmp";
 
-/// Free space that the ring reserves on its file system for results, which have priority: a
-/// sixteenth, but at most this \[bytes\]. That is some 150 results with their reports.
+/// The ring leaves space on its file system free for results, which have priority:
+/// 1/`RESERVED_PART` of the file system, but at most `RESERVED_BYTES` \[bytes\], the size of some
+/// 150 results with their reports.
 const RESERVED_PART: u64 = 16;
 const RESERVED_BYTES: u64 = 32_000_000;
 
-/// A folder of files. The oldest are removed so that the total stays below the limit. The folder is
-/// locked as long as this value lives. Files with other names are left alone.
+/// A folder of ring files. The oldest files are removed so that the total size stays below the
+/// limit. The folder is locked while this value exists. Files with other names are not changed.
 #[derive(Debug)]
 pub struct Ring {
     folder: PathBuf,
@@ -77,13 +79,13 @@ pub struct Ring {
     complete_segments: VecDeque<Segment>,
     next_number: u64,
     repaired_segments: u64,
-    /// Number of the last file that was scanned for its first frame.
+    /// Number of the last file that was read to find its first frame.
     last_scanned_file: Option<u64>,
 }
 
 impl Ring {
-    /// Opens the folder and creates it if necessary. Closes files without an end, and enforces the
-    /// limit \[bytes\].
+    /// Opens the folder, and creates it if necessary. Repairs files that were not closed, and
+    /// enforces the size limit \[bytes\].
     ///
     /// # Errors
     /// [`RingError`].
@@ -112,19 +114,20 @@ impl Ring {
         };
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
-            // During the repair the file exists twice.
+            // During the repair, the file exists twice.
             let waiting: u64 = parts.iter().map(|part| part.bytes).sum();
             let needed = part.bytes.saturating_mul(2).saturating_add(waiting);
             let mut fits = ring.make_room(needed)?;
             while fits {
                 match ring.close(&part) {
                     Ok(()) => break,
-                    // Older files are removed for it, and finally the file itself.
+                    // Older files are removed to make space for the repair. If this is not
+                    // sufficient, the file itself is removed.
                     Err(error) if error.is_full() => {
                         let before = disk_space(folder)?.free_bytes;
                         fits = ring.remove_oldest()?;
-                        // The space of a removed file may become free only later. Do not remove all
-                        // of them for nothing.
+                        // The file system may free the space of a removed file with a delay. Do not
+                        // remove further files without an effect.
                         if fits && disk_space(folder)?.free_bytes <= before {
                             return Err(error);
                         }
@@ -133,7 +136,8 @@ impl Ring {
                 }
             }
             if !fits {
-                // Larger than the limit of the ring, or than the free space of the disk.
+                // The file is larger than the limit of the ring, or than the free space of the
+                // disk.
                 remove_if_there(&part.path)?;
             }
         }
@@ -147,9 +151,10 @@ impl Ring {
         let repaired = repair_recording(&part.path, &temporary);
         let is_empty = match &repaired {
             Ok(repair) => repair.frames == 0,
-            // The recorder was killed before the first chunk was on disk, or the file is foreign.
+            // The recorder was killed before the first chunk was on disk, or the file was not
+            // written by a recorder.
             Err(RepairError::Foreign { .. } | RepairError::Read(McapError::NotMcap { .. })) => true,
-            // The power failed: the damage is before the first frame, and is permanent.
+            // A power failure has damaged the file before its first frame. The damage is permanent.
             Err(RepairError::Read(error @ McapError::Damaged { .. })) => {
                 tracing::warn!("a damaged file is removed: {error}");
                 true
@@ -173,7 +178,7 @@ impl Ring {
         Ok(())
     }
 
-    /// Removes the oldest file. Returns false if there is none.
+    /// Removes the oldest file. Returns false if there is no file.
     ///
     /// # Errors
     /// [`RingError::Io`].
@@ -184,8 +189,8 @@ impl Ring {
         Ok(true)
     }
 
-    /// Removes the oldest files until `bytes` more fit. Returns false if they do not even fit into
-    /// an empty ring.
+    /// Removes the oldest files until `bytes` more fit. Returns false if they would not even fit
+    /// into an empty ring.
     ///
     /// # Errors
     /// [`RingError::Io`].
@@ -222,7 +227,7 @@ impl Ring {
         self.complete_segments.iter().map(|segment| segment.bytes).sum()
     }
 
-    /// The bound \[bytes\].
+    /// Returns the maximum size \[bytes\].
     pub fn byte_limit(&self) -> u64 {
         self.limit
     }
@@ -232,7 +237,8 @@ impl Ring {
         self.complete_segments.iter()
     }
 
-    /// Returns the `log_time` of the oldest frame \[ns\]. An unreadable file is not read again.
+    /// Returns the `log_time` of the oldest frame \[ns\]. A file that was unreadable is not read
+    /// again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
         let oldest = self.complete_segments.front_mut()?;
         if oldest.first_log_time.is_none() && self.last_scanned_file != Some(oldest.number) {
@@ -242,14 +248,15 @@ impl Ring {
         oldest.first_log_time
     }
 
-    /// Returns the number of files that had no end at opening and were closed.
+    /// Returns the number of files that were repaired when the ring was opened.
     pub fn repaired_count(&self) -> u64 {
         self.repaired_segments
     }
 }
 
 impl Segment {
-    /// Returns true if it is being written, or was when its writer was killed.
+    /// Returns true if the file is being written, or was being written when its recorder was
+    /// killed.
     pub fn is_part(&self) -> bool {
         self.path.as_os_str().as_encoded_bytes().ends_with(PART_SUFFIX.as_bytes())
     }
@@ -268,8 +275,8 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
         }
     }
     segments.sort_by(|a, b| (a.number, &a.path).cmp(&(b.number, &b.path)));
-    // During a rename or repair a file may exist twice: complete, and followed by its previous
-    // form.
+    // During a rename or a repair, a file may exist twice: complete, and in its previous form. The
+    // complete one comes first and is used.
     segments.dedup_by_key(|segment| segment.number);
     Ok(segments)
 }
@@ -279,7 +286,7 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
 pub(super) struct DiskSpace {
     /// Total free space.
     pub(super) free_bytes: u64,
-    /// Free space beyond the reserve for results.
+    /// Free space after the reserve for results.
     pub(super) spare_bytes: u64,
 }
 
@@ -292,7 +299,7 @@ pub(super) fn disk_space(folder: &Path) -> Result<DiskSpace, RingError> {
     Ok(DiskSpace { free_bytes: free, spare_bytes: spare })
 }
 
-/// Describes a file of the ring. Its first log time is left unknown.
+/// Describes a file of the ring. Does not determine the log time of its first frame.
 fn segment_of_file(number: u64, path: PathBuf) -> Result<Segment, RingError> {
     let bytes = fs::metadata(&path).map_err(io_error("look at", &path))?.len();
     Ok(Segment { number, path, bytes, first_log_time: None })

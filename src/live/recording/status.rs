@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordingState {
-    /// No frame has come yet.
+    /// No frame has arrived yet.
     #[default]
     Waiting,
-    /// It writes.
+    /// The recorder writes frames.
     Recording,
-    /// It does not record. It tries again automatically.
+    /// The recorder does not write after a failure, and tries again automatically.
     Failed,
     /// The bus has ended.
     Ended,
@@ -24,34 +24,34 @@ pub enum RecordingState {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecordingStatus {
-    /// Its state.
+    /// State of the recorder.
     pub state: RecordingState,
-    /// Reason of the last failure, with the remedy if there is one.
+    /// Reason for the last failure, with the remedy if there is one.
     pub why: Option<String>,
-    /// Disk size of the ring \[bytes\].
+    /// Size of the ring on disk \[bytes\].
     pub ring_bytes: u64,
-    /// Maximum disk size of the ring \[bytes\].
+    /// Maximum size of the ring on disk \[bytes\].
     pub ring_limit_bytes: u64,
     /// Number of files in the ring.
     pub segments: usize,
-    /// Time span back to the oldest frame of the ring \[s\].
+    /// Age of the oldest frame in the ring \[s\].
     pub oldest_s: Option<f64>,
-    /// Frames written.
+    /// Number of frames written.
     pub frames_recorded: u64,
-    /// Number of frames that were not recorded: the disk was too slow, or failed.
+    /// Number of frames that were not recorded because the disk was too slow or failed.
     pub frames_unrecorded: u64,
     /// Number of failed writes.
     pub write_errors: u64,
     /// Number of ring files that were removed early because the disk was full.
     pub segments_given_way: u64,
-    /// True if the disk has too little space for the complete ring, and the ring shrinks in favour
-    /// of results.
+    /// True if the disk has too little space for the complete ring, so that the ring is smaller
+    /// than configured to leave space for results.
     pub gives_way: bool,
-    /// Number of files that an earlier run left unfinished, and that were closed.
+    /// Number of unfinished files of an earlier run that were repaired.
     pub segments_repaired: u64,
 }
 
-/// Counts of the recorder, shared with the status. The bus thread accesses only the last number.
+/// Counts of the recorder, shared with the status. The bus thread accesses only `unrecorded`.
 #[derive(Clone, Debug, Default)]
 pub struct SharedRecording {
     pub(super) status: Arc<Mutex<RecordingStatus>>,

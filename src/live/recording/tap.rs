@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use didim_drivers::frame::{Frame, FrameId};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Number of frames that may wait for the disk: 6 s of 5000 a second, 3 MB.
+/// Number of frames that may wait for the disk. The queue holds 6 s at 5000 frames/s and takes 3
+/// MB.
 const QUEUE_FRAMES: usize = 1 << 15;
 
 /// A frame as the assembler received it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordedFrame {
-    /// Frame with its mapped stamp.
+    /// Frame with its stamp in the time base of the assembler.
     pub frame: Frame,
     /// Sequence number over all frames of the bus, including lost frames.
     pub sequence: u32,
@@ -27,10 +28,11 @@ pub struct FrameTap {
     queue_drops: u64,
 }
 
-/// Creates the recorder's queue with all its memory, and the count of frames that found it full.
+/// Creates the recorder's queue with all its memory. Also creates the counter of frames that did
+/// not fit into the queue.
 pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
     let (mut queue, mut frames) = RingBuffer::new(QUEUE_FRAMES);
-    // The memory pages are touched here, and not later by the bus thread.
+    // The memory pages are touched here, so that the bus thread does not have to wait for them.
     if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
         while queue.push(RecordedFrame { frame: blank, sequence: 0 }).is_ok() {}
         while frames.pop().is_ok() {}
@@ -41,12 +43,12 @@ pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
 }
 
 impl FrameTap {
-    /// Passes on frames that were read together, after `drops` frames were dropped unread so far.
-    /// It never waits: a frame that finds the queue full is counted.
+    /// Passes on frames that were read together. `drops` is the total number of frames that were
+    /// dropped unread before them. Never waits: frames that do not fit into the queue are counted.
     pub fn pass_on(&mut self, frames: &[Frame], drops: u64) {
         let dropped = drops.saturating_sub(self.queue_drops);
         self.queue_drops = drops;
-        // Modulo 2³², like the sequence itself.
+        // The number wraps modulo 2³², like the sequence number.
         let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(dropped);
         for frame in frames {

@@ -1,9 +1,10 @@
-//! The window data in a recording of a result, so that a replay gives the same result.
+//! Data about the window in the recording of a result. With them, a replay gives the same result.
 //!
-//! A fresh start does not know the number of earlier cycles and windows, and not what opened and
-//! closed this one. All other inputs of a result are in the frames, the cell and the program. The
-//! positions of multi-turn encoders are taken within their range without memory. The state of the
-//! cycle grid is contained in the frames kept before the window.
+//! A replay starts without earlier frames. It does not know the numbers of earlier cycles and
+//! windows, nor the events that opened and closed the window, so the metadata contain these. All
+//! other inputs of a result are in the frames, the cell and the program. Positions of multi-turn
+//! encoders are reduced to the encoder's range, and so do not depend on earlier frames. The frames
+//! before the window in the recording determine the state of the cycle grid.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,7 +20,7 @@ use crate::window::{Window, WindowEnd};
 /// Number of frames read from the recording at a time.
 const BATCH_FRAMES: usize = 256;
 
-/// A window as recorded.
+/// A window, as described in its recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedWindow {
     /// Number of windows opened before this one since the start of the stream.
@@ -30,11 +31,11 @@ pub struct RecordedWindow {
     pub first_stamp_ns: u64,
     /// Stamp of the last sample \[ns\].
     pub last_stamp_ns: u64,
-    /// Samples, margins included.
+    /// Number of samples including margins.
     pub samples: usize,
-    /// Reason for its end.
+    /// Reason for the end of the window.
     pub end: WindowEnd,
-    /// Time at which the first sample was recorded, as in the result. `None` if unknown.
+    /// Time at which the first sample was recorded, as stated in the result. `None` if unknown.
     pub start: Option<RecordingStart>,
     /// Hash of the configuration used for its identification. `None` if the recording does not
     /// contain it.
@@ -51,7 +52,8 @@ const START_KEY: &str = "window_recorded";
 const CONFIGURATION_KEY: &str = "window_configuration";
 
 impl RecordedWindow {
-    /// Creates the record of a window that is identified with this configuration (its hash).
+    /// Creates the description of a window. `configuration` is the hash of the configuration that
+    /// identifies it.
     pub fn new(window: &Window, configuration: &str) -> Self {
         let stamp = |sample: Option<&didim_dynamics::JointSample>| sample.map_or(0, |s| s.stamp_ns);
         Self {
@@ -66,7 +68,7 @@ impl RecordedWindow {
         }
     }
 
-    /// Converts it to the metadata of a recording.
+    /// Converts the description to the metadata of a recording.
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let end = serde_json::to_value(self.end).ok();
         let end = end.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
@@ -84,7 +86,7 @@ impl RecordedWindow {
         fields.map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// Parses the metadata. `None` if they contain no window.
+    /// Parses the metadata. `None` if they do not describe a window.
     pub fn from_map(map: &BTreeMap<String, String>) -> Option<Self> {
         let number = |key: &str| map.get(key)?.parse::<u64>().ok();
         let end = serde_json::Value::String(map.get(END_KEY)?.clone());
@@ -100,7 +102,7 @@ impl RecordedWindow {
         })
     }
 
-    /// Returns the window of a recording. `None` if it is not the recording of a window.
+    /// Reads the window from a recording. `None` if the recording is not that of a window.
     ///
     /// # Errors
     /// [`SourceError`]: the recording cannot be read.
@@ -111,21 +113,22 @@ impl RecordedWindow {
         let source = McapSource::open(path, &[])?;
         let Some(info) = source.info() else { return Ok(None) };
         Ok(Self::from_map(&info.additional_entries).map(|window| {
-            // The recorder's configuration is older if the configuration was reloaded since.
+            // The configuration in the recorder's metadata is older if the configuration was
+            // reloaded since.
             let configuration = window.configuration.or_else(|| Some(info.configuration.clone()));
             Self { configuration, ..window }
         }))
     }
 
-    /// Returns true if it was recorded with this configuration (its hash), or if its configuration
-    /// is unknown.
+    /// Returns true if the window was identified with this configuration (its hash), or if its
+    /// configuration is unknown.
     pub fn is_of(&self, configuration: &str) -> bool {
         self.configuration.as_ref().is_none_or(|recorded| recorded == configuration)
     }
 
-    /// Returns the sequence number of the first cycle of the recording. `None` if its frames do not
-    /// give the window's first sample, because `assembler` belongs to another cell or frames are
-    /// missing.
+    /// Returns the sequence number of the first cycle of the recording. `None` if the frames do not
+    /// give the first sample of the window, because frames are missing or `assembler` belongs to
+    /// another cell.
     ///
     /// # Errors
     /// [`SourceError`]: the recording cannot be read.

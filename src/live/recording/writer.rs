@@ -1,4 +1,4 @@
-//! The recorder's thread: it writes frames into files, and files into the ring.
+//! The recorder's thread. It writes frames into files, and adds the files to the ring.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -20,20 +20,21 @@ use super::tap::RecordedFrame;
 /// Interval at which the queue is emptied.
 const EMPTYING_INTERVAL: Duration = Duration::from_millis(20);
 /// Maximum interval at which a chunk is passed to the file system. A killed process therefore loses
-/// less than a second.
+/// less than a second of frames.
 const FLUSH_INTERVAL: Duration = Duration::from_millis(500);
-/// Pauses between attempts after a failure.
+/// Shortest and longest pause between two attempts after a failure.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(60);
-/// Bounds of the file size \[bytes\]: within them, a file is closed at an eighth of the ring.
+/// Smallest and largest file size \[bytes\]. Between these limits, a file has an eighth of the
+/// ring's size.
 const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
-/// Maximum time until the space of a removed file is free.
+/// Maximum time until the file system frees the space of a removed file.
 const SPACE_CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
 const CHUNK_RESERVE: u64 = 4096;
 
-/// Reason why nothing is written.
+/// Reason why no frames are written.
 #[derive(Debug, thiserror::Error)]
 enum WritingError {
     #[error(transparent)]
@@ -66,7 +67,7 @@ pub(super) struct RingWriter {
     info: McapInfo,
     clock: StampClock,
     shared: SharedRecording,
-    /// `None` before it is opened, and after a failure.
+    /// The ring. `None` before it is opened, and after a failure.
     ring: Option<Ring>,
     current_segment: Option<CurrentSegment>,
     /// Time of the next attempt after a failure.
@@ -74,9 +75,9 @@ pub(super) struct RingWriter {
     retry_pause: Duration,
     /// Time of the last check of the disk space.
     space_checked: Instant,
-    /// Time of the removal of a file whose space is not free yet.
+    /// Time at which files were last removed, if the file system has not freed their space yet.
     removed_segments: Option<Instant>,
-    /// Start time of this step.
+    /// Start time of the current step.
     step_time: Instant,
     /// Function that measures the disk space of a folder.
     pub(super) disk_space: fn(&Path) -> Result<DiskSpace, RingError>,
@@ -86,7 +87,7 @@ pub(super) struct RingWriter {
 struct CurrentSegment {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
-    /// Size at which it is closed \[bytes\].
+    /// Size at which the file is closed \[bytes\].
     max_bytes: u64,
     opened: Instant,
     flushed_at: Instant,
@@ -124,16 +125,17 @@ impl RingWriter {
         }
     }
 
-    /// Closes the files of an earlier run before the first frame comes.
+    /// Opens the ring before the first frame arrives, which repairs the files of an earlier run.
     fn start(&mut self) {
         let opened = self.open_ring().map(drop);
         self.handle_result(opened);
     }
 
-    /// Writes the waiting frames. Returns true if they were the last.
+    /// Writes the waiting frames. Returns true if they were the last ones.
     pub(super) fn run_step(&mut self, frames: &mut Consumer<RecordedFrame>, now: Instant) -> bool {
         self.step_time = now;
-        // Checked before the queue is emptied: the frames before the end are then in it.
+        // The end is checked before the queue is emptied, so that the queue then contains all
+        // frames before the end.
         let ended = frames.is_abandoned();
         while let Ok(recorded) = frames.pop() {
             self.write_frame(&recorded);
@@ -168,13 +170,13 @@ impl RingWriter {
         }
     }
 
-    /// Handles a failure: everything is reopened later.
+    /// Handles the result of a step. After a failure, the ring is opened again later.
     fn handle_result(&mut self, done: Result<(), WritingError>) {
         let Err(error) = done else { return };
-        // A full disk needs free space: the oldest file is worth less than new frames.
+        // If the disk is full, the oldest file is removed, because new frames are more valuable.
         let waits = error.is_full() && self.waits_for_room();
         let disk_space = error.is_full() && !waits && self.remove_oldest().unwrap_or(false);
-        // The chunks written so far are on disk. The next attempt closes the file.
+        // The chunks written so far are on disk. The next attempt repairs the file.
         self.current_segment = None;
         self.ring = None;
         if waits {
@@ -191,9 +193,9 @@ impl RingWriter {
         (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
     }
 
-    /// Removes the oldest files, and finally the one being written, while the free disk space is
-    /// below the reserve for results. The space of a removed file may become free only later, and
-    /// the next removal waits for that.
+    /// Removes files while the free disk space is below the reserve for results: first the oldest
+    /// files, and finally the one being written. The file system may free the space of a removed
+    /// file with a delay, so the next removal waits for that.
     fn give_way(&mut self) -> Result<(), WritingError> {
         if self.ring.is_none() {
             return Ok(());
@@ -226,7 +228,7 @@ impl RingWriter {
         Ok(())
     }
 
-    /// Returns the free disk space beyond the reserve for results \[bytes\].
+    /// Returns the free disk space after the reserve for results \[bytes\].
     fn spare_space(&self) -> Result<u64, RingError> {
         Ok((self.disk_space)(&self.options.folder)?.spare_bytes)
     }
@@ -239,7 +241,7 @@ impl RingWriter {
         self.removed_segments.is_some_and(|at| self.time_since(at) < SPACE_CHECK_INTERVAL)
     }
 
-    /// Removes the oldest file. Returns false if there is none.
+    /// Removes the oldest file. Returns false if there is no file.
     fn remove_oldest(&mut self) -> Result<bool, RingError> {
         let Some(ring) = &mut self.ring else { return Ok(false) };
         let before = (self.disk_space)(&self.options.folder)?.free_bytes;
@@ -284,7 +286,8 @@ impl RingWriter {
             self.begin(frame.stamp_ns)?;
         }
         if !self.make_room(frame)? {
-            // A small ring consists of this file only: the next one may replace it.
+            // The ring consists only of the current file. It is closed, so that the next file may
+            // replace it.
             self.close(false)?;
             self.begin(frame.stamp_ns)?;
             if !self.make_room(frame)? {
@@ -296,7 +299,7 @@ impl RingWriter {
         written.map_err(|source| WritingError::Write { path: current.path.clone(), source })
     }
 
-    /// Removes old files to make space for a frame and the chunk that it may close.
+    /// Removes old files to make space for a frame, and for the chunk that the frame may complete.
     fn make_room(&mut self, frame: &Frame) -> Result<bool, WritingError> {
         let (Some(current), Some(ring)) = (&self.current_segment, &mut self.ring) else {
             return Ok(true);
@@ -307,7 +310,7 @@ impl RingWriter {
 
     fn begin(&mut self, stamp_ns: u64) -> Result<(), WritingError> {
         let mut info = self.info.clone();
-        // One offset for each file: the wall clock may be set between two of them.
+        // Each file has its own clock offset, because the wall clock may be set between two files.
         if self.clock == StampClock::Realtime {
             let now = clock_pair();
             info.offset_ns = now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed();
@@ -320,7 +323,7 @@ impl RingWriter {
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
         let now = self.step_time;
-        // If the disk has too little space for the ring, the ring size is the available space.
+        // If the disk has too little space for the ring, the ring uses the available space.
         let spare = self.spare_space()?;
         let ring = self.open_ring()?;
         let disk_space = ring.byte_limit().min(ring.bytes().saturating_add(spare));
@@ -336,7 +339,7 @@ impl RingWriter {
         Ok(())
     }
 
-    /// Closes chunks and files when they are due, and frees space for results.
+    /// Closes chunks and files that are due, and frees space for results.
     fn do_due_work(&mut self, ended: bool) -> Result<(), WritingError> {
         if self.time_since(self.space_checked) >= FLUSH_INTERVAL {
             self.space_checked = self.step_time;
@@ -351,14 +354,14 @@ impl RingWriter {
         if now.saturating_duration_since(current.flushed_at) >= FLUSH_INTERVAL {
             current.flushed_at = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
-            // It writes again.
+            // Writing has succeeded again.
             self.retry_pause = FIRST_PAUSE;
         }
         Ok(())
     }
 
-    /// Closes the file. At the end of the service nothing waits for the disk: the kernel has all
-    /// the data.
+    /// Closes the file. `sync` is false at the end of the service: the kernel has all data, and the
+    /// end does not wait for the disk.
     fn close(&mut self, sync: bool) -> Result<(), WritingError> {
         let (Some(current), Some(ring)) = (self.current_segment.take(), &mut self.ring) else {
             return Ok(());
@@ -379,7 +382,7 @@ impl RingWriter {
             StampClock::Realtime => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
-        // This may read a file, and must not run while the status is locked.
+        // This call may read a file, so the status must not be locked during the call.
         let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
         let mut status = self.shared.update();
         if let Some(ring) = &self.ring {

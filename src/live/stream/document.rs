@@ -1,4 +1,4 @@
-//! Estimates and status snapshots as JSON for other processes of the same user.
+//! JSON documents for other processes of the same user: estimates and status snapshots.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -13,9 +13,9 @@ use super::{StreamError, options};
 /// Topics of the documents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// Results, as stored.
+    /// Results as they are stored.
     Estimates,
-    /// Status snapshot, once a second.
+    /// Status snapshot, published once a second.
     Status,
 }
 
@@ -36,8 +36,8 @@ fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService),
         .node
         .service_builder(&service)
         .publish_subscribe::<[u8]>()
-        // The acquisition and the estimation of a cell may be two processes, each with its own
-        // status.
+        // The acquisition and the estimation of a cell may be two processes, and each publishes its
+        // own status.
         .max_publishers(2)
         .max_subscribers(options::MAX_DOCUMENT_READERS)
         .history_size(1)
@@ -70,8 +70,8 @@ impl StreamNode {
     }
 }
 
-/// The writing end of a topic. A late reader gets the last document when the writer next publishes
-/// or calls [`DocumentWriter::send_to_new_readers`].
+/// The writing end of a topic. A late reader gets the last document at the next call of
+/// [`DocumentWriter::publish`] or [`DocumentWriter::send_to_new_readers`].
 #[derive(Debug)]
 pub struct DocumentWriter {
     publisher: Publisher<ipc::Service, [u8], ()>,
@@ -113,7 +113,8 @@ impl DocumentWriter {
             .map_err(|cause| StreamError::transport("sending", name, cause))
     }
 
-    /// Sends the last document to readers that joined since. For writers that publish rarely.
+    /// Sends the last document to readers that joined after it was published. Writers that publish
+    /// rarely need this.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -141,7 +142,8 @@ impl DocumentReader {
         Ok(Self { subscriber, topic })
     }
 
-    /// Returns the next waiting document. The first may be older than this reader.
+    /// Returns the next waiting document. The first one may have been published before this reader
+    /// joined.
     ///
     /// # Errors
     /// [`StreamError::Transport`].

@@ -1,4 +1,4 @@
-//! Errors between the bus thread and its readers.
+//! Errors of the stream between the bus thread and its readers.
 
 use std::path::PathBuf;
 
@@ -8,35 +8,35 @@ pub enum StreamError {
     /// An option is outside its range. Change it in the cell file.
     #[error("{key}: {problem}")]
     Option {
-        /// The option.
+        /// Key of the option.
         key: &'static str,
         /// The problem, and the allowed values.
         problem: String,
     },
-    /// Shared memory is too small for the buffer. Free some, enlarge the tmpfs
-    /// (`mount -o remount,size=…`), or reduce `buffer_s`.
+    /// Shared memory is too small for the buffer. Free some memory, enlarge the tmpfs (`mount -o
+    /// remount,size=…`), or reduce `buffer_s`.
     #[error(
         "the sample buffer needs {needed_bytes} bytes of shared memory and {} has \
          {available_bytes}: free some, enlarge it, or shorten buffer_s", folder.display()
     )]
     SharedMemoryFull {
-        /// The tmpfs.
+        /// Folder of the tmpfs.
         folder: PathBuf,
-        /// Memory needed by the next ports.
+        /// Memory that the next ports need \[bytes\].
         needed_bytes: u64,
-        /// Available memory.
+        /// Available memory \[bytes\].
         available_bytes: u64,
     },
-    /// The kernel could not provide the pages of the mapped shared memory. Most likely it became
-    /// full between the check and the mapping.
+    /// The kernel could not provide the pages of the mapped shared memory. Most likely the tmpfs
+    /// became full between the check and the mapping.
     #[error(
         "shared memory of {mapped_bytes} bytes is mapped, but {folder} cannot hold it ({cause}): \
          free some, enlarge it, or shorten buffer_s"
     )]
     Prefault {
-        /// The tmpfs.
+        /// Folder of the tmpfs.
         folder: &'static str,
-        /// Mapped memory.
+        /// Mapped memory \[bytes\].
         mapped_bytes: u64,
         /// The kernel's error.
         cause: std::io::Error,
@@ -49,8 +49,9 @@ pub enum StreamError {
         /// The kernel's error.
         cause: std::io::Error,
     },
-    /// This process cannot join. Check that the user may write to the root. If shared memory was
-    /// once full, remove a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 by hand.
+    /// This process cannot join the network. Check that the user may write to the root folder. If
+    /// shared memory was full before, remove a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200
+    /// by hand.
     #[error(
         "cannot join the shared-memory network rooted at {}: {cause}; check the permissions of \
          that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full \
@@ -63,8 +64,8 @@ pub enum StreamError {
         /// The library's error.
         cause: String,
     },
-    /// A service exists with other options or of another version. Stop the other process, or use
-    /// the same cell file for both.
+    /// A service with this name exists with other options or of another version. Stop the other
+    /// process, or use the same cell file for both.
     #[error(
         "cannot open the service {name}: {cause}; every process of a cell must run the same \
          version with the same cell file"
@@ -75,7 +76,7 @@ pub enum StreamError {
         /// The library's error.
         cause: String,
     },
-    /// A port cannot be created, usually because its only place is taken: a cell has one
+    /// A port cannot be created, usually because the maximum number of ports exists: a cell has one
     /// acquisition. Stop the other process.
     #[error("cannot make a {port} of {name}: {cause}; is another process doing this already?")]
     Port {
@@ -96,33 +97,33 @@ pub enum StreamError {
         /// The library's error.
         cause: String,
     },
-    /// The acquisition was started with another cell file than the estimation.
+    /// The acquisition and the estimation were started with different cell files.
     #[error(
         "the samples are of {their_joints} joints at {their_rate_hz} Hz, this cell file says \
          {our_joints} at {our_rate_hz} Hz: start both processes with the same cell file"
     )]
     OtherCell {
-        /// Number of joints of the samples.
+        /// Number of joints of the received samples.
         their_joints: u32,
-        /// Rate of the samples \[Hz\].
+        /// Sample rate of the received samples \[Hz\].
         their_rate_hz: f64,
-        /// Number of joints of our cell.
+        /// Number of joints in the cell of this process.
         our_joints: u32,
-        /// Sample rate of our cell \[Hz\].
+        /// Sample rate in the cell of this process \[Hz\].
         our_rate_hz: f64,
     },
-    /// A document does not fit into its slot.
+    /// A document is longer than the maximum.
     #[error("a document of {bytes} bytes does not fit: the limit is {limit} bytes")]
     DocumentTooLong {
-        /// Its length.
+        /// Length of the document \[bytes\].
         bytes: usize,
-        /// The limit.
+        /// Maximum length \[bytes\].
         limit: usize,
     },
 }
 
 impl StreamError {
-    /// Creates the error for a failure of the library in operation.
+    /// Creates the error for a failed operation of the library.
     pub(super) fn transport(
         operation: &'static str,
         name: &'static str,

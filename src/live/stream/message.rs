@@ -1,7 +1,7 @@
-//! The messages in shared memory: plain data with a versioned name.
+//! The messages in shared memory. They are plain data with a versioned type name.
 //!
-//! The derive of `ZeroCopySend` writes `unsafe impl` after checking every field. A changed layout
-//! needs a new version in its `type_name`.
+//! The derive macro of `ZeroCopySend` writes `unsafe impl` after checking every field. A changed
+//! layout needs a new version in its `type_name`.
 
 use didim_dynamics::sample::{JointSample, MAX_JOINTS, Reading, Readings};
 use iceoryx2::prelude::ZeroCopySend;
@@ -18,11 +18,12 @@ pub struct StreamSample {
     pub sequence: u64,
     /// [`JointSample::stamp_ns`] \[ns\].
     pub stamp_ns: u64,
-    /// Number of frames dropped unread before this sample, since the acquisition began. A change
-    /// from the previous sample means that frames were lost between the two.
+    /// Total number of frames that were dropped unread before this sample, since the start of the
+    /// acquisition. If it differs from that of the previous sample, frames were lost between the
+    /// two.
     pub queue_drops: u64,
-    /// Earliest time at which it was written here \[ns, CLOCK_MONOTONIC\]. If frames were read
-    /// together, it is the time at which they had been read.
+    /// Earliest time at which the sample was written to the buffer \[ns, CLOCK_MONOTONIC\]. If
+    /// frames were read together, it is the time after that read.
     pub written_ns: u64,
     /// [`JointSample::motor_position_rad`] \[rad\].
     pub motor_position_rad: [f64; MAX_JOINTS],
@@ -30,7 +31,8 @@ pub struct StreamSample {
     pub motor_torque_nm: [f64; MAX_JOINTS],
     /// [`JointSample::motor_reference_rad`] \[rad\].
     pub motor_reference_rad: [f64; MAX_JOINTS],
-    /// 1 when the reference counts. It is not a bool, because not every byte is a valid bool.
+    /// 1 if the sample has references, otherwise 0. The type is not bool, because not every byte is
+    /// a valid bool.
     pub has_reference: u64,
     /// [`Readings::steps`].
     pub reading_steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
@@ -39,7 +41,8 @@ pub struct StreamSample {
 }
 
 impl StreamSample {
-    /// Creates the sample, written at `written_ns`, with the number of drops known at its assembly.
+    /// Creates a sample that is written at `written_ns`. `queue_drops` is the number of drops when
+    /// the sample was assembled.
     pub fn new(sample: &JointSample, queue_drops: u64, written_ns: u64) -> Self {
         let mut reading_joints = [0; 8];
         reading_joints.iter_mut().zip(sample.readings.joints).for_each(|(to, of)| *to = of);
@@ -75,11 +78,11 @@ impl StreamSample {
 /// Kind of a batch, in [`SampleBatch::kind`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BatchKind {
-    /// Samples of a live bus: nobody waits for the reader.
+    /// Samples of a live bus. The bus does not wait for the reader.
     Live,
-    /// Samples of a log: the reader acknowledges them, so that none is lost.
+    /// Samples of a log. The reader acknowledges them, so that none is lost.
     Replay,
-    /// Last batch of a stream that has ended.
+    /// Last batch of an ended stream.
     End,
 }
 
@@ -106,9 +109,10 @@ impl BatchKind {
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[type_name("didim.SampleBatch.v3")]
 pub struct SampleBatch {
-    /// Identifier of the acquisition run. It changes when the acquisition is restarted.
+    /// Identifier of the acquisition run. It differs after a restart of the acquisition.
     pub session: u64,
-    /// Number of batches sent before this one in the session. A gap shows a loss in the buffer.
+    /// Number of batches that were sent before this one in the session. A gap shows that batches
+    /// were lost in the buffer.
     pub number: u64,
     /// Time of sending \[ns, CLOCK_MONOTONIC\].
     pub sent_ns: u64,
@@ -160,7 +164,7 @@ impl SampleBatch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("didim.Acknowledgement.v1")]
 pub(super) struct Acknowledgement {
-    /// Session of the acknowledgement.
+    /// Session whose batches are acknowledged.
     pub(super) session: u64,
     /// Number of batches of the session that the reader has finished.
     pub(super) batches: u64,

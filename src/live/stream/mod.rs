@@ -1,12 +1,12 @@
 //! The zero-copy buffer between the bus thread and the readers of its samples.
 //!
 //! There are three iceoryx2 services per cell, all of one user: `samples` (batches of joint
-//! samples, one notification each), `estimates` and `status` (JSON documents, the last one kept for
-//! late readers). Names, prefix, root and quality of service are set only in [`options`].
+//! samples, each with a notification), `estimates` and `status` (JSON documents; a late reader gets
+//! the last one). Names, prefix, root and quality of service are set only in [`options`].
 //!
-//! The publisher never waits for a reader. A full buffer loses its oldest batch, and the reader
-//! sees the loss in the batch numbers. Only a [`Pace::Replay`] stream waits before it publishes,
-//! until the reader has acknowledged enough.
+//! The publisher of a live stream never waits for a reader. A full buffer drops its oldest batch,
+//! and the reader notices the loss by the batch numbers. The publisher of a [`Pace::Replay`] stream
+//! waits until the reader has acknowledged enough batches.
 
 mod document;
 mod error;

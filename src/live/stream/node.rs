@@ -12,8 +12,8 @@ use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate_mappings};
 use super::{StreamError, StreamOptions};
 
-/// Membership in the network. It creates the ports. Ports stay on the thread that created them, so
-/// each thread joins with its own node.
+/// Membership of a thread in the network. It creates ports, which must stay on the thread that
+/// created them. Each thread therefore joins with its own node.
 #[derive(Debug)]
 pub struct StreamNode {
     pub(super) node: Node<ipc::Service>,
@@ -21,15 +21,15 @@ pub struct StreamNode {
 }
 
 impl StreamNode {
-    /// Joins after checking that shared memory has space for the library's own needs. The library
-    /// leaves a broken file behind when it finds the tmpfs full. The space for a port is checked
-    /// before the port is created.
+    /// Joins the network after checking that shared memory has space for the library's own needs.
+    /// If the tmpfs were full, the library would leave a broken file in it. The space for a port is
+    /// checked before the port is created.
     ///
     /// # Errors
     /// [`StreamError::Option`], [`StreamError::SharedMemoryFull`], [`StreamError::Node`].
     pub fn join(options: &StreamOptions) -> Result<Self, StreamError> {
         options.validate()?;
-        // A concurrent first use by two threads is harmless: both set the same level.
+        // If two threads make their first call at the same time, both set the same level.
         set_log_level(LogLevel::Warn);
         check_free(Path::new(SHARED_MEMORY), MANAGEMENT_BYTES)?;
         let refused = |cause: String| StreamError::Node { root: options.root.clone(), cause };
@@ -47,7 +47,7 @@ impl StreamNode {
         &self.options
     }
 
-    /// Cleans up after dead processes of the cell, so that their places are free again.
+    /// Cleans up after dead processes of the cell, so that their ports can be created again.
     pub fn clean_up_dead(&self) {
         let cleaned = self.node.try_cleanup_dead_nodes();
         if cleaned.cleanups > 0 {

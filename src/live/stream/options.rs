@@ -8,51 +8,51 @@ use didim_dynamics::sample::MAX_JOINTS;
 use super::StreamError;
 use super::message::{BATCH_SAMPLES, SampleBatch};
 
-/// Folder of the library's files in the runtime folder of a service.
+/// Subfolder of a service's runtime folder that contains the library's files.
 pub const FOLDER_NAME: &str = "ipc";
-/// Prefix of a service's names in /dev/shm.
+/// Prefix of a service's file names in /dev/shm.
 pub const SERVICE_PREFIX: &str = "didim_";
 /// Default time that a reader may be inactive before samples are lost \[s\].
 pub const DEFAULT_BUFFER_S: f64 = 20.0;
 /// Age at which a batch is sent even if it is not full.
 const MAX_BATCH_AGE: Duration = Duration::from_millis(50);
 
-/// Version of the sample services. Processes of different versions do not connect.
+/// Version of the sample services. Processes with different versions cannot connect.
 const SAMPLES_VERSION: &str = "v3";
-/// Version of the document services, estimates and status.
+/// Version of the document services (estimates and status).
 const DOCUMENTS_VERSION: &str = "v1";
 /// Name of the sample service.
 pub(super) const SAMPLES_SERVICE: &str = "samples";
-/// Name of the service through which a reader acknowledges its reads.
+/// Name of the service through which a reader acknowledges batches.
 pub(super) const ACKNOWLEDGEMENTS_SERVICE: &str = "acknowledgements";
-/// Maximum length of the root path. The library appends its own names, and a socket path has 108
-/// bytes. A path of 71 characters was seen to fail.
+/// Maximum length of the root path \[bytes\]. The library appends its own names to it, and a socket
+/// path has at most 108 bytes. A path of 71 characters failed in a test.
 const MAX_ROOT: usize = 40;
 /// Maximum length of the prefix of the files in /dev/shm.
 const MAX_PREFIX: usize = 24;
 /// Maximum length of a cell name.
 const MAX_CELL: usize = 48;
-/// Maximum size of the buffer: it is reserved for as long as the service runs \[bytes\].
+/// Maximum size of the buffer \[bytes\]. Its memory is reserved while the service runs.
 const MAX_BUFFER_BYTES: u64 = 1 << 30;
 /// Generous estimate of the library's management segments, in addition to the payload \[bytes\].
 pub(super) const MANAGEMENT_BYTES: u64 = 4 << 20;
 /// Generous estimate of header and alignment of one slot \[bytes\].
 const SLOT_OVERHEAD_BYTES: u64 = 128;
 
-/// Minimum capacity of a buffer. A replay stops at half of it. The frames already read from the log
-/// by then must fit into the other half.
+/// Minimum capacity of a buffer. A replay stops at half of it. The frames that were already read
+/// from the log must fit into the other half.
 const MIN_BUFFER_BATCHES: usize = 32;
 
 /// Maximum number of sample readers: the worker and an observer.
 pub const MAX_READERS: usize = 2;
 /// Maximum number of batches that one reader holds at a time.
 pub const MAX_BORROWED: usize = 2;
-/// Maximum number of batches that the writer holds at a time: the one being filled.
+/// Maximum number of batches that the writer holds at a time. It only holds the batch being filled.
 pub const MAX_LOANED: usize = 1;
 /// Time without a batch after which a reader searches for dead processes and cleans up after them.
 pub const DEAD_NODE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// Maximum length of a document \[bytes\]: an estimate of 100 parameters takes about 15 kB.
+/// Maximum length of a document \[bytes\]. An estimate of 100 parameters takes about 15 kB.
 pub const MAX_DOCUMENT_BYTES: usize = 64 * 1024;
 /// Maximum number of processes that read a document topic.
 pub(super) const MAX_DOCUMENT_READERS: usize = 4;
@@ -163,14 +163,14 @@ impl StreamOptions {
         Ok(())
     }
 
-    /// Returns the number of batches that each reader's buffer holds. `buffer_s` of samples fit
-    /// however they are split: batches per second ≤ rate / [`BATCH_SAMPLES`] (full) + 1 / age (sent
-    /// by age).
+    /// Returns the number of batches that each reader's buffer holds. Samples of `buffer_s` fit,
+    /// whether their batches are sent full or by age: batches per second ≤ rate / [`BATCH_SAMPLES`]
+    /// (full) + 1 / age (sent by age).
     pub fn buffer_batches(&self) -> usize {
         #[expect(clippy::cast_precision_loss, reason = "64")]
         let full = self.sample_rate_hz / BATCH_SAMPLES as f64;
         let aged = 1.0 / self.max_batch_age.as_secs_f64();
-        // There are never more batches than samples.
+        // The number of batches cannot exceed the number of samples.
         let batches = (self.buffer_s * (full + aged).min(self.sample_rate_hz)).ceil();
         #[expect(
             clippy::cast_possible_truncation,
@@ -181,7 +181,8 @@ impl StreamOptions {
     }
 
     /// Returns the shared memory of the samples \[bytes\]: readers × (buffer + borrowed) + loaned
-    /// slots. At 5 kHz and 20 s that is 1,963 batches and 73 MB, at 500 Hz 557 batches and 21 MB.
+    /// slots. A buffer of 20 s takes 1,963 batches and 73 MB at 5 kHz, or 557 batches and 21 MB at
+    /// 500 Hz.
     pub fn samples_bytes(&self) -> u64 {
         let slots = MAX_READERS * (self.buffer_batches() + MAX_BORROWED) + MAX_LOANED;
         let slot = size_of::<SampleBatch>() as u64 + SLOT_OVERHEAD_BYTES;

@@ -1,8 +1,8 @@
 //! Allocation of the pages of mapped shared memory before the first sample needs them.
 //!
-//! A tmpfs allocates pages at first touch, and kills a process with SIGBUS if no page is left. If
-//! all pages are requested at the start, the kernel returns an error instead. The bus thread then
-//! never waits for a page.
+//! A tmpfs allocates a page when it is first touched. If no page is available, the process is
+//! killed with SIGBUS. If all pages are requested at the start, the kernel returns an error
+//! instead, and the bus thread never waits for a page.
 #![allow(
     unsafe_code,
     reason = "madvise takes an address; no library offers it for a mapping of another"
@@ -19,21 +19,22 @@ use super::StreamError;
 /// Folder of the library's segments.
 pub const SHARED_MEMORY: &str = "/dev/shm";
 
-/// Number of times that the mappings are listed again if one of them no longer existed.
+/// Maximum number of times that the mappings are listed again because one of them no longer
+/// existed.
 const MAX_ATTEMPTS: usize = 20;
 
-/// Between two attempts.
+/// Pause between two attempts.
 const ATTEMPT_PAUSE: Duration = Duration::from_millis(5);
 
 /// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
-/// `prefix`, and returns their size \[bytes\]. A kernel before 5.14 does not support this: the
-/// function returns 0, and the pages are allocated at first touch.
+/// `prefix`, and returns their total size \[bytes\]. Kernels before 5.14 do not support this. The
+/// function then returns 0, and the pages are allocated when they are first touched.
 ///
-/// The kernel answers ENOMEM in two cases: an unmapped range, and pages that are not available. The
-/// first happens while another thread lets the library open a segment and close it again. The next
-/// such segment may be at the same address, so the list alone cannot distinguish the cases. A lack
-/// of memory persists, and an opened segment does not. Therefore the function tries
-/// [`MAX_ATTEMPTS`] times.
+/// The kernel returns ENOMEM in two cases: the range is not mapped, or pages are not available. The
+/// first case occurs while another thread lets the library open a segment and close it again. The
+/// next such segment may have the same address, so the list of mappings cannot distinguish the
+/// cases. A lack of memory persists, whereas a briefly opened segment disappears. The function
+/// therefore tries [`MAX_ATTEMPTS`] times.
 ///
 /// # Errors
 /// [`StreamError::Prefault`] if the pages are not available.
@@ -61,14 +62,14 @@ pub(super) fn populate_mappings(prefix: &str) -> Result<u64, StreamError> {
 
 fn populate_range((start, length): (usize, usize)) -> std::io::Result<()> {
     let address = core::ptr::with_exposed_provenance_mut(start);
-    // SAFETY: MADV_POPULATE_WRITE changes no byte of memory. It only makes the kernel back the
-    // range with pages as a write would. A range that is no longer mapped gives ENOMEM. Therefore
-    // no reference into these mappings, ours or the library's, is affected.
+    // SAFETY: MADV_POPULATE_WRITE changes no byte of memory. It only makes the kernel allocate the
+    // pages of the range, as a write would. A range that is no longer mapped gives ENOMEM. The call
+    // therefore affects no reference into these mappings, whether of this crate or of the library.
     unsafe { madvise(address, length, Advice::LinuxPopulateWrite) }.map_err(Into::into)
 }
 
-/// Returns start and length of every writable mapping of this process whose file begins with
-/// `prefix`.
+/// Returns the start and the length of every writable mapping of this process whose file begins
+/// with `prefix`.
 fn mappings(prefix: &str) -> Result<Vec<(usize, usize)>, StreamError> {
     let path = Path::new("/proc/self/maps");
     let maps = std::fs::read_to_string(path)
@@ -76,8 +77,9 @@ fn mappings(prefix: &str) -> Result<Vec<(usize, usize)>, StreamError> {
     Ok(maps.lines().filter_map(|line| mapping(line, prefix)).collect())
 }
 
-/// Parses start and length from a line of /proc/PID/maps, if it is a writable mapping of ours:
-/// `7f00a000-7f00b000 rw-s 00000000 00:1a 42  /dev/shm/prefix…`.
+/// Parses the start and the length from a line of /proc/PID/maps. `None` unless it is a writable
+/// mapping whose file begins with `prefix`. Example: `7f00a000-7f00b000 rw-s 00000000 00:1a 42
+/// /dev/shm/prefix…`.
 fn mapping(line: &str, prefix: &str) -> Option<(usize, usize)> {
     let mut fields = line.split_ascii_whitespace();
     let (start, end) = fields.next()?.split_once('-')?;

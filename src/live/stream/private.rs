@@ -11,28 +11,27 @@ use rustix::process::geteuid;
 
 use super::prefault::SHARED_MEMORY;
 
-/// Prefix of the names in /dev/shm of every such network. An individual part follows.
+/// Prefix of the names in /dev/shm of every such network. Each network appends its own part.
 pub const RUN_PREFIX: &str = "didim-run-";
-/// Suffix after a network's prefix: name of the file that its run keeps locked.
+/// Suffix of a file in /dev/shm, after the network's prefix. The run keeps this file locked.
 const LOCK_SUFFIX: &str = "lock";
-/// Prefix of the name of every run's folder.
+/// Prefix of the folder name of every run.
 const FOLDER_PREFIX: &str = "didim-";
-/// Number of attempts, and pause between them, to lock a file that another run may just be
-/// checking.
+/// Number of attempts to lock a file, which another run may hold while it searches for dead runs.
 const LOCK_ATTEMPTS: u32 = 100;
 const ATTEMPT_PAUSE: Duration = Duration::from_millis(10);
-/// Maximum length of a run's folder path that is read back \[bytes\].
+/// Maximum length of a run's folder path in the lock file \[bytes\].
 const MAX_PATH: u64 = 4096;
 
-/// Guard that removes the library's files of a network with its own prefix and root, in /dev/shm
-/// and in the run's folder, at its end. For a demonstration or a replay. A service keeps its
-/// prefix, and cleans up after itself at its next start.
+/// Guard that removes the library's files of a network when it is dropped. The network has its own
+/// prefix in /dev/shm and its own root in the run's folder. It is meant for a demonstration or a
+/// replay. A service keeps its prefix, and cleans up at its next start.
 ///
-/// A killed run leaves all its shared memory behind. The kernel releases its lock, and the next run
-/// of the same user removes the files. A lock distinguishes dead from live runs, unlike a process
-/// id: ids are reused, and containers that share /dev/shm have their own.
+/// A killed run does not remove its shared memory. The kernel releases its lock, and the next run
+/// of the same user removes the files. The lock reliably distinguishes dead runs from live ones.
+/// Process ids do not: they are reused, and containers that share /dev/shm have separate ids.
 ///
-/// Create it before the first node of the network, so that it is dropped after the last.
+/// Create the guard before the first node of the network, so that it is dropped after the last one.
 #[derive(Debug)]
 pub struct PrivateNetwork {
     folder: PathBuf,
@@ -41,9 +40,10 @@ pub struct PrivateNetwork {
 }
 
 impl PrivateNetwork {
-    /// Creates the guard for the network with this prefix, which is [`RUN_PREFIX`] and more. The
-    /// run has its files in `folder`. Nobody else may use either, and the prefix must not be the
-    /// beginning of another one: end it with a `_`. Removes the files of dead runs.
+    /// Creates the guard for the network with this prefix, which must begin with [`RUN_PREFIX`] and
+    /// have a further part. The files of the run are in `folder`. No other run may use the folder
+    /// or the prefix. The prefix must not be the beginning of another one, so end it with `_`. Also
+    /// removes the files of dead runs.
     ///
     /// # Errors
     /// The prefix is in use, or /dev/shm cannot be written.
@@ -73,8 +73,8 @@ fn open(path: &Path, create: bool) -> io::Result<File> {
     options.custom_flags(flags.unwrap_or(0)).open(path)
 }
 
-/// Creates and locks the file of a run. A search for dead runs may lock it for a moment, or may
-/// have removed it. A lock therefore counts only on the file that currently has the name.
+/// Creates and locks the file of a run. A search for dead runs may lock the file briefly, or may
+/// have removed it. The lock is therefore valid only if the locked file still has the name.
 fn lock_own(path: &Path) -> io::Result<File> {
     for _ in 0..LOCK_ATTEMPTS {
         let file = open(path, true)?;
@@ -97,8 +97,8 @@ fn has_name(file: &File, path: &Path) -> bool {
     matches!((opened, named), (Ok(opened), Ok(named)) if opened == named)
 }
 
-/// Removes the files of killed runs of the same user. The next call tries again to remove the
-/// remaining ones.
+/// Removes the files of killed runs of the same user. Files that cannot be removed are tried again
+/// at the next call.
 fn remove_dead() {
     for name in names() {
         let Some(prefix) = name.strip_suffix(LOCK_SUFFIX) else { continue };
@@ -116,7 +116,7 @@ fn remove_dead() {
     }
 }
 
-/// Removes the files of a network, the locked one last, and the folder of its run.
+/// Removes the files of a network and the folder of its run. The locked file is removed last.
 fn remove(folder: &Path, prefix: &str) {
     // Only the files of one run may be removed. An empty suffix would match the files of every
     // network.
@@ -134,7 +134,7 @@ fn remove(folder: &Path, prefix: &str) {
     let _ = fs::remove_file(path_of_lock(prefix));
 }
 
-/// Returns the names in /dev/shm that belong to such networks.
+/// Returns the names in /dev/shm that belong to networks of single runs.
 fn names() -> impl Iterator<Item = String> {
     let files = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
     let names = files.filter_map(|file| file.file_name().into_string().ok());

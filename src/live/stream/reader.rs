@@ -27,7 +27,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
         .max_publishers(1)
         .max_subscribers(options::MAX_READERS)
         // A late reader starts with the next batch. With a history, a restarted worker would
-        // identify the same window again.
+        // identify the same window twice.
         .history_size(0)
         .subscriber_max_buffer_size(node.options().buffer_batches())
         .subscriber_max_borrowed_samples(options::MAX_BORROWED)
@@ -37,7 +37,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
     Ok((name, service))
 }
 
-/// Opens the event service: one event follows each batch.
+/// Opens the event service, which sends an event after each batch.
 pub(super) fn notification_service(
     node: &StreamNode,
 ) -> Result<event::PortFactory<ipc::Service>, StreamError> {
@@ -71,7 +71,8 @@ pub(super) fn acknowledgement_service(
 }
 
 impl StreamNode {
-    /// Creates a reading end of the samples. It receives all samples sent from now on.
+    /// Creates a reading end of the samples. It receives the samples that are sent after its
+    /// creation.
     ///
     /// # Errors
     /// [`StreamError::Service`], [`StreamError::Port`].
@@ -82,7 +83,7 @@ impl StreamNode {
     }
 }
 
-/// A reading end.
+/// A reading end of the sample stream.
 #[derive(Debug)]
 pub struct SampleReader {
     subscriber: Subscriber<ipc::Service, SampleBatch, ()>,
@@ -98,14 +99,15 @@ pub struct SampleReader {
 #[derive(Debug)]
 pub struct Batch {
     sample: Sample<ipc::Service, SampleBatch, ()>,
-    /// Number of batches lost in the buffer since the previous one: the reader was too slow.
+    /// Number of batches lost in the buffer since the previous batch because the reader was too
+    /// slow.
     pub lost_batches: u64,
     /// True if the acquisition was restarted before this batch. Sequence numbers then restart.
     pub restarted: bool,
 }
 
 impl Batch {
-    /// The samples.
+    /// Returns the samples.
     pub fn samples(&self) -> &[StreamSample] {
         self.sample.payload().samples()
     }
@@ -120,7 +122,7 @@ impl Batch {
         self.sample.payload().sent_ns
     }
 
-    /// Returns its number in the session.
+    /// Returns the number of the batch in the session.
     pub fn number(&self) -> u64 {
         self.sample.payload().number
     }
@@ -138,7 +140,7 @@ impl SampleReader {
             .listener_builder()
             .create()
             .map_err(|cause| StreamError::port("listener", &name, cause))?;
-        // Created last, because a replay begins as soon as it sees a subscriber.
+        // The subscriber is created last, because a replay begins as soon as a subscriber exists.
         let subscriber = service
             .subscriber_builder()
             .buffer_size(node.options().buffer_batches())
@@ -154,9 +156,9 @@ impl SampleReader {
         })
     }
 
-    /// Sleeps until a batch is announced, at most `timeout`. If none is announced, it searches for
-    /// dead processes, at most once per [`options::DEAD_NODE_DEADLINE`]: nothing else informs a
-    /// reader of them.
+    /// Sleeps until a batch is announced, for at most `timeout`. If none is announced, searches for
+    /// dead processes, at most once per [`options::DEAD_NODE_DEADLINE`]. A reader has no other way
+    /// to notice them.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -209,7 +211,7 @@ impl SampleReader {
         Ok(Some(Batch { sample, lost_batches, restarted }))
     }
 
-    /// Acknowledges to a replay that everything received so far is processed.
+    /// Acknowledges to a replay that all received batches have been processed.
     ///
     /// # Errors
     /// [`StreamError::Transport`].

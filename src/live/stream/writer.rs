@@ -18,12 +18,12 @@ use super::node::StreamNode;
 use super::reader::{acknowledgement_service, notification_service, sample_service};
 use super::{StreamError, options};
 
-/// Pace of a stream: the side that waits for the other.
+/// Pace of a stream. It determines which side waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// The bus does not wait. A reader that is too slow loses samples.
     Live,
-    /// The log waits. Nothing is published beyond the reader's capacity.
+    /// The log waits. The writer publishes no more than the reader's buffer can hold.
     Replay,
 }
 
@@ -41,7 +41,7 @@ impl StreamNode {
     }
 }
 
-/// The writing end. Each sample is written once, into the slot that the reader will read.
+/// The writing end. Each sample is written once, directly into the slot that the reader reads.
 ///
 /// [`Self::write`] neither allocates nor locks, except for the first sample of a batch: the library
 /// counts the references to a loaned slot in a heap block of 48 bytes.
@@ -104,9 +104,9 @@ impl SampleWriter {
         })
     }
 
-    /// Appends a sample, and sends the batch when it is full. `queue_drops` is the source's count
-    /// at this sample, `now` is the time of the call, and `written_ns` is the writing time reported
-    /// to the reader \[ns, CLOCK_MONOTONIC\].
+    /// Appends a sample, and sends the batch when it is full. `queue_drops` is the number of
+    /// dropped frames at this sample, `now` is the time of the call, and `written_ns` is the
+    /// writing time for the reader \[ns, CLOCK_MONOTONIC\].
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -132,7 +132,8 @@ impl SampleWriter {
         if full { self.send() } else { Ok(()) }
     }
 
-    /// Returns the time until the batch being filled must be sent. `None` if there is none.
+    /// Returns the time until the batch being filled must be sent. `None` if no batch is being
+    /// filled.
     pub fn due_in(&self, now: Instant) -> Option<Duration> {
         self.filling_batch.as_ref()?;
         Some((self.filling_since + self.max_age).saturating_duration_since(now))
@@ -158,9 +159,9 @@ impl SampleWriter {
         self.send()
     }
 
-    /// Returns true if another batch can be sent without a loss at the reader. On a live bus it is
-    /// always true. In a replay a reader has to be connected and to have acknowledged all but half
-    /// a buffer.
+    /// Returns true if another batch can be sent without a loss at the reader. On a live bus, this
+    /// is always true. In a replay, a reader must be connected, and at most half a buffer of
+    /// batches may be unacknowledged.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -173,8 +174,8 @@ impl SampleWriter {
         }
     }
 
-    /// Returns true if the reader has acknowledged everything sent, including the end. On a live
-    /// bus a reader acknowledges only the end.
+    /// Returns true if the reader has acknowledged all batches, including the end mark. On a live
+    /// bus, a reader acknowledges only the end mark.
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -196,12 +197,12 @@ impl SampleWriter {
         Ok(self.batches_sent.saturating_sub(self.batches_acknowledged))
     }
 
-    /// Returns the number of readers that are connected or have died unnoticed.
+    /// Returns the number of connected readers, including dead ones that have not been noticed yet.
     pub fn readers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
     }
 
-    /// Batches sent.
+    /// Returns the number of batches sent.
     pub fn batches_sent(&self) -> u64 {
         self.batches_sent
     }
@@ -232,8 +233,8 @@ impl SampleWriter {
             return Ok(());
         };
         slot.payload_mut().sent_ns = monotonic_ns();
-        // An unreachable reader (just died, or its queue is broken) loses the batch itself. The
-        // batch number shows the loss, and the other readers have the batch.
+        // An unreachable reader (it has just died, or its queue is broken) misses this batch, and
+        // notices the gap in the batch numbers. The other readers receive the batch.
         slot.send().map_err(|cause| StreamError::transport("sending", "samples", cause))?;
         self.batches_sent += 1;
         // A listener with a full queue is already awake.

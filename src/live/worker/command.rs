@@ -13,11 +13,11 @@ use crate::window::Note;
 /// A command for the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Open one.
+    /// Opens a window.
     Begin,
-    /// Close it.
+    /// Closes the open window.
     End,
-    /// Closes the window at once, whatever opened it, and identifies it.
+    /// Closes the open window immediately and identifies it, whichever trigger opened it.
     Identify,
 }
 
@@ -36,17 +36,17 @@ pub struct Commands {
     requests: SyncSender<Request>,
     shared: SharedEstimation,
     archiver: Option<Archiver>,
-    /// Folder of the results.
+    /// Folder of the results. `None` if they are not stored.
     folder: Option<PathBuf>,
 }
 
 /// Error when submitting a command to the worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubmitError {
-    /// Too many commands wait, or the worker has ended. Try again later.
+    /// Too many commands are waiting, or the worker has ended. Try again later.
     #[error("the worker is busy: try again")]
     Unavailable,
-    /// The command does not match the state.
+    /// The command does not match the state of the windows.
     #[error(transparent)]
     Refused(#[from] CommandError),
 }
@@ -61,7 +61,7 @@ impl Commands {
         Self { requests, shared, archiver, folder }
     }
 
-    /// Returns the archiver, which takes captures. `None` if nothing is recorded.
+    /// Returns the archiver, which executes captures. `None` if nothing is recorded.
     pub fn archiver(&self) -> Option<&Archiver> {
         self.archiver.as_ref()
     }
@@ -71,14 +71,14 @@ impl Commands {
         self.folder.as_deref()
     }
 
-    /// Adds a note to the open window, or to the next one. An earlier note that no window has taken
-    /// is amended.
+    /// Adds a note to the open window, or else to the next one. The note amends an earlier note
+    /// that no window has taken yet.
     pub fn add_note(&self, note: Note) {
         let mut status = self.shared.update();
         status.note = Some(status.note.take().unwrap_or_default().amend(note));
     }
 
-    /// Submits a command and waits for the answer, at most `timeout`.
+    /// Submits a command and waits for the answer, for at most `timeout`.
     ///
     /// # Errors
     /// [`SubmitError`].
@@ -86,8 +86,8 @@ impl Commands {
         self.send_and_wait(WorkerRequest::Command(command), timeout)
     }
 
-    /// Submits another configuration and waits for the answer, at most `timeout`. It is valid from
-    /// the next window on. A window that is open or waits keeps its initial configuration.
+    /// Submits another configuration and waits for the answer, for at most `timeout`. It applies
+    /// from the next window on. A window that is open or queued keeps its configuration.
     ///
     /// # Errors
     /// [`SubmitError::Unavailable`].

@@ -1,4 +1,4 @@
-//! The configuration of a running worker that a reload may change.
+//! The part of a running worker's configuration that a reload may change.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,7 +10,7 @@ use crate::archive::drift::Baseline;
 use crate::archive::store::FoundLoad;
 use crate::window::Window;
 
-/// Reason why a window could not be identified. Its text is shown in the status.
+/// Reason why a window could not be identified. The status shows its text.
 pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 
 /// Outcome of a window.
@@ -25,16 +25,16 @@ pub struct IdentifiedWindow {
 /// Function that identifies from one window.
 pub type Identify = Box<dyn FnMut(&Window) -> Result<IdentifiedWindow, Refusal> + Send>;
 
-/// Function that finds the payload during a window, relative to that of a baseline.
+/// Function that identifies the payload during a window, relative to that of a baseline.
 pub type FindLoad = Arc<dyn Fn(&Baseline, &Window) -> Result<FoundLoad, Refusal> + Send + Sync>;
 
-/// Window and identification settings, valid between two changes at window boundaries.
+/// Settings of windows and identification. They change only between two windows.
 pub struct Configuration {
     /// Window settings. Their sample rate is that of the stream.
     pub windows: WindowPlan,
     /// Function that identifies a window.
     pub identify: Identify,
-    /// Function that finds the load in a window. With `None` no load is searched for.
+    /// Function that identifies the load in a window. `None` if loads are not identified.
     pub find_load: Option<FindLoad>,
     /// Hash of the configuration, for the results.
     pub sha256: String,
@@ -43,12 +43,13 @@ pub struct Configuration {
 }
 
 /// The identification function of a window, with the hash of its configuration. A window keeps the
-/// one of its beginning, even if it waits during a reload.
+/// function that was valid at its beginning, even if the configuration is reloaded while the window
+/// is queued.
 #[derive(Clone)]
 pub(super) struct Identifier(Arc<IdentifierState>);
 
 struct IdentifierState {
-    /// Only one thread identifies, so the lock is never contended.
+    /// Only one thread identifies windows, so it never waits for this lock.
     identify: Mutex<Identify>,
     find_load: Option<FindLoad>,
     sha256: String,
@@ -70,7 +71,7 @@ impl Identifier {
         }))
     }
 
-    /// Returns `None` if no load is searched for.
+    /// Identifies the load of a window. `None` if loads are not identified.
     pub(super) fn load(
         &self,
         baseline: &Baseline,

@@ -1,4 +1,4 @@
-//! The thread that identifies windows, and stores and publishes the results.
+//! The thread that identifies windows, and then stores and publishes the results.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,20 +18,20 @@ use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
 
-/// Interval at which a wait for the identification checks if it is over.
+/// Interval at which a thread that waits for the identification checks whether it has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
-/// Interval at which a computation checks if its window was abandoned.
+/// Interval at which the identification thread checks whether its window was abandoned.
 const REQUEST_POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Maximum time that a stop waits for results that are not stored yet.
+/// Maximum time that a stop waits for results to be stored.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Maximum time that an end waits for a thread with nothing to store: on a busy machine its ports
-/// take a while to close. The service as a whole may stop waiting earlier.
+/// Maximum time that the end waits for a thread with nothing to store. On a busy machine, closing
+/// the ports of the thread takes a while. The service as a whole may stop waiting earlier.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Maximum time until a late reader of the estimates gets the last one.
+/// Maximum time until a late reader of the estimates gets the last estimate.
 const WELCOME_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A window and its identifier.
@@ -65,7 +65,7 @@ impl Identification {
         let thread = std::thread::Builder::new()
             .name("identify".into())
             .spawn(move || {
-                // Ports stay on the thread that creates them.
+                // Ports must stay on the thread that creates them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
                 let unstored = UnstoredResults::default();
@@ -85,8 +85,8 @@ impl Identification {
         Ok(Self { queue, queue_capacity: places, shared: shared.clone(), thread })
     }
 
-    /// Queues a window. Returns false if `stop` was set while it waited for a place. The window is
-    /// then still pending, and [`Self::give_up`] rejects it.
+    /// Queues a window. Returns false if `stop` was set while the window waited for a place in the
+    /// queue. The window is then still pending, and [`Self::give_up`] rejects it.
     pub(super) fn submit(
         &self,
         window: Window,
@@ -116,20 +116,21 @@ impl Identification {
         }
     }
 
-    /// Returns true if there is a place for a window now: one is being identified, the others wait.
+    /// Returns true if the queue has a place for another window. The window being identified does
+    /// not count.
     pub(super) fn has_room(&self) -> bool {
         self.shared.pending_count() <= self.queue_capacity
     }
 
-    /// Returns true if the thread has ended. It ends by itself only after a failure.
+    /// Returns true if the thread has ended. Without a request, it ends only after a failure.
     pub(super) fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Waits until every queued window is identified. At a `stop` it abandons the remaining windows
-    /// and returns false.
+    /// Waits until every queued window is identified. If `stop` is set, abandons the remaining
+    /// windows and returns false.
     pub(super) fn finish(mut self, stop: &AtomicBool) -> Result<bool, WorkerError> {
-        // Without a sender the thread ends with the last window.
+        // The sender is dropped, so that the thread ends after the last window.
         self.queue = sync_channel(1).0;
         while !self.thread.is_finished() {
             if stop.load(Ordering::Relaxed) {
@@ -143,9 +144,10 @@ impl Identification {
         Ok(true)
     }
 
-    /// Rejects every window that waits or is being identified. It waits for results that are being
-    /// written or wait for the disk. Stored results are then counted as identified, and the others
-    /// as lost. It also waits for the thread, so that its ports are closed when the process ends.
+    /// Rejects every window that is queued or being identified. Waits for results that are being
+    /// written or wait for the disk. Results that are stored in time count as identified, and the
+    /// others as lost. Also waits for the thread, so that its ports are closed before the process
+    /// ends.
     pub(super) fn give_up(self) {
         self.shared.give_up();
         drop(self.queue);
@@ -213,7 +215,7 @@ impl IdentificationThread {
         }
     }
 
-    /// Checks if the baseline was set or cleared in the meantime.
+    /// Checks whether the baseline was set or cleared since the last check.
     fn poll_baseline(&mut self) {
         if let Some(results) = &mut self.results
             && results.poll_baseline()
@@ -222,7 +224,8 @@ impl IdentificationThread {
         }
     }
 
-    /// Identifies on a separate thread, which a stop leaves behind. This thread has ports to close.
+    /// Identifies a window on a separate thread. At a stop, that thread is not waited for. The
+    /// current thread must continue, because it has ports to close.
     fn identify(
         &self,
         window: &Arc<Window>,
@@ -243,7 +246,7 @@ impl IdentificationThread {
                 Ok(identified) => return identified.map_err(|why| refused(why.to_string())),
                 Err(RecvTimeoutError::Timeout) if self.shared.is_wanted(window.number) => {}
                 Err(RecvTimeoutError::Timeout) => return Err(Rejection::Stopped),
-                // The computation panicked. This thread panics too, and the worker ends with an
+                // The computation panicked. This thread panics as well, and the worker ends with an
                 // error.
                 Err(RecvTimeoutError::Disconnected) => match thread.join() {
                     Err(panic) => std::panic::resume_unwind(panic),
@@ -288,23 +291,23 @@ impl IdentificationThread {
         Ok(())
     }
 
-    /// Returns the payload of the arm. `None` without a baseline, or if the load is not
-    /// identifiable.
+    /// Returns the payload of the arm during a window. `None` without a baseline, or if the load is
+    /// not identifiable.
     fn payload(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
         let results = self.results.as_mut()?;
         if results.poll_baseline() {
             results.report(&mut self.shared.update());
         }
         let load = load_of_window(identifier, results.baseline()?, window)?;
-        // The status shows it as well.
+        // The status also shows this reason.
         load.inspect_err(|why| tracing::debug!("no load is identified: {why}")).ok()
     }
 
-    /// Stores and publishes the waiting results until the disk refuses.
+    /// Stores and publishes the waiting results until the disk refuses one.
     fn store_waiting(&mut self) {
         let mut why = None;
         while let Some(finished) = self.unstored.next_attempt(Instant::now()) {
-            // The result was counted as lost at a stop that did not wait longer.
+            // A stop did not wait for this result, and has counted it as lost.
             if !self.shared.is_wanted(finished.rejection.number) {
                 self.unstored.take_first();
                 continue;
@@ -342,15 +345,15 @@ impl IdentificationThread {
         status.results_wait_for = why;
     }
 
-    /// Publishes the oldest waiting result: it is stored, or is only published, or cannot be
-    /// serialised.
+    /// Publishes the oldest waiting result, and removes it from the queue. It has been stored, or
+    /// it is only published, or it cannot be serialised.
     fn publish(&mut self) {
         let Some(finished) = self.unstored.take_first() else { return };
         let json = match serde_json::to_vec(&finished.record.for_subscribers()) {
             Ok(json) => json,
             Err(why) => return finished.give_up(&self.shared, &why.to_string()),
         };
-        // The result is on disk. Subscribers may miss it.
+        // The result is stored. Subscribers may miss it.
         if let Err(cause) = self.estimates.publish(&json) {
             let window = finished.summary.window;
             tracing::warn!("the estimate of window {window} is not published: {cause}");
@@ -365,7 +368,8 @@ impl IdentificationThread {
         self.shared.settle(finished.rejection.number);
     }
 
-    /// Makes a last attempt at the end. Results that the disk refuses then are lost, and counted.
+    /// Tries once more to store the waiting results at the end. Results that the disk refuses are
+    /// counted as lost.
     fn finish(&mut self) {
         self.store_waiting();
         let why = self.shared.update().results_wait_for.take().unwrap_or_default();

@@ -12,11 +12,12 @@ pub enum LoadState {
     /// The arm has not moved enough yet, or the available data do not identify a load.
     #[default]
     Unknown,
-    /// Equal load.
+    /// The load is equal to that of the baseline.
     None,
-    /// More.
+    /// The load is heavier than that of the baseline.
     Load,
-    /// Less load: the baseline was identified with a load that was removed.
+    /// The load is lighter than that of the baseline, which was identified with a load that was
+    /// removed.
     Less,
 }
 
@@ -26,13 +27,13 @@ pub enum LoadState {
 pub struct LoadStatus {
     /// Presence of a load.
     pub state: LoadState,
-    /// Time at which this was found. `None` while it is unknown.
+    /// Time at which the state was found. `None` while the state is unknown.
     pub since: Option<Timestamp>,
-    /// Mass at that time, if it is identifiable \[kg\].
+    /// Mass found at that time \[kg\]. `None` if it is not identifiable.
     pub mass_kg: Option<UncertainValue>,
-    /// Previous mass, if the load has changed since the start \[kg\].
+    /// Previous mass, if the load has changed since the start of the service \[kg\].
     pub before_kg: Option<UncertainValue>,
-    /// Number of load changes since the start.
+    /// Number of load changes since the start of the service.
     pub changes: u64,
     /// Result of the last survey alone.
     pub last_look: Option<FoundLoad>,
@@ -44,7 +45,7 @@ pub struct LoadStatus {
 }
 
 impl LoadStatus {
-    /// Returns the known properties of the load, or the reason why it is unknown.
+    /// Returns the known properties of the load, or the reason why the load is unknown.
     pub fn lines(&self) -> Vec<String> {
         let mass = || mass_text(self.mass_kg);
         let description = match self.state {

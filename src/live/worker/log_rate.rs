@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 /// Minimum time between two log messages of a cause.
 const LOG_PERIOD: Duration = Duration::from_secs(60);
 
-/// Rate limiter. The first message of each cause is logged, then at most one a minute with the
-/// number of skipped ones.
+/// Rate limiter. The first message of each cause is logged. Further messages are logged at most
+/// once a minute, with the number of skipped ones.
 #[derive(Debug, Default)]
 pub(super) struct LogRate(BTreeMap<&'static str, LoggedCause>);
 
@@ -18,8 +18,8 @@ struct LoggedCause {
 }
 
 impl LogRate {
-    /// Decides if a message is logged now. Returns the number of messages skipped since the last
-    /// one, or `None`.
+    /// Decides whether a message is logged now. If so, returns the number of messages of this cause
+    /// that were skipped since the last one. Otherwise returns `None`.
     pub(super) fn should_log(&mut self, cause: &'static str, now: Instant) -> Option<u64> {
         let Some(entry) = self.0.get_mut(cause) else {
             self.0.insert(cause, LoggedCause { last_logged: now, suppressed: 0 });

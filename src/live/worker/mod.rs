@@ -1,9 +1,10 @@
 //! From samples to results, outside the bus thread: windows, their rejection and their
 //! identification.
 //!
-//! There are three threads. One follows the stream and cuts windows. One identifies them, so that a
-//! long identification never makes the stream overflow. One searches for a load in the last seconds
-//! of motion. The decisions depend on sequence numbers only, never on arrival times.
+//! The worker has three threads. One follows the stream and cuts it into windows. One identifies
+//! the windows, so that a long identification cannot make the stream overflow. One identifies the
+//! load in the last seconds of motion. The window boundaries depend on sequence numbers only, never
+//! on arrival times.
 
 mod command;
 mod configuration;

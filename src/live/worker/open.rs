@@ -24,13 +24,13 @@ pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
 pub(super) struct OpenWindow {
     number: u64,
     pub(super) samples: Vec<JointSample>,
-    /// Number of samples at rest since the last one in motion.
+    /// Number of samples at rest since the last sample in motion.
     pub(super) rest_samples: usize,
-    /// Length at which a command closes it.
+    /// Number of samples at which a command closes the window.
     pub(super) close_at: Option<usize>,
     /// True if a command closed the previous window in the middle of this motion.
     pub(super) is_remainder: bool,
-    /// Number of counted samples that load surveys have processed.
+    /// Number of counted samples that load surveys have used.
     surveyed_samples: usize,
 }
 
@@ -41,14 +41,14 @@ impl OpenWindow {
         Self { number, samples, rest_samples: 0, close_at: None, is_remainder, surveyed_samples: 0 }
     }
 
-    /// Returns the samples that would count if the window were closed here.
+    /// Returns the range of samples that would count if the window were closed now.
     pub(super) fn counted(&self, plan: &WindowPlan) -> Range<usize> {
         let before = plan.margin_before;
         let end = self.samples.len().saturating_sub(plan.margin_after);
         before..end.max(before)
     }
 
-    /// Returns the samples since the last load survey, as soon as they suffice for the next one.
+    /// Returns the samples since the last load survey, if they are sufficient for the next one.
     pub(super) fn next_look(&mut self, plan: &WindowPlan) -> Option<Window> {
         let (length, first) = (look_samples(plan.sample_rate_hz), self.surveyed_samples);
         let end = first + plan.margin_before + length + plan.margin_after;

@@ -1,4 +1,4 @@
-//! Window options of the cell file: the times of identification.
+//! Window options of the cell file. They set the times of identification.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -25,7 +25,7 @@ pub struct WindowOptions {
 }
 
 impl WindowOptions {
-    /// Returns options for windows by command only, with the default margins.
+    /// Returns options for windows that are opened by command only, with the default margins.
     pub fn by_command() -> Self {
         Self {
             trigger: Trigger::Command {},
@@ -86,14 +86,14 @@ fn default_difference_s() -> f64 {
     0.01
 }
 
-/// The options in samples of the uniform grid.
+/// The options, converted to samples of the uniform grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowPlan {
     /// The trigger.
     pub trigger: PlannedTrigger,
     /// Number of samples in the margin before the counted samples.
     pub margin_before: usize,
-    /// Number of samples in the margin after them.
+    /// Number of samples in the margin after the counted samples.
     pub margin_after: usize,
     /// Minimum number of counted samples.
     pub min: usize,
@@ -112,12 +112,13 @@ pub enum PlannedTrigger {
         travel_rad: f64,
         /// Number of samples between the compared positions.
         lag: usize,
-        /// Number of samples at rest that close the window. At least the margin after.
+        /// Number of samples at rest that close the window. It is at least the margin after the
+        /// counted samples.
         idle: usize,
     },
     /// See [`Trigger::Interval`].
     Interval {
-        /// Samples that count.
+        /// Number of counted samples.
         length: usize,
     },
     /// See [`Trigger::Command`].
@@ -128,7 +129,7 @@ pub enum PlannedTrigger {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("window option {key}: {problem}")]
 pub struct WindowOptionError {
-    /// The key.
+    /// Key of the option.
     pub key: &'static str,
     /// The problem, and the allowed values.
     pub problem: String,

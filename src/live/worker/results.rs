@@ -1,4 +1,4 @@
-//! Stored data of each result: its file, its history line, its configuration.
+//! Data stored with each result: its file, its history line and its configuration.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::archive::store::{
     Stored, Timestamp,
 };
 
-/// The results folder as seen by the identifying thread.
+/// The results folder, as the identifying thread uses it.
 #[derive(Debug)]
 pub(super) struct Results {
     store: Store,
@@ -22,7 +22,7 @@ pub(super) struct Results {
     /// Last lines of the history. A baseline may be set to one of them.
     recent_lines: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
-    /// Reason why the existing baseline cannot be read.
+    /// Reason why the existing baseline cannot be read. `None` if it was read or does not exist.
     baseline_error: Option<String>,
     tracker: Option<Tracker>,
 }
@@ -42,9 +42,9 @@ impl Results {
         })
     }
 
-    /// Checks if another process has set or cleared the baseline, and compares the lines in memory
-    /// with the new one. Returns true if so. An unreadable baseline is tried again at each check,
-    /// because the same file may become readable. It is logged once.
+    /// Checks whether another process has set or cleared the baseline. If so, compares the lines in
+    /// memory with the new one and returns true. An unreadable baseline is read again at each
+    /// check, because the same file may become readable, but is logged once.
     pub(super) fn poll_baseline(&mut self) -> bool {
         if self.baseline_error.is_some() {
             self.baseline.report_again();
@@ -92,20 +92,21 @@ impl Results {
         Some(self.tracker.as_ref()?.baseline())
     }
 
-    /// Writes the missing history lines. If this is refused, the status reports the reason, and it
-    /// is tried again.
+    /// Writes the pending history lines. If this fails, the status reports the reason, and the next
+    /// call tries again.
     pub(super) fn settle(&mut self) {
         let _ = self.store.settle();
     }
 
-    /// Writes to the status: the drift, obstacles to its judgement, and missing history lines.
+    /// Writes to the status: the drift, reasons that prevent its evaluation, and pending history
+    /// lines.
     pub(super) fn report(&self, status: &mut EstimationStatus) {
         status.drift = self.drift();
         status.baseline_unreadable.clone_from(&self.baseline_error);
         self.report_pending(status);
     }
 
-    /// Writes the missing history lines to the status.
+    /// Writes the number of pending history lines to the status, and the reason.
     pub(super) fn report_pending(&self, status: &mut EstimationStatus) {
         let (lines, why) = self.store.pending_count();
         status.history_lines_waiting = lines as u64;
@@ -119,11 +120,13 @@ impl Results {
 
     fn follow_line(&mut self, line: HistoryLine, drift: DriftOptions) {
         if drift != self.drift {
-            // The same baseline with other drift options from here on, for the lines in memory.
+            // The lines in memory are compared again with the same baseline and the new drift
+            // options.
             self.drift = drift;
             self.baseline.report_again();
         }
-        // Before the line is added: a baseline that is set after it has to find it in memory.
+        // The baseline is checked before the line is added. If the baseline is later set to this
+        // line, it must be in memory.
         self.poll_baseline();
         if let Some(tracker) = &mut self.tracker {
             for (parameter, event) in tracker.handle_line(&line) {
@@ -147,15 +150,15 @@ impl Results {
         baseline.compare_uncertainty(record.estimate.model_uncertainty.as_ref()?)
     }
 
-    /// Stores a result. Only this step may fail. Failures to store its related data are logged,
-    /// because the result itself is stored.
+    /// Stores a result. The function fails only if the result itself cannot be stored. Failures to
+    /// store the related data are only logged.
     pub(super) fn store_result(
         &mut self,
         record: &ResultRecord,
         auxiliary: &Attachments,
         options: &ResultOptions,
     ) -> Result<Stored, StoreError> {
-        // Written before the result that refers to it.
+        // The configuration is written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
         let attachments =
             Attachments { against: self.model_difference(record), ..auxiliary.clone() };

@@ -1,4 +1,4 @@
-//! The thread that follows the stream and cuts windows.
+//! The thread that follows the stream and cuts it into windows.
 
 use core::time::Duration;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +20,7 @@ use super::windower::{CommandError, Windower};
 use crate::live::recording::{Archiver, ArchiverThread};
 use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
-/// Longest sleep of the thread, and so the longest time until it sees a stop or a command.
+/// Longest sleep of the thread. It limits the time until the thread notices a stop or a command.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 /// Maximum number of waiting commands.
 const MAX_WAITING_COMMANDS: usize = 8;
@@ -28,13 +28,13 @@ const MAX_WAITING_COMMANDS: usize = 8;
 /// Reason for the end of the worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorkerEnd {
-    /// It was requested to stop.
+    /// A stop was requested.
     Stopped,
     /// The log was read to its end, and every window is processed.
     StreamEnded,
 }
 
-/// The worker, joined to the stream and ready to run on the thread that created it.
+/// The worker. It has joined the stream, and must run on the thread that created it.
 #[derive(Debug)]
 pub struct Worker {
     reader: SampleReader,
@@ -42,7 +42,7 @@ pub struct Worker {
     time_of_day: TimeOfDay,
     /// Identifier of the open window, or of the next one.
     identifier: Identifier,
-    /// Configuration that becomes valid once no window is open.
+    /// Configuration that applies once no window is open.
     next_configuration: Option<Box<Configuration>>,
     identification: Identification,
     load: Option<LoadWatch>,
@@ -100,8 +100,9 @@ impl Worker {
 
     /// Follows the stream until it ends or `stop` is set.
     ///
-    /// At the end of a stream every window is identified first. At a stop, open and queued windows
-    /// are rejected: an identification may take longer than a service manager waits.
+    /// At the end of a stream, every window is identified before the return. At a stop, open and
+    /// queued windows are rejected, because an identification may take longer than a service
+    /// manager waits.
     ///
     /// # Errors
     /// [`WorkerError`].
@@ -142,15 +143,15 @@ impl Worker {
         let event = self.windower.stop();
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
-        // The ports are closed first: a wait for the disk may be interrupted, and would leave them
-        // in shared memory.
+        // The ports are closed first. A wait for the disk may be interrupted by the end of the
+        // process, which would leave the ports in shared memory.
         drop(self.reader);
         self.identification.give_up();
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
-    /// Handles the end of the stream: closes the open window, and identifies the queued ones.
+    /// Handles the end of the stream. Closes the open window, and identifies the queued ones.
     fn end(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
         let event = self.windower.finish();
         self.handle(event, WhenBusy::Wait, stop)?;
@@ -200,8 +201,8 @@ impl Worker {
         self.identifier = Identifier::new(identify, find_load, sha256, results);
     }
 
-    /// Closes the open window and queues it. The requester gets the reason of a refusal. No window
-    /// is closed that would not be identified.
+    /// Closes the open window and queues it. If this is refused, the requester gets the reason. The
+    /// window is closed only if it will be identified.
     fn identify_now(&mut self, stop: &AtomicBool) -> Result<Answer, WorkerError> {
         if !self.identification.has_room() {
             return Ok(Err(CommandError::Busy));
@@ -223,7 +224,7 @@ impl Worker {
         if batch.restarted {
             let event = self.windower.handle_loss(Loss::Restarted);
             self.handle(event, when_busy, stop)?;
-            // Not reset earlier: the fault is at the last sample.
+            // The last sample is reset only now, because the recording of the fault is around it.
             self.last_sample = None;
         }
         if batch.lost_batches > 0 {
@@ -244,7 +245,7 @@ impl Worker {
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
-                    // If it costs a window, the fault is kept like any other loss.
+                    // If the loss rejects a window, the rejection already keeps the fault.
                     if event.is_none() {
                         self.keep_fault("queue-drops");
                     }
@@ -290,7 +291,7 @@ impl Worker {
         match event {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
-                // A recorded window contains its own start time.
+                // A recorded window has its own start time.
                 window.recording_start =
                     window.recording_start.or_else(|| self.time_of_day.start(&window));
                 window.note = self.shared.update().note.take();

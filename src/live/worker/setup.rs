@@ -1,4 +1,4 @@
-//! Start options of a worker, and its errors.
+//! Options for the start of a worker, and its errors.
 
 use std::path::PathBuf;
 
@@ -12,32 +12,33 @@ use crate::live::stream::{StreamError, StreamOptions};
 /// Handling of a window when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum WhenBusy {
-    /// Rejects the window: the bus does not wait.
+    /// Rejects the window, because the bus does not wait.
     Reject,
-    /// Waits, together with the log.
+    /// Waits for a place, because the log waits as well.
     Wait,
 }
 
 /// Options of the worker.
 #[derive(Clone, Debug)]
 pub struct WorkerOptions {
-    /// The stream.
+    /// Options of the stream.
     pub stream: StreamOptions,
-    /// Relation of its stamps to the time of day.
+    /// Relation between the stamps of the stream and the time of day.
     pub time_of_day: TimeOfDay,
-    /// The windows.
+    /// Options of the windows.
     pub windows: WindowPlan,
-    /// Number of windows that may wait while one is identified. Memory: (queue + 2) windows.
+    /// Number of windows that may wait while one is identified. The memory of (`queue` + 2) windows
+    /// is needed.
     pub queue: usize,
-    /// Folder of the results. With `None` they are only published.
+    /// Folder of the results. If `None`, results are published but not stored.
     pub folder: Option<PathBuf>,
     /// Number of results kept in the folder.
     pub max_results: usize,
     /// Hash of the configuration, for the results.
     pub configuration: String,
-    /// Window of a replayed recording. It is identified, and no other.
+    /// Window of a replayed recording. If set, only this window is identified.
     pub recorded: Option<RecordedWindow>,
-    /// Location of the recordings. With `None` nothing is kept.
+    /// Options of the archiver. If `None`, no recordings are kept.
     pub archiver: Option<ArchiverOptions>,
     /// Data stored with the results.
     pub results: ResultOptions,

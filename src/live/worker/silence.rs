@@ -1,10 +1,10 @@
-//! Detection of a silent live bus by the worker, which may run in another process than the bus
+//! Detection of a silent live bus in the worker, which may be in another process than the bus
 //! thread.
 
 use crate::live::limits::LiveLimits;
 use std::time::Instant;
 
-/// Detector that reports each silence once.
+/// Detector of silences. It reports each silence once.
 #[derive(Debug, Default)]
 pub(super) struct SilenceWatch {
     /// Arrival time of the last sample.
@@ -14,12 +14,12 @@ pub(super) struct SilenceWatch {
 }
 
 impl SilenceWatch {
-    /// Samples came.
+    /// Records the arrival of samples.
     pub(super) fn handle_samples(&mut self, now: Instant) {
         (self.last_arrival, self.is_silent) = (Some(now), false);
     }
 
-    /// Returns true if a silence has begun that was not reported yet.
+    /// Returns true if a silence has begun that has not been reported yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
         let silent =
             |last: Instant| now.saturating_duration_since(last) >= LiveLimits::DEFAULT.silent_after;

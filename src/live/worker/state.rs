@@ -22,12 +22,12 @@ use crate::window::{DriveReadings, Note, Window};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum WindowState {
-    /// None is open.
+    /// No window is open.
     #[default]
     Idle,
-    /// One is open.
+    /// A window is open.
     Open {
-        /// Samples in it.
+        /// Number of samples in the window.
         samples: usize,
     },
 }
@@ -41,7 +41,7 @@ pub struct EstimateSummary {
     pub first_sequence: u64,
     /// Sequence number of the window's last sample.
     pub last_sequence: u64,
-    /// Method.
+    /// Name of the method.
     pub method: String,
     /// Parameters with their standard deviations, in the model's order.
     pub parameters: Vec<ParameterValue>,
@@ -49,14 +49,14 @@ pub struct EstimateSummary {
     pub relative_error: Option<f64>,
     /// Condition number. `None` if it is not finite.
     pub condition_number: Option<f64>,
-    /// True if it may be used for every use that the cell requests.
+    /// True if the estimate is usable for every use that the cell requires.
     pub applicable: bool,
-    /// Reasons against its use.
+    /// Reasons why the estimate is not usable.
     pub reasons: Vec<String>,
-    /// Reasons against its use for monitoring.
+    /// Reasons why the estimate is not usable for monitoring.
     #[serde(default)]
     pub monitoring_reasons: Vec<String>,
-    /// Payload during its window. `None` if it is not identifiable.
+    /// Payload during the window. `None` if it is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
     /// Additional drive readings during the counted samples.
@@ -90,26 +90,27 @@ impl EstimateSummary {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EstimationStatus {
-    /// Batches received.
+    /// Number of batches received.
     pub batches: u64,
-    /// Samples received.
+    /// Number of samples received.
     pub samples: u64,
-    /// Number of samples missing by their sequence numbers, for any cause.
+    /// Number of missing samples, counted by gaps in the sequence numbers. The cause does not
+    /// matter.
     pub samples_missing: u64,
     /// Number of batches overwritten in the buffer because the worker was too slow.
     pub batches_lost: u64,
     /// Number of acquisition restarts while the worker was running.
     pub restarts: u64,
-    /// Time without a sample \[s\]. It is reported if the acquisition is another process and is not
-    /// known to rest.
+    /// Time without a sample \[s\]. It is reported only if the acquisition is in another process
+    /// and does not report disabled drives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_samples_s: Option<u64>,
-    /// Time that samples were in the buffer until the worker took them, since the start. `None`
-    /// before the first. For samples whose frames were read together, it begins when the frames had
-    /// been read. A sample waits for its batch, of 64 samples or 50 ms.
+    /// Latency from the writing of a sample to the buffer until the worker took it, since the
+    /// start. `None` before the first sample. If frames were read together, it begins after that
+    /// read. A sample waits until its batch is sent, after 64 samples or 50 ms.
     pub buffer_to_worker: Option<LatencySummary>,
-    /// The same from the sending of their batch: the time to wake the worker. It is longer if the
-    /// worker is busy.
+    /// Latency from the sending of a batch until the worker took it. It is the time to wake the
+    /// worker, and longer if the worker is busy.
     pub batch_to_worker: Option<LatencySummary>,
     /// Hash of the configuration of the open window, or of the next one.
     pub configuration: String,
@@ -117,23 +118,23 @@ pub struct EstimationStatus {
     pub configuration_waits: bool,
     /// The current window.
     pub window: WindowState,
-    /// Windows opened.
+    /// Number of windows opened.
     pub windows_opened: u64,
-    /// Number of identified windows, whatever the verdict.
+    /// Number of identified windows, independent of the verdict.
     pub windows_identified: u64,
     /// Number of rejected windows, by cause.
     pub windows_rejected: BTreeMap<String, u64>,
-    /// Number of results that are not on disk yet and are tried again.
+    /// Number of results that are not stored yet. Storing them is tried again.
     pub results_waiting: u64,
-    /// Reason why they are not.
+    /// Reason why the results could not be stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub results_wait_for: Option<String>,
-    /// Number of missing history lines of stored results. They are tried again.
+    /// Number of pending history lines of stored results. Appending them is tried again.
     pub history_lines_waiting: u64,
-    /// Why it does.
+    /// Reason why the history lines could not be appended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_waits_for: Option<String>,
-    /// Number of windows waiting for the identification or in it.
+    /// Number of windows that are queued or being identified.
     pub windows_pending: u64,
     /// The first rejection.
     pub first_rejection: Option<RejectedWindow>,
@@ -143,14 +144,14 @@ pub struct EstimationStatus {
     pub last_estimate: Option<EstimateSummary>,
     /// Kept recordings of results, faults and captures. `None` if nothing is recorded.
     pub kept_recordings: Option<ArchiveStatus>,
-    /// Note of the open window or the next one.
+    /// Note for the open window or the next one.
     pub note: Option<Note>,
     /// Differences between the last estimate and the baseline. `None` without a baseline.
     pub drift: Option<DriftStatus>,
-    /// Payload beyond that of the baseline. `None` if no results are kept.
+    /// Payload relative to that of the baseline. `None` if no results are stored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load: Option<LoadStatus>,
-    /// Reason why an existing baseline cannot be read. Nothing is compared then.
+    /// Reason why an existing baseline cannot be read. Results are not compared then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline_unreadable: Option<String>,
 }
@@ -162,7 +163,7 @@ pub struct SharedEstimation(Arc<Shared>);
 #[derive(Debug, Default)]
 struct Shared {
     status: Mutex<EstimationStatus>,
-    /// Windows that are closed and not counted yet.
+    /// Closed windows that are not counted as identified or rejected yet.
     pending: Mutex<Vec<PendingWindow>>,
     log_rate: Mutex<LogRate>,
     iterations: AtomicU64,
@@ -173,23 +174,23 @@ struct Shared {
 
 #[derive(Debug)]
 struct PendingWindow {
-    /// The rejection counted at a stop.
+    /// Rejection that is counted if a stop abandons the window.
     given_up: RejectedWindow,
     stage: WindowStage,
 }
 
-/// Progress of a window.
+/// Stage of a pending window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum WindowStage {
-    /// It waits or is being identified, and can be abandoned.
+    /// The window is queued or being identified, and can be abandoned.
     Wanted,
-    /// Its result is being stored.
+    /// The result of the window is being stored.
     Claimed,
-    /// Its result waits for the disk, and the next window can be identified.
+    /// The result of the window waits for the disk. The next window can be identified.
     Unstored,
 }
 
-/// Locks a mutex. A thread that panicked leaves valid counts behind.
+/// Locks a mutex. A poisoned lock is used as well, because a panicked thread leaves valid counts.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -205,13 +206,13 @@ impl SharedEstimation {
         status
     }
 
-    /// Returns the iterations of the worker's loop. They continue while it is healthy, with or
-    /// without samples.
+    /// Returns the iterations of the worker's loop. The number grows while the worker is healthy,
+    /// with or without samples.
     pub fn iterations(&self) -> u64 {
         self.0.iterations.load(Ordering::Relaxed)
     }
 
-    /// Returns [`EstimationStatus::samples`] without a copy of the rest.
+    /// Returns [`EstimationStatus::samples`] without copying the other counts.
     pub fn samples(&self) -> u64 {
         self.update().samples
     }
@@ -242,18 +243,19 @@ impl SharedEstimation {
         lock(&self.0.pending).push(PendingWindow { given_up, stage: WindowStage::Wanted });
     }
 
-    /// Returns true if a window is not counted yet.
+    /// Returns true if a window is still pending, so that its result is needed.
     pub(super) fn is_wanted(&self, number: u64) -> bool {
         lock(&self.0.pending).iter().any(|pending| pending.given_up.number == number)
     }
 
-    /// Claims a window before its result is stored. Returns false if the window was abandoned in
-    /// the meantime.
+    /// Marks a window before its result is stored, so that it can no longer be abandoned. Returns
+    /// false if it was abandoned before.
     pub(super) fn claim_window(&self, number: u64) -> bool {
         self.reach_stage(number, WindowStage::Claimed)
     }
 
-    /// Marks that the result of a window waits for the disk, unless the window is already counted.
+    /// Marks that the result of a window waits for the disk, unless the window has been counted
+    /// already.
     pub(super) fn put_aside(&self, number: u64) {
         self.reach_stage(number, WindowStage::Unstored);
     }
@@ -264,7 +266,8 @@ impl SharedEstimation {
         entry.map(|pending| pending.stage = stage).is_some()
     }
 
-    /// Passes the note of an unidentified window to the next window, unless a newer note exists.
+    /// Passes the note of a window that was not identified to the next window, unless a newer note
+    /// exists.
     pub(super) fn return_note(&self, note: Option<Note>) {
         let mut status = self.update();
         let Some(note) = note else { return };

@@ -1,4 +1,4 @@
-//! The time of day of sample stamps.
+//! The time of day of the sample stamps.
 
 use didim_drivers::socket::clock_pair;
 use didim_formats::RecordingStart;
@@ -8,9 +8,10 @@ use crate::window::Window;
 /// Offset from sample stamps to nanoseconds after 1970-01-01T00:00:00Z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeOfDay {
-    /// Difference between this machine's clocks. The stamps are of the clock that nobody sets.
+    /// Current difference between the clocks of this machine. The stamps are from the monotonic
+    /// clock, which nobody sets.
     ThisMachine,
-    /// Offset stated by a log; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
+    /// Offset from the log; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
     Log {
         /// Offset to add \[ns\].
         since_1970_ns: i64,

@@ -1,4 +1,4 @@
-//! Results that are not on disk yet. Each waits for its turn, and none waits forever.
+//! Results that are not stored yet. Each is tried in its turn, and their number is limited.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -9,10 +9,9 @@ use super::window::{RejectedWindow, Rejection};
 use crate::archive::store::{Attachments, ResultRecord};
 use crate::live::recording::RecordedWindow;
 
-/// Maximum number of results that wait for a refusing disk. Each takes some 200 kB, mostly for its
-/// report.
+/// Maximum number of results that wait for the disk. Each takes some 200 kB, mostly for its report.
 const MAX_WAITING_RESULTS: usize = 32;
-/// Interval at which they are tried again.
+/// Interval between two attempts to store the results.
 const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 
 /// A result with all data to be stored and published.
@@ -23,7 +22,7 @@ pub(super) struct FinishedResult {
     pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
-    /// The rejection that is counted if it is not stored at all.
+    /// Rejection that is counted if the result cannot be stored at all.
     pub(super) rejection: RejectedWindow,
 }
 
@@ -46,7 +45,7 @@ pub(super) struct UnstoredResults {
 }
 
 impl UnstoredResults {
-    /// Adds a result. Returns the oldest if there are too many.
+    /// Adds a result. If there are too many, removes and returns the oldest.
     pub(super) fn add(&mut self, finished: FinishedResult) -> Option<FinishedResult> {
         self.waiting.push_back(finished);
         if self.waiting.len() > MAX_WAITING_RESULTS { self.waiting.pop_front() } else { None }
@@ -64,7 +63,7 @@ impl UnstoredResults {
         self.waiting.front()
     }
 
-    /// Removes the oldest result, which is stored or abandoned.
+    /// Removes and returns the oldest result, which was stored or is abandoned.
     pub(super) fn take_first(&mut self) -> Option<FinishedResult> {
         self.waiting.pop_front()
     }

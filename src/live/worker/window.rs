@@ -14,22 +14,22 @@ pub enum Loss {
     SampleGap {
         /// Last sequence number before the gap.
         after: u64,
-        /// Samples missing.
+        /// Number of missing samples.
         missing: u64,
     },
     /// A sequence number that is not later than the previous one.
     OutOfOrder {
-        /// The one before.
+        /// Sequence number of the previous sample.
         after: u64,
         /// Received sequence number.
         sequence: u64,
     },
-    /// Frames dropped before they were read. It is unknown which ones.
+    /// Frames were dropped before they were read, and it is unknown which ones.
     QueueDrops {
         /// Number of frames.
         frames: u64,
     },
-    /// Batches overwritten in the buffer because this worker was too slow.
+    /// Batches were overwritten in the buffer because the worker was too slow.
     StreamOverflow {
         /// Number of batches.
         batches: u64,
@@ -57,37 +57,37 @@ pub enum Rejection {
     Loss(Loss),
     /// The window has too few counted samples.
     TooShort {
-        /// Samples that count.
+        /// Number of counted samples.
         counted: usize,
         /// Required number of counted samples.
         minimum: usize,
     },
-    /// Remainder of a motion whose window was identified by a command before the motion ended. It
-    /// has too few counted samples.
+    /// The window is the remainder of a motion after a command identified the first part of the
+    /// motion. It has too few counted samples.
     Remainder {
-        /// Samples that count.
+        /// Number of counted samples.
         counted: usize,
         /// Required number of counted samples.
         minimum: usize,
     },
     /// The identification is still busy with previous windows.
     Busy,
-    /// The service was stopped before it was identified.
+    /// The service was stopped before the window was identified.
     Stopped,
-    /// The identification refused it.
+    /// The identification refused the window.
     Refused {
-        /// As text.
+        /// Reason of the refusal.
         why: String,
     },
     /// The result could not be stored.
     NotStored {
-        /// As text.
+        /// Reason of the failure.
         why: String,
     },
 }
 
 impl Rejection {
-    /// Returns the name under which it is counted.
+    /// Returns the name under which the rejection is counted.
     pub fn cause(&self) -> &'static str {
         match self {
             Self::Loss(Loss::SampleGap { .. }) => "sample-gap",
@@ -142,11 +142,11 @@ impl fmt::Display for Rejection {
 pub struct RejectedWindow {
     /// [`Window::number`].
     pub number: u64,
-    /// Sequence number of its first sample.
+    /// Sequence number of the window's first sample.
     pub first_sequence: u64,
-    /// Sequence number of its last sample.
+    /// Sequence number of the window's last sample.
     pub last_sequence: u64,
-    /// The reason.
+    /// Reason of the rejection.
     pub rejection: Rejection,
 }
 
@@ -162,11 +162,11 @@ impl RejectedWindow {
     }
 }
 
-/// The outcome of a sample.
+/// Event that results from a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WindowEvent {
-    /// A window to identify from.
+    /// A window was closed and can be identified.
     Closed(Window),
-    /// A rejected window.
+    /// A window was rejected.
     Rejected(RejectedWindow),
 }

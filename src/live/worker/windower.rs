@@ -1,7 +1,8 @@
-//! Conversion of samples into windows: a pure state machine over the uniform grid of sequence
+//! Conversion of samples into windows. It is a pure state machine over the uniform grid of sequence
 //! numbers.
 //!
-//! It uses neither clock nor stamps: a replayed log gives the same windows at any pace.
+//! It uses neither a clock nor the stamps. A replayed log therefore gives the same windows at any
+//! pace.
 
 use std::collections::VecDeque;
 
@@ -17,7 +18,7 @@ use crate::window::{Window, WindowEnd};
 #[derive(Debug)]
 pub struct Windower {
     plan: WindowPlan,
-    /// Previous samples, from which a new window takes its margin.
+    /// Previous samples, which become the margin of a new window.
     recent_samples: VecDeque<JointSample>,
     recent_limit: usize,
     open_window: Option<OpenWindow>,
@@ -39,21 +40,22 @@ pub enum CommandError {
     /// The windows of this cell are opened by motion or by interval, not by command.
     #[error("the cell file does not open windows by command")]
     NotByCommand,
-    /// `begin` although a window is open.
+    /// The command was `begin`, but a window is open.
     #[error("a window is open already")]
     AlreadyOpen,
-    /// `end` or `identify` although no window is open.
+    /// The command was `end` or `identify`, but no window is open.
     #[error("no window is open")]
     NotOpen,
-    /// `identify` with too few counted samples. The window stays open.
+    /// The command was `identify`, but the window has too few counted samples. The window stays
+    /// open.
     #[error("too little of the open window counts: {counted} samples, {minimum} are needed")]
     TooShort {
-        /// Samples that count.
+        /// Number of counted samples.
         counted: usize,
         /// Required number of counted samples.
         minimum: usize,
     },
-    /// The command `identify` came while earlier windows wait. The window stays open.
+    /// The command was `identify`, but earlier windows are queued. The window stays open.
     #[error("the identification is busy with earlier windows")]
     Busy,
 }
@@ -76,10 +78,10 @@ impl Windower {
         }
     }
 
-    /// Changes the window plan. It must be called while no window is open. Previous samples remain
-    /// available as the margin of the next window.
+    /// Changes the window plan. Must be called only while no window is open. The previous samples
+    /// remain available as the margin of the next window.
     pub(super) fn change_plan(&mut self, plan: WindowPlan) {
-        // `begin` is a command, and the new plan may have no commands.
+        // A waiting `begin` is dropped if the new plan has no windows by command.
         self.begins_at_next_sample &= plan.trigger == PlannedTrigger::Command;
         self.recent_limit = recent_limit(&plan);
         let surplus = self.recent_samples.len().saturating_sub(self.recent_limit);
@@ -87,8 +89,8 @@ impl Windower {
         self.plan = plan;
     }
 
-    /// Creates a windower for the recording of one window. It makes only that window, whatever the
-    /// trigger. The margins are those of the plan.
+    /// Creates a windower for the recording of one window. It makes only that window, independent
+    /// of the trigger. The margins are those of the plan.
     pub fn of_recorded(plan: WindowPlan, window: RecordedWindow) -> Self {
         Self { recorded: Some(window), ..Self::new(plan) }
     }
@@ -113,13 +115,13 @@ impl Windower {
         self.closed_by_command = false;
         let closed = self.append(sample, moving);
         self.keep_recent(sample);
-        // A window takes more than one sample. A window that has just been opened after another is
-        // therefore not closed by the same sample.
+        // A window needs more than one sample, so a window that this sample opens is not closed by
+        // the same sample. At most one event occurs.
         rejected.or(parted).or(closed)
     }
 
-    /// Ends the open window before a change of a drive's mode, because a window does not span such
-    /// a change. Earlier samples cannot be the margin of the next window.
+    /// Closes the open window if a drive changes its mode, because a window must not contain such a
+    /// change. Samples before the change cannot become the margin of the next window.
     fn handle_modes(&mut self, readings: &Readings) -> Option<WindowEvent> {
         let changed = readings.changes_mode(&self.drive_modes);
         self.drive_modes.update(readings);
@@ -130,8 +132,8 @@ impl Windower {
         Some(self.open_window.take()?.close(&self.plan, WindowEnd::ModeChange))
     }
 
-    /// Processes the next sample of a recording. Its window is opened and closed at the same
-    /// samples as before.
+    /// Processes the next sample of a recording. The recorded window is opened and closed at the
+    /// same samples as in the original run.
     fn handle_recorded(
         &mut self,
         window: &RecordedWindow,
@@ -159,8 +161,8 @@ impl Windower {
         Some(event)
     }
 
-    /// Handles a loss before the next sample. An open window becomes useless, and earlier samples
-    /// cannot be the margin of the next window.
+    /// Handles a loss before the next sample. An open window is rejected, and earlier samples
+    /// cannot become the margin of the next window.
     pub fn handle_loss(&mut self, loss: Loss) -> Option<WindowEvent> {
         self.recent_samples.clear();
         self.last_sequence = None;
@@ -168,9 +170,9 @@ impl Windower {
         Some(window_open.reject(Rejection::Loss(loss)))
     }
 
-    /// Opens a window at the next sample.
+    /// Requests that the next sample opens a window.
     ///
-    /// # Errors
+    /// [`CommandError`] if windows are not opened by command, or if a window is open.
     /// [`CommandError`] if windows are not opened by command, or one is open.
     pub fn handle_begin(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
@@ -183,9 +185,9 @@ impl Windower {
         Ok(())
     }
 
-    /// Closes the window once it has its margin.
+    /// Requests that the open window is closed once it has its margin.
     ///
-    /// # Errors
+    /// [`CommandError`] if windows are not opened by command, or if no window is open.
     /// [`CommandError`] if windows are not opened by command, or none is open.
     pub fn handle_end(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
@@ -203,16 +205,16 @@ impl Windower {
         }
     }
 
-    /// Handles the end of samples: a window that was to be closed gets its margin from its own
-    /// samples.
+    /// Handles a silence of the bus. If a command has requested the end of the window, closes it
+    /// with its last samples as the margin.
     pub fn handle_silence(&mut self) -> Option<WindowEvent> {
         let window_open = self.open_window.take_if(|open| open.close_at.is_some())?;
         Some(window_open.close(&self.plan, WindowEnd::Command))
     }
 
-    /// Closes the open window here. Its last samples are its margin.
+    /// Closes the open window at the last sample. Its last samples become its margin.
     ///
-    /// # Errors
+    /// [`CommandError`] if no window is open, or if it has too few counted samples and stays open.
     /// [`CommandError`] if none is open, or if it has too few counted samples. Then it stays open.
     pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
         let window_open = self.open_window.take().ok_or(CommandError::NotOpen)?;
@@ -241,7 +243,7 @@ impl Windower {
         Some(window_open.reject(Rejection::Stopped))
     }
 
-    /// Returns the last seconds of the open window as soon as a load survey is possible.
+    /// Returns the last seconds of the open window if they are sufficient for a load survey.
     pub(super) fn next_look(&mut self) -> Option<Window> {
         self.open_window.as_mut()?.next_look(&self.plan)
     }
@@ -304,7 +306,7 @@ impl Windower {
             return None;
         };
         if end == WindowEnd::Rest {
-            // Only the margin is kept of the samples at rest.
+            // Only the margin of the samples at rest is kept.
             window_open
                 .samples
                 .truncate(length - window_open.rest_samples + self.plan.margin_after);
@@ -321,9 +323,9 @@ impl Windower {
     }
 }
 
-/// Returns the number of earlier samples that a new window may take.
+/// Returns the number of previous samples that a new window may take.
 fn recent_limit(plan: &WindowPlan) -> usize {
-    // A motion is detected up to one lag after it began.
+    // A motion is detected up to one lag after its beginning.
     let lag = match plan.trigger {
         PlannedTrigger::Motion { lag, .. } => lag,
         PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,

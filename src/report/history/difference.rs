@@ -1,4 +1,4 @@
-//! Two results side by side.
+//! Comparison of two results.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ pub enum DifferenceError {
     /// No result has this number. `didim history` lists the results.
     #[error("result {0} is not in the history; `didim history` lists those that there are")]
     Unknown(u64),
-    /// They have nothing to compare.
+    /// The two results are not comparable.
     #[error("nothing to compare: {0}")]
     NotComparable(#[from] NotComparable),
 }
@@ -21,9 +21,9 @@ pub enum DifferenceError {
 /// Changes from one result to another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// Their numbers.
+    /// Numbers of the two results.
     pub results: [u64; 2],
-    /// Caveats that do not forbid comparing them.
+    /// Differences between the results that do not prevent a comparison.
     pub caveats: Vec<String>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterDifference>,
@@ -32,20 +32,21 @@ pub struct Difference {
     pub torques: Vec<JointDifference>,
 }
 
-/// Change of one parameter. Values that are not numbers are null in JSON.
+/// Change of one parameter. Values that are not finite are null in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterDifference {
     /// Its name.
     pub parameter: String,
     /// Value and standard deviation in both results.
     pub values: [ParameterValue; 2],
-    /// Δ, in the unit of the values.
+    /// Difference Δ, in the unit of the values.
     pub difference: f64,
-    /// Δ / σ_Δ.
+    /// Difference in standard deviations, Δ / σ_Δ.
     pub deviation_sigma: f64,
-    /// θ/θ₀ − 1.
+    /// Relative change θ/θ₀ − 1.
     pub relative_change: f64,
-    /// |Δ| relative to half of the band around the first value; more than 1 is outside.
+    /// |Δ| relative to half of the band around the first value. A value above 1 is outside the
+    /// band.
     pub band_share: f64,
 }
 
@@ -64,7 +65,8 @@ impl Difference {
         match check_comparable(first, second) {
             Err(why @ (NotComparable::NotGood { .. } | NotComparable::OtherPayload { .. })) => {
                 caveats.push(why.to_string());
-                // With these values changed, the later checks run too.
+                // The later result counts as usable and without a note, so that the other checks
+                // run as well.
                 let usable = HistoryLine { monitoring: Some(true), note: None, ..second.clone() };
                 check_comparable(first, &usable)?;
             }
@@ -94,7 +96,7 @@ impl Difference {
         })
     }
 
-    /// Formats a table for people.
+    /// Formats the comparison as a table for people.
     pub fn table(&self) -> String {
         let rows: Vec<Vec<String>> = (self.parameters.iter())
             .map(|row| {
@@ -154,7 +156,8 @@ fn torques_table(of: &[JointDifference]) -> String {
     )
 }
 
-/// Formats a difference with its sign. A difference of exactly zero has no digits to show.
+/// Formats a difference with its sign. A difference of exactly zero is formatted without digits of
+/// its uncertainty.
 fn signed_difference(difference: f64, sigma: f64) -> String {
     if difference == 0.0 || !sigma.is_finite() {
         return significant_digits(difference, 3);

@@ -1,4 +1,4 @@
-//! The history for scripts.
+//! The history as JSON, for scripts.
 
 use serde::Serialize;
 
@@ -6,15 +6,16 @@ use super::Difference;
 use crate::archive::drift::{AlarmStatus, Baseline, JudgedHistory, Trend};
 use crate::archive::store::HistoryLine;
 
-/// One object with all data.
+/// The JSON object with all data of a history.
 #[derive(Clone, Debug, Serialize)]
 pub struct HistoryDocument<'a> {
     /// Version of its layout. It changes when a key changes its meaning or is removed.
     pub schema: u32,
-    /// Number of skipped lines of the file: torn, not from this program, or of a later version.
+    /// Number of skipped lines of the file: incomplete lines, lines of other programs, and lines of
+    /// a later version.
     pub passed_over: usize,
-    /// Number of results that were stored while the clock was not set. They are no part of the
-    /// trends.
+    /// Number of results that were stored while the clock was not set. The trends do not include
+    /// them.
     pub undated: usize,
     /// The baseline.
     pub baseline: Option<&'a Baseline>,
@@ -24,23 +25,23 @@ pub struct HistoryDocument<'a> {
     pub alarms: Vec<AlarmStatus>,
     /// The trends of the parameters, in SI units over days since the baseline.
     pub trends: Vec<TrendDocument>,
-    /// Two results side by side, if requested.
+    /// Comparison of two results, if requested.
     pub difference: Option<Difference>,
 }
 
 /// A result and its comparison with the baseline.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResultDocument<'a> {
-    /// Its line in the history.
+    /// History line of the result.
     #[serde(flatten)]
     pub line: &'a HistoryLine,
-    /// True if it was compared with the baseline.
+    /// True if the result was compared with the baseline.
     pub compared: bool,
-    /// Reason why it was not compared.
+    /// Reason why the result was not compared.
     pub why_not: Option<String>,
-    /// The parameters outside their bands.
+    /// Parameters outside their bands.
     pub outside: Vec<String>,
-    /// Parameters whose alarms were raised after it.
+    /// Parameters whose alarms were raised after this result.
     pub alarmed: &'a [String],
 }
 
@@ -49,20 +50,21 @@ pub struct ResultDocument<'a> {
 pub struct TrendDocument {
     /// The parameter.
     pub parameter: String,
-    /// Its unit, which is that of the slope times a day; empty if no line has one.
+    /// Unit of the parameter. The slope is in this unit per day. Empty if no history line contains
+    /// the unit.
     pub unit: String,
-    /// Number of days with results, each one point.
+    /// Number of days with results. Each day is one point of the trend.
     pub points: usize,
     /// Slope per day.
     pub slope_per_day: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the slope.
     pub slope_sd: f64,
-    /// Ratio of the days' scatter to their standard deviations, at least 1.
+    /// Ratio of the scatter of the days to their standard deviations, but at least 1.
     pub scatter: f64,
 }
 
 impl<'a> HistoryDocument<'a> {
-    /// Creates the document of all results and these parameters.
+    /// Creates the document of all results, with the trends of these parameters.
     pub fn new(
         history: &'a JudgedHistory,
         passed_over: usize,

@@ -1,4 +1,4 @@
-//! The history for databases: a row for each parameter of each result.
+//! The history as a long table for databases, with one row per parameter of each result.
 
 use didim_formats::{LongColumn, LongValues};
 use didim_identification::identification::Use;
@@ -11,9 +11,9 @@ pub fn identities(history: &JudgedHistory) -> Vec<String> {
     history.entries.iter().map(|entry| entry.line.identity()).collect()
 }
 
-/// Returns the columns of these parameters, oldest result first. Values are in the unit of their
-/// row. A value that a result does not have is missing. The time of a result stored while the clock
-/// was not set is missing too.
+/// Returns the columns of the table for these parameters, oldest result first. Values are in the
+/// unit of their row. A value that a result does not contain is missing, and so is the time of a
+/// result that was stored while the clock was not set.
 pub fn long_table<'a>(
     history: &'a JudgedHistory,
     identities: &'a [String],

@@ -1,4 +1,4 @@
-//! The history for people and for scripts: results over time, compared with their baseline.
+//! The history for people and for scripts: results over time, compared with the baseline.
 
 mod difference;
 mod json;
@@ -16,7 +16,7 @@ use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::{align_table, significant_digits};
 use crate::window::Note;
 
-/// Returns the text of a result's last column.
+/// Returns the text for the last column of a result.
 pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     if history.is_baseline(&entry.line) {
         return "baseline".to_owned();
@@ -41,8 +41,8 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     }
 }
 
-/// Formats the results as a table, each followed by its note. If a line is too short for all
-/// columns, it leaves out method and error.
+/// Formats the results as a table, each followed by its note. If the width is too small for all
+/// columns, omits method and error.
 pub fn table(history: &JudgedHistory, columns: usize) -> String {
     let table = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
     let fits = table.lines().all(|line| line.chars().count() <= columns);
@@ -84,8 +84,8 @@ fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
 
 /// Adds the notes to a table.
 fn add_notes(history: &JudgedHistory, table: String) -> String {
-    // Notes are words, so they are left-aligned in the last column. The load found and the motor
-    // temperatures follow them.
+    // A note is text, so it is left-aligned in the last column. The identified load and the motor
+    // temperatures follow it.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
         let note = entry.line.note.as_ref().map(Note::line);
@@ -104,7 +104,7 @@ fn add_notes(history: &JudgedHistory, table: String) -> String {
     lines.map(|(line, note)| format!("{line}  {note}").trim_end().to_owned() + "\n").collect()
 }
 
-/// Summarises the baseline, with a sentence per raised alarm.
+/// Summarises the baseline, with one sentence per raised alarm.
 pub fn summary(history: &JudgedHistory) -> String {
     let undated = history.undated_text().map_or(String::new(), |text| text + "\n");
     let Some(tracker) = &history.tracker else {

@@ -4,15 +4,15 @@ use super::super::terminal::{DOT_BITS, DOT_COLUMNS, DOT_ROWS};
 use crate::archive::drift::JudgedHistory;
 use crate::text::significant_digits;
 
-/// Width of an axis label with the axis itself, in characters.
+/// Width of an axis label including the axis, in characters.
 const LABEL_WIDTH: usize = 12;
 /// Number of lines of a plot.
 const PLOT_ROWS: usize = 8;
-/// Number of standard deviations to either side of a value.
+/// Number of standard deviations drawn to either side of a value.
 const BAND_DEVIATIONS: f64 = 2.0;
 
 /// Plots values with two standard deviations to either side, and the band of the baseline as dotted
-/// lines. `None` for a parameter that no usable result has. `columns` is the width in characters,
+/// lines. `None` if no usable result contains the parameter. `columns` is the width in characters,
 /// including the labels.
 pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<String> {
     let points = history.parameter_points(parameter);
@@ -26,7 +26,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     let (low, high) = ends
         .chain(band.into_iter().flatten())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    // A single value also gets a scale.
+    // The margin also gives a scale to a single value.
     let margin = 0.05 * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
     let (low, high) = (low - margin, high + margin);
     let mut canvas = Canvas::new(columns.saturating_sub(LABEL_WIDTH).max(2), PLOT_ROWS);
@@ -46,7 +46,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
             canvas.dot(x(days), row);
             row += 1.0;
         }
-        // A cross marks the value if the interval is no longer than a dot.
+        // If the interval is no longer than a dot, a cross marks the value.
         canvas.dot(x(days) - 1.0, y(value));
         canvas.dot(x(days) + 1.0, y(value));
     }
@@ -92,7 +92,7 @@ impl Canvas {
         Self { columns, cells: vec![vec![0; columns]; rows] }
     }
 
-    /// Sets a dot; dots outside are ignored.
+    /// Sets a dot. Dots outside the canvas are ignored.
     fn dot(&mut self, x: f64, y: f64) {
         let (x, y) = (x.round(), y.round());
         if !(x >= 0.0 && y >= 0.0) {

@@ -13,19 +13,19 @@ use crate::text::significant_digits;
 
 /// Width and height of a bar in a table.
 const BAR_SIZE: (f64, f64) = (132.0, 14.0);
-/// Decade of the longest bar: a relative standard deviation of 100 %.
+/// Decimal exponent of the longest bar: a relative standard deviation of 100 %.
 const LAST_DECADE: i32 = 0;
-/// Length of the shortest and of the longest scale of bars, in decades.
+/// Shortest and longest scale of the bars, in decades.
 const DECADE_RANGE: (i32, i32) = (2, 6);
 /// Two-sided 95 % limit of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
-/// Creates a drawing of the size of a panel, with its content in words.
+/// Creates a drawing with the size of a panel. `label` describes its content in words.
 pub fn panel(label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     panel_of_height(PANEL_HEIGHT, label, draw)
 }
 
-/// Does the same with the height of the drawing.
+/// Creates a drawing like [`panel`], with the given height.
 pub fn panel_of_height(height: f64, label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     let mut svg = String::new();
     draw(&mut svg);
@@ -42,7 +42,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Returns the shortest scale that covers all values, within limits.
+    /// Returns the shortest scale that covers all values, within [`DECADE_RANGE`].
     pub(super) fn covering_scale(values: impl Iterator<Item = f64>) -> Self {
         let smallest = values.filter(|value| *value > 0.0).fold(1.0, f64::min).log10().floor();
         let (fewest, most) = DECADE_RANGE;
@@ -56,18 +56,18 @@ impl Scale {
         (self.first_decade..=LAST_DECADE).map(move |k| (k, self.x_position(10_f64.powi(k))))
     }
 
-    /// Returns the position of a value. A value that is not a number is at zero, and the bar ends
-    /// at the end of the scale.
+    /// Returns the horizontal position of a value. A NaN is at zero, and a value beyond the scale
+    /// is at its end.
     fn x_position(self, share: f64) -> f64 {
         let (first, last) = (f64::from(self.first_decade), f64::from(LAST_DECADE));
         let place = (share.log10() - first) / (last - first) * BAR_SIZE.0;
         if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR_SIZE.0) }
     }
 
-    /// Draws the numbers of the scale.
+    /// Draws the labels of the scale.
     pub(super) fn labels(self) -> Markup {
         let mut svg = String::new();
-        // A long scale has space for every other number only.
+        // A long scale has space only for every second label.
         let every = if LAST_DECADE - self.first_decade > 3 { 2 } else { 1 };
         for (decade, x) in self.decade_labels().filter(|(k, _)| (LAST_DECADE - k) % every == 0) {
             let percent = 100.0 * 10_f64.powi(decade);
@@ -81,7 +81,7 @@ impl Scale {
         bar(&svg)
     }
 
-    /// Draws a relative standard deviation; a mark shows the classical one.
+    /// Draws a relative standard deviation as a bar. A mark shows the classical standard deviation.
     pub(super) fn bar(self, corrected: f64, classical: f64) -> Markup {
         let mut svg = String::new();
         for (_, x) in self.decade_labels() {
@@ -103,8 +103,8 @@ impl Scale {
     }
 }
 
-/// Returns half of a scale for delays \[s\]: a round number above every delay with two standard
-/// deviations.
+/// Returns half of the range of a scale for delays \[s\]. It is a round number above every delay
+/// with two standard deviations.
 pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> f64 {
     let largest = delays
         .map(|delay| delay.delay_s.abs() + 2.0 * delay.standard_deviation_s)
@@ -115,7 +115,7 @@ pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> 
     round.unwrap_or(10.0 * power)
 }
 
-/// Draws the numbers of that scale.
+/// Draws the labels of the delay scale.
 pub(super) fn delay_labels(reach: f64) -> Markup {
     let reach = significant_digits(1e6 * reach, 1);
     let svg = format!(
@@ -128,8 +128,8 @@ pub(super) fn delay_labels(reach: f64) -> Markup {
     bar(&svg)
 }
 
-/// Draws a torque delay with two standard deviations to either side; `reach` \[s\] is half the
-/// scale.
+/// Draws a torque delay with two standard deviations to either side. `reach` is half of the scale's
+/// range \[s\].
 pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
     let place = |seconds: f64| ((seconds / reach + 1.0) / 2.0 * BAR_SIZE.0).clamp(0.0, BAR_SIZE.0);
     let (middle, spread) = (delay.delay_s, 2.0 * delay.standard_deviation_s);
@@ -151,8 +151,8 @@ pub(super) fn delay(delay: TorqueDelay, reach: f64) -> Markup {
     bar(&svg)
 }
 
-/// Creates an inline drawing. It is hidden from screen readers, because the numbers next to it say
-/// the same.
+/// Creates an inline drawing. It is hidden from screen readers, because the numbers next to it
+/// contain the same information.
 fn bar(svg: &str) -> Markup {
     let (width, height) = BAR_SIZE;
     let view = format!("0 0 {width} {height}");
@@ -163,8 +163,8 @@ fn bar(svg: &str) -> Markup {
     }
 }
 
-/// Draws autocorrelations from lag 1 as stems over the 95 % band of white noise, between `low` and
-/// `high`.
+/// Draws autocorrelations from lag 1 as stems over the 95 % band of white noise. The axis reaches
+/// from `low` to `high`.
 pub fn draw_autocorrelation(
     svg: &mut String,
     title: &str,
@@ -199,7 +199,7 @@ pub fn draw_autocorrelation(
     for (lag, _, noise) in &lag_count {
         let top = y(noise.mean + NORMAL_95 * noise.deviation);
         let bottom = y(noise.mean - NORMAL_95 * noise.deviation);
-        // Slightly wider, so that there is no gap between neighbours.
+        // The rectangle is slightly wider, so that there is no gap to its neighbour.
         let _ = write!(
             svg,
             r#"<rect class="band" x="{:.1}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,

@@ -1,4 +1,4 @@
-//! Standard deviations predicted for a designed motion, and those achieved.
+//! Predicted standard deviations of a designed motion, and the achieved ones.
 
 use maud::{Markup, html};
 
@@ -10,7 +10,8 @@ pub(super) fn section(expected: &[ExpectedParameter]) -> Markup {
     if expected.is_empty() {
         return html! {};
     }
-    // The summary comes first: on a phone, the end of the table is beyond the edge.
+    // The summary comes first, because on a phone the last columns of the table are outside the
+    // screen.
     let content = html! {
         p { "In all, " (expectation_summary(expected)) "." }
         div.scroll { table {

@@ -1,4 +1,4 @@
-//! The friction laws, and those that the data chose.
+//! The friction laws, and the laws that were chosen from the data.
 
 use didim_dynamics::robot::JointFriction;
 use maud::{Markup, html};
@@ -6,8 +6,8 @@ use maud::{Markup, html};
 use super::Report;
 use crate::report::friction::{effect_sentence, gains_text};
 
-/// Lists the laws of each joint. If the data chose laws, also lists the changes and the gain of
-/// each.
+/// Lists the laws of each joint. If laws were chosen from the data, also lists the changes and the
+/// gain of each.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let laws = law_list(report);
     let Some(chosen) = &report.identification.estimate.friction else {
@@ -41,7 +41,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     super::section("Friction laws", explanation, &content)
 }
 
-/// Lists the law for the sign and the further terms of each joint.
+/// Lists the sign law of friction and the further friction terms of each joint.
 fn law_list(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let has_sign = report.cell.robot.friction().coulomb;

@@ -1,4 +1,4 @@
-//! The report of a history: parameters outside their bands, every result, every parameter over
+//! The report of a history: parameters outside their bands, every result, and every parameter over
 //! time.
 
 mod spark;
@@ -21,9 +21,9 @@ use crate::text::escape;
 
 const OWN_STYLE: &str = include_str!("history.css");
 
-/// Number of standard deviations to either side of a value.
+/// Number of standard deviations drawn to either side of a value.
 const BAND_DEVIATIONS: f64 = 2.0;
-/// Shorter histories show the time of day on their axis \[d\].
+/// Duration of a history below which its axis shows the time of day \[d\].
 const DAYS_WITH_TIME: f64 = 3.0;
 
 /// Input of a history report.
@@ -36,8 +36,8 @@ pub struct HistoryReport<'a> {
 }
 
 impl HistoryReport<'_> {
-    /// Returns the report as HTML. It contains no date of its creation: the same history gives the
-    /// same bytes.
+    /// Returns the report as HTML. It does not contain the date of its creation, so that the same
+    /// history gives the same bytes.
     pub fn to_html(&self) -> String {
         let robots = self.history.entries.iter().rev().map(|entry| entry.line.robot.as_str());
         let robot = robots.clone().next().unwrap_or("no robot");
@@ -109,7 +109,8 @@ impl HistoryReport<'_> {
         self.history.tracker.as_ref()?.last_change(name)
     }
 
-    /// Returns the parameters: raised alarms first, then those that use most of their bands.
+    /// Returns the parameters. Those with raised alarms come first, then those with the largest
+    /// share of their bands.
     fn by_band(&self) -> Vec<&str> {
         let alarms = || self.history.tracker.iter().flat_map(|tracker| tracker.alarms());
         let mut names: Vec<(bool, f64, &str)> = (self.parameters.iter())
@@ -194,7 +195,8 @@ impl HistoryReport<'_> {
                 PLOT_LEFT + wide
             );
         }
-        // A date before the shown period has no place here; the parameter's sentence gives it.
+        // A date before the shown period cannot be drawn. The sentence about the parameter contains
+        // it.
         let since =
             since.map(|since| since.days_after(start)).filter(|at| (first..=last).contains(at));
         if let Some(at) = since.map(x) {
@@ -212,7 +214,8 @@ impl HistoryReport<'_> {
         {
             let offset = baseline.days_after(start);
             let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
-            // If an earlier trend is longer, only the part in the shown period is drawn.
+            // If the trend began earlier than the shown period, only its part in this period is
+            // drawn.
             let (from, to) = (span.0.max(first - offset), span.1.min(last - offset));
             if from > to {
                 return;
@@ -266,7 +269,8 @@ impl HistoryReport<'_> {
     }
 }
 
-/// Where the values of a chart lie in its panel. Times are in days since the first result.
+/// Conversion of times and values to positions in the panel of a chart. Times are in days since the
+/// first result.
 struct Scale {
     first: f64,
     last: f64,
@@ -278,7 +282,7 @@ impl Scale {
     const PLOT_WIDTH: f64 = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     const PLOT_HEIGHT: f64 = PANEL_HEIGHT - PLOT_TOP - PLOT_BOTTOM;
 
-    /// The margin keeps points at the edge complete.
+    /// Returns the horizontal position of a time. A margin keeps points at the edge visible.
     fn x_pixel(&self, at: f64) -> f64 {
         let days = (self.last - self.first).max(1e-6);
         PLOT_LEFT + 6.0 + (at - self.first) / days * (Self::PLOT_WIDTH - 12.0)
@@ -322,12 +326,12 @@ fn draw_ticks(svg: &mut String, scale: &Scale, start: Timestamp) {
     }
 }
 
-/// Half the length of a result's spread; none without a finite standard deviation.
+/// Returns half of the length of a result's error bar. It is 0 without a finite standard deviation.
 fn spread_length(sigma: f64) -> f64 {
     if sigma.is_finite() { BAND_DEVIATIONS * sigma } else { 0.0 }
 }
 
-/// Draws each result with its spread, those outside the band marked.
+/// Draws each result with its error bar. Results outside the band are marked.
 fn draw_points(
     svg: &mut String,
     scale: &Scale,

@@ -1,11 +1,12 @@
-//! Information on each parameter, by moves.
+//! Information on each parameter, by motions or time slices of the recording.
 
 use didim_identification::identification::Information;
 use maud::{Markup, html};
 
 use super::{Report, number_text, section as framed};
 
-/// Creates a table of parameters against moves, shaded by share and readable without the shades.
+/// Creates a table of parameters and motions or time slices. The cells are shaded by the share of
+/// the information, and also contain it as a number.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let Information { moves_s, between_rests, shares } = &report.identification.fit.information;
     if moves_s.is_empty() {
@@ -40,7 +41,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     framed("Information on each parameter by moves", &explanation, &content)
 }
 
-/// Formats a share in per cent on a shade of that strength.
+/// Formats a share as a percentage, in a cell with a shade of this strength.
 fn share_cell(share: f64) -> Markup {
     if !share.is_finite() {
         return html! { td.number { "–" } };

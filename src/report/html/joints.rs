@@ -1,4 +1,4 @@
-//! The residuals, joint by joint.
+//! The torques and residuals of each joint.
 
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::identification::Estimate;
@@ -83,7 +83,7 @@ fn legend_mark(class: &str) -> Markup {
     } }
 }
 
-/// Shows how much the residuals resemble white noise.
+/// Shows how similar the residuals are to white noise.
 pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let (estimate, fit) = (&report.identification.estimate, &report.identification.fit);
     let autocorrelations: Vec<Vec<f64>> = (fit.equation_residuals.iter())
@@ -153,7 +153,7 @@ fn weight_function_name(loss: RobustLoss) -> String {
     }
 }
 
-/// Shows the delays of the torques relative to their configured timing.
+/// Shows the delays of the torques relative to their configured times.
 pub(super) fn delay_section(estimate: &Estimate, robot: &Robot) -> Markup {
     let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
     let content = html! {

@@ -1,9 +1,9 @@
-//! A report: one self-contained HTML file, for people who judge a result.
+//! A report of a result: one self-contained HTML file for the people who judge the result.
 //!
-//! It needs no network, no script and no font of its own. It follows the reader's light or dark
-//! setting, prints, and is readable on a phone. It contains no run time and no date of its
-//! creation: the same input gives the same bytes. The builder escapes all text from files, without
-//! exception.
+//! The file needs no network, no script and no own font. It follows the reader's light or dark
+//! setting, can be printed, and is readable on a phone. It contains neither the run time nor the
+//! date of its creation, so that the same input gives the same bytes. The HTML builder escapes all
+//! text from files, without exception.
 
 pub mod chart;
 mod expectation;
@@ -42,17 +42,17 @@ pub struct Report<'a> {
     pub cell: &'a Cell,
     /// The result.
     pub identification: &'a Identification,
-    /// Source of its samples.
+    /// Source of the samples.
     pub origin: &'a Origin,
-    /// Predictions for its motion; empty if no design was named.
+    /// Predictions for the motion. Empty if no designed motion was named.
     pub expectation: &'a [ExpectedParameter],
-    /// Missing information and the motions that provide it, in words
-    /// ([`missing_text`](super::missing_text)); empty if it was not requested.
+    /// Insufficient parameters and the motions that improve them, as text
+    /// ([`missing_text`](super::missing_text)). Empty if this was not requested.
     pub advice: &'a str,
 }
 
 impl<'a> Report<'a> {
-    /// Creates a report of a result alone, without predictions for its motion and without advice.
+    /// Creates a report of a result alone, without predictions and without advice.
     pub fn new(cell: &'a Cell, identification: &'a Identification, origin: &'a Origin) -> Self {
         Self { cell, identification, origin, expectation: &[], advice: "" }
     }
@@ -89,7 +89,7 @@ impl<'a> Report<'a> {
         document(&title, "", &content)
     }
 
-    /// Returns the kind of the rows, in words: DIDIM may work without decimation.
+    /// Returns the kind of the rows as text, because DIDIM may work without decimation.
     fn matrix(&self) -> &'static str {
         let estimate = &self.identification.estimate;
         let didim = estimate.method == Method::Didim.name();

@@ -1,4 +1,4 @@
-//! The motion of a result's identification.
+//! The motion from which a result was identified.
 
 use didim_dynamics::robot::JointIndex;
 use maud::{Markup, html};

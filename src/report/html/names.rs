@@ -1,4 +1,4 @@
-//! Meanings of the parameter names that occur.
+//! Meanings of the parameter names that occur in a report.
 
 use didim_dynamics::robot::ParameterKind;
 use maud::{Markup, html};
@@ -38,7 +38,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     super::section("Names of parameters", explanation, &content)
 }
 
-/// Removes the markup of the manual.
+/// Removes the markup that the manual uses.
 fn without_markup(text: &str) -> String {
     text.replace('`', "")
 }

@@ -8,7 +8,7 @@ use super::{Report, number_text, percent_text};
 /// Number of nuisance parameters to show.
 const MAX_SHOWN: usize = 10;
 
-/// Lists the largest torques first.
+/// Lists the nuisance parameters, those with the largest torques first.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let nuisance_parameters = report.identification.estimate.nuisance_parameters.iter();
     let shown: Vec<&NuisanceEstimate> = nuisance_parameters.take(MAX_SHOWN).collect();
@@ -49,7 +49,7 @@ fn difference_text(found: Quantity) -> String {
     format!("{} ± {}", quantity_text(value, ""), quantity_text(sd, found.unit))
 }
 
-/// Formats `0.0012 deg`; a ratio has no unit.
+/// Formats a value with its unit, such as `0.0012 deg`. A ratio has no unit.
 fn quantity_text(value: f64, unit: &str) -> String {
     let number = number_text(value, 2);
     if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }

@@ -7,7 +7,7 @@ use crate::text::significant_digits;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Creates a complete file; `own_style` follows the common style.
+/// Creates a complete file. `own_style` is added after the common style.
 pub fn document(title: &str, own_style: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -35,14 +35,14 @@ pub fn section(heading: &str, explanation: &str, content: &Markup) -> Markup {
     }
 }
 
-/// Returns the anchor of a section in its page: `torque-measured-and-predicted`.
+/// Returns the anchor of a section in its page, such as `torque-measured-and-predicted`.
 fn anchor(heading: &str) -> String {
     let words = heading.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("-").to_lowercase()
 }
 
-/// Creates a list of the sections from the sections themselves, so it lists the existing ones. Text
-/// from files cannot look like a section: it is escaped.
+/// Creates a list of contents from the sections of a page. Text from files is escaped, so it cannot
+/// look like a section.
 pub fn contents_list(sections: &Markup) -> Markup {
     let headings = sections.0.split("<section id=\"").skip(1).filter_map(|section| {
         let (id, rest) = section.split_once('"')?;
@@ -58,8 +58,8 @@ pub fn contents_list(sections: &Markup) -> Markup {
     }
 }
 
-/// Formats a number with the given significant digits and a real minus sign; a dash if it is not a
-/// number.
+/// Formats a number with the given significant digits and a typographic minus sign. NaN becomes a
+/// dash.
 pub fn number_text(value: f64, digits: usize) -> String {
     if value.is_finite() {
         with_real_minus(&significant_digits(value, digits))
@@ -77,12 +77,12 @@ pub fn percent_text(share: f64, digits: usize) -> String {
     }
 }
 
-/// Formats a probability; below one in ten thousand its size is meaningless.
+/// Formats a probability. Below one in ten thousand, its exact value is meaningless and not shown.
 pub fn probability(p: f64) -> String {
     if p < 1e-4 { "< 0.0001".to_owned() } else { number_text(p, 2) }
 }
 
-/// Replaces minus signs by real ones, and exponents by powers of ten.
+/// Replaces hyphens as minus signs by typographic minus signs, and exponents by powers of ten.
 pub fn with_real_minus(text: &str) -> String {
     let text = text.replace('-', "−");
     let Some((mantissa, exponent)) = text.split_once('e') else { return text };
@@ -95,7 +95,7 @@ pub fn with_real_minus(text: &str) -> String {
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// Adds a capital letter and a full stop.
+/// Turns text into a sentence, with a capital letter and a full stop.
 pub fn to_sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);

@@ -97,8 +97,7 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
     }
 }
 
-/// Formats the difference of a value to the nominal one, relative to the nominal one and with its
-/// sign.
+/// Formats the signed difference of a value from the nominal one, relative to the nominal one.
 fn difference_text(value: f64, nominal: f64) -> String {
     let share = (value - nominal) / nominal.abs();
     let sign = if share > 0.0 { "+" } else { "" };
@@ -121,7 +120,7 @@ fn parameters_of_joint<'a>(
     described_parameters.collect()
 }
 
-/// Returns the nominal value of a base parameter from the robot's file. `None` if the file lists
+/// Returns the nominal value of a base parameter from the robot file. `None` if the file contains
 /// none of its components.
 fn nominal_value(cell: &Cell, name: &str) -> Option<f64> {
     let nominal = cell.robot.nominal()?;

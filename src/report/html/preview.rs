@@ -8,7 +8,7 @@ use super::super::figure::{MotionPanel, TORQUE_PANEL_HEIGHT, draw_motion};
 use super::super::robot::draw_postures;
 use super::chart;
 
-/// Number of points of a curve, and of postures to draw.
+/// Number of points of a curve, and below it the number of drawn postures.
 const CURVE_POINTS: usize = 800;
 const DRAWN_POSTURES: usize = 16;
 
@@ -17,8 +17,8 @@ const STYLE: &str = ".arm{max-width:100%}.arm \
 stroke-linecap:round;opacity:.35}.arm .first{stroke:var(--accent);opacity:1}.arm .tip{fill:none;\
 stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);stroke-width:2}";
 
-/// Creates a page with the arm along a motion, and position and velocity of every joint. `header`
-/// is that of the motion's files.
+/// Creates a page with the arm along a motion, and the position and velocity of every joint.
+/// `header` is the header of the motion's files.
 pub fn preview_page(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
     let joints = robot.joints();
     #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]

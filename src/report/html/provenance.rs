@@ -17,9 +17,9 @@ use crate::window::{DriveReadings, Note};
 /// Source of a result's samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Origin {
-    /// The file read, if the source is a file.
+    /// The file that was read, if the source is a file.
     pub input: Option<InputFile>,
-    /// Range of its samples.
+    /// Range of the samples.
     pub samples: SampleRange,
     /// The files after the first, with the ranges of their samples.
     pub further_files: Vec<(InputFile, SampleRange)>,
@@ -27,14 +27,14 @@ pub struct Origin {
     pub note: Option<Note>,
 }
 
-/// Samples that a result comes from.
+/// Samples that a result was identified from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleRange {
     /// Samples of a complete piece of a measurement.
     Measurement {
         /// Range of counted samples.
         counted: Range<usize>,
-        /// Their rate \[Hz\].
+        /// Sample rate \[Hz\].
         rate_hz: f64,
         /// Start of the piece after the first sample of the measurement \[s\].
         begins_s: f64,
@@ -60,22 +60,22 @@ impl SampleRange {
 /// A file, identified by its name and content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {
-    /// Its name without the folder, which is irrelevant to the result.
+    /// Name of the file without its folder, which does not affect the result.
     pub name: String,
-    /// SHA-256 of its content in hexadecimal digits.
+    /// SHA-256 of the file's content in hexadecimal digits.
     pub sha256: String,
 }
 
 impl InputFile {
     /// Reads the complete file.
     ///
-    /// # Errors
+    /// The file cannot be read, or is not a regular file. Other files may be readable only once.
     /// The file cannot be read, or is no regular file; another file could not be read a second
     /// time.
     pub fn read(path: &Path) -> std::io::Result<Self> {
         let mut digest = Sha256::default();
         if path.is_dir() {
-            // A split bag: its files are read one after the other, by name.
+            // The digest of a split bag covers its files one after the other, sorted by name.
             let entries = std::fs::read_dir(path)?;
             let mut files =
                 entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;

@@ -1,4 +1,4 @@
-//! A result with every possible part, and checks of a page, for the tests of reports.
+//! A result with every possible part, and checks of a page. Both are for the tests of reports.
 
 use didim_dynamics::robot::JointIndex;
 use std::path::Path;
@@ -140,7 +140,7 @@ pub(crate) fn origin() -> Origin {
     }
 }
 
-/// Returns the tags of a page, `/p` for the end of a `p`; style content is excluded.
+/// Returns the tags of a page, with `/p` for the end of a `p`. Style content is excluded.
 fn tags(html: &str) -> Vec<String> {
     let (before, style) = html.split_once("<style>").unwrap();
     let after = style.split_once("</style>").unwrap().1;
@@ -150,7 +150,7 @@ fn tags(html: &str) -> Vec<String> {
 }
 
 pub(crate) fn assert_stands_by_itself(html: &str) {
-    // Links to places in the page itself.
+    // Links to places in the same page.
     let inside = html.matches("href=\"#").count();
     assert_eq!(html.matches("href=").count(), inside);
     for outside in ["http", "//", "src=", "url(", "@import", "<script", "<link", "<img"] {

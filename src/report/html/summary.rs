@@ -1,5 +1,5 @@
-//! The first part of the report: the arm, the verdict and the quality of the result. The last part:
-//! the way the result was found.
+//! The first and the last part of the report. The first part describes the arm, the verdict and the
+//! quality of the result. The last part describes how the result was found.
 
 use didim_identification::identification::{ConvergenceStep, Method, Use};
 use maud::{Markup, html};
@@ -66,11 +66,11 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
     }
 }
 
-/// Share of its highest speed below which a joint barely moves.
+/// Share of a joint's highest speed below which the joint hardly moves \[1\].
 const BARELY_MOVING_SHARE: f64 = 0.1;
 
-/// Lists the parameters that noise leaves uncertain and the joints that barely moved, if a use is
-/// refused.
+/// If a use is refused, lists the parameters whose statistical uncertainty is too large, and the
+/// joints that hardly moved.
 fn missing_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let refused =

@@ -1,4 +1,4 @@
-//! Description of an arm from its robot file, made for people to notice a wrong sign.
+//! Description of an arm from its robot file. It is made so that people notice a wrong sign.
 
 mod picture;
 mod postures;
@@ -12,7 +12,7 @@ use crate::text::{align_table, significant_digits};
 pub use picture::picture;
 pub use postures::draw_postures;
 
-/// Maximum length of a base parameter's sum in the output.
+/// Maximum length of a base parameter's sum in the output, in characters.
 const MAX_SUM_LENGTH: usize = 100;
 
 /// Describes axes, tip, reach, masses and base parameters, with notes on the arm.

@@ -1,4 +1,4 @@
-//! The arm at q = 0, from three sides.
+//! A picture of the arm at q = 0, from three sides.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ const MARGIN: f64 = 46.0;
 const HEADER_HEIGHT: f64 = 44.0;
 /// Length of a drawn axis, relative to the arm.
 const AXIS_LENGTH: f64 = 0.16;
-/// Distance below which two ends have one label.
+/// Distance below which two ends of axes share one label.
 const LABEL_DISTANCE: f64 = 8.0;
 
 const STYLE: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--link:#9fb3c8;--axis:#b3261e}\
@@ -25,8 +25,8 @@ const STYLE: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--link:#9fb3
 
 pub(super) type Vector = [f64; 3];
 
-/// Draws the links, and the axis of every joint with its number on the side of the positive sense.
-/// `names` are those of the joints, if they have any.
+/// Draws the links, and the axis of every joint with the joint's number at the positive end.
+/// `names` are the names of the joints, if they have any.
 pub fn picture(robot: &Robot, names: &[&str]) -> String {
     let frames = Model::new(robot).link_frames(&[]);
     let up = up_direction(robot.gravity_m_s2());
@@ -45,7 +45,7 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
     let mut svg = String::new();
     let (width, height) = (3.0 * PICTURE_SIZE, HEADER_HEIGHT + PICTURE_SIZE);
     draw_header(&mut svg, robot.name(), width, height);
-    // All views have one scale.
+    // All views have the same scale.
     let range = |direction: Vector| {
         let values = outline.iter().map(|point| dot(*point, direction));
         values.fold([-axis, axis], |[low, high], v| [low.min(v - axis), high.max(v + axis)])
@@ -101,7 +101,7 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
     svg
 }
 
-/// Begins the picture: its style, its title and its background.
+/// Writes the beginning of the picture: its style, its title and its background.
 fn draw_header(svg: &mut String, robot: &str, width: f64, height: f64) {
     // Writing to a String cannot fail.
     let _ = write!(
@@ -117,7 +117,7 @@ fn draw_header(svg: &mut String, robot: &str, width: f64, height: f64) {
 /// Draws the axis of each joint, from its origin to its tip in the picture.
 fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f64); 2]]) {
     for (k, &[from, to]) in arrows.iter().enumerate() {
-        // Axes with a common end have one label.
+        // Axes with the same end share one label.
         let is_here =
             |other: &[(f64, f64); 2]| (other[1].0 - to.0).hypot(other[1].1 - to.1) < LABEL_DISTANCE;
         let label: Vec<String> = match arrows[..k].iter().any(is_here) {
@@ -150,7 +150,7 @@ fn draw_axes(svg: &mut String, robot: &Robot, names: &[&str], arrows: &[[(f64, f
     }
 }
 
-/// Draws a length in metres.
+/// Draws a scale bar with its length in metres.
 fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
     let metre = round_length(0.3 * extent);
     let (x, y) = (offset + 16.0, HEADER_HEIGHT + PICTURE_SIZE - 22.0);
@@ -163,8 +163,8 @@ fn draw_scale(svg: &mut String, extent: f64, scale: f64, offset: f64) {
     );
 }
 
-/// Returns the path from one origin to the next along the common normal, then along the axis, at
-/// these positions.
+/// Returns the path from one origin to the next, first along the common normal and then along the
+/// axis, at these joint positions.
 pub(super) fn axis_path(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
     let mut outline: Vec<Vector> = vec![[0.0; 3]];
     for (index, (joint, frame)) in robot.chain().iter().zip(frames).enumerate() {
@@ -178,24 +178,25 @@ pub(super) fn axis_path(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<V
     outline
 }
 
-/// Returns the direction against gravity; z without gravity.
+/// Returns the direction opposite to gravity, or z if there is no gravity.
 pub(super) fn up_direction(gravity: Vector) -> Vector {
     let size = dot(gravity, gravity).sqrt();
     if size > 0.0 { scaled(gravity, -1.0 / size) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Returns a direction at right angles to another, along x if possible.
+/// Returns a direction perpendicular to another one, along x if possible.
 pub(super) fn perpendicular_to(to: Vector) -> Vector {
     let projected = |axis: Vector| add(axis, scaled(to, -dot(axis, to)));
     let x = projected([1.0, 0.0, 0.0]);
     if dot(x, x) > 0.01 { normalised(x) } else { normalised(projected([0.0, 1.0, 0.0])) }
 }
 
-/// Returns 1, 2 or 5 times a power of ten, up to the given value.
+/// Returns the largest number of the form 1, 2 or 5 times a power of ten that does not exceed the
+/// given value.
 fn round_length(most: f64) -> f64 {
     let power = 10.0_f64.powf(most.log10().floor());
     let digit = [5.0, 2.0, 1.0].into_iter().find(|digit| digit * power <= most);
-    // Gives 0.05 rather than 0.05000000000000001.
+    // The rounding gives 0.05 instead of 0.05000000000000001.
     (digit.unwrap_or(1.0) * power * 1e6).round() / 1e6
 }
 

@@ -1,4 +1,4 @@
-//! An arm in the postures of a motion, from two sides.
+//! A picture of the arm in the postures of a motion, from two sides.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ const PICTURE_SIZE: f64 = 400.0;
 const MARGIN: f64 = 30.0;
 
 /// Draws the arm in each posture \[rad or m\], the first one bold, and the path of its last origin.
-/// The views are from the front and from the side, in one scale.
+/// The views from the front and from the side have the same scale.
 pub fn draw_postures(robot: &Robot, postures: &[Vec<f64>], path: &[Vec<f64>]) -> String {
     let model = Model::new(robot);
     let outlines: Vec<Vec<Vector>> =

@@ -2,26 +2,26 @@
 
 use core::fmt::Write;
 
-/// Maximum number of reported values of one label: causes, parameters.
+/// Maximum number of values of one label, such as causes or parameters.
 pub const MAX_LABELS: usize = 128;
 
 /// Type of a metric family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FamilyKind {
-    /// Value that rises and falls.
+    /// A value that rises and falls.
     Gauge,
-    /// Value that only grows until the service restarts.
+    /// A value that only grows until the service restarts.
     Counter,
     /// Quantiles of the counted values.
     Summary,
 }
 
-/// The text, family by family.
+/// The text, written family by family.
 #[derive(Debug, Default)]
 pub(super) struct MetricsText(String);
 
 impl MetricsText {
-    /// Begins a family. Its samples follow.
+    /// Begins a family. The samples of the family follow.
     pub(super) fn family<'t>(
         &'t mut self,
         name: &'static str,
@@ -38,7 +38,7 @@ impl MetricsText {
         Family { text: &mut self.0, name }
     }
 
-    /// All of it.
+    /// Returns the complete text.
     pub(super) fn finish(self) -> String {
         self.0
     }

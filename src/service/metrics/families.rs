@@ -12,7 +12,7 @@ use crate::window::JointReading;
 
 use FamilyKind::{Counter, Gauge, Summary};
 
-/// Returns the metrics of a service, or of one that does not answer.
+/// Returns the metrics of a service. `None` means that the service does not answer.
 pub fn metrics_text(snapshot: Option<&Snapshot>) -> String {
     let mut text = MetricsText::default();
     let up = flag_value(snapshot.is_some());
@@ -240,7 +240,7 @@ fn add_estimate(text: &mut MetricsText, last: &EstimateSummary) {
     }
     let method = last.method.as_str();
     let shown = || last.parameters.iter().take(MAX_LABELS);
-    // The values have the units of all parameters, so the name contains no unit.
+    // The values have the different units of the parameters, so the metric name contains no unit.
     let mut family = text.family(
         "didim_estimate_parameter",
         Gauge,
@@ -280,7 +280,7 @@ fn add_by_label(
     help: &str,
     counts: &BTreeMap<String, u64>,
 ) {
-    // A family without samples shows that the cause has not occurred.
+    // A family is written without samples if no cause has occurred.
     let mut family = text.family(name, Counter, help);
     for (cause, value) in counts.iter().take(MAX_LABELS) {
         family.add_labelled(&[(label, cause)], count_value(*value));

@@ -1,8 +1,8 @@
 //! The status for Prometheus: a separate process that queries the status socket at every scrape.
 //!
-//! The service itself opens no network port. Names follow the rules of Prometheus: base units in
-//! the names, and `_total` for values that only grow. The output is bounded. Labels come from the
-//! program's own causes and the cell's parameters, and at most [`MAX_LABELS`] of a kind are
+//! The service itself opens no network port. The names follow the rules of Prometheus: they contain
+//! base units, and end in `_total` if the value only grows. The output is bounded: labels are the
+//! program's own causes and the cell's parameters, and at most [`MAX_LABELS`] values per label are
 //! reported.
 
 mod drift;

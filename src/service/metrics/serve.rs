@@ -18,19 +18,19 @@ use tokio::sync::{Mutex, Semaphore};
 
 /// Content type of the exposition format.
 const EXPOSITION_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
-/// Maximum length of request line and headers \[bytes\]. It is the minimum that hyper accepts.
+/// Maximum length of the request line and the headers \[bytes\]. hyper accepts no smaller maximum.
 const MAX_HEAD: usize = 8192;
 /// Maximum number of headers of a request.
 const MAX_HEADERS: usize = 64;
-/// Pause after a failed accept: a lack of descriptors does not disappear by an immediate retry.
+/// Pause after a failed accept. If descriptors are missing, an immediate retry would fail as well.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 
 /// Limits for clients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Maximum number of simultaneous clients. Another one is disconnected.
+    /// Maximum number of simultaneous clients. Further clients are disconnected.
     pub clients: usize,
-    /// Maximum time of a client, from its connection to the end of the answer.
+    /// Maximum time per client, from its connection to the end of the answer.
     pub time: Duration,
 }
 
@@ -43,7 +43,8 @@ impl Default for Limits {
 /// Reason why metrics cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The address is not available: another program may use it. Name another with --listen.
+    /// The address is not available, possibly because another program uses it. Name another one
+    /// with `--listen`.
     #[error("cannot listen at {address}: {cause}; name another address with --listen")]
     Listen {
         /// The address.
@@ -53,8 +54,9 @@ pub enum ServeError {
     },
 }
 
-/// Answers scrapes at `address` with the text from `metrics` until it is dropped. `ready` gets the
-/// address once it listens. `metrics` may block, and is called for one client at a time.
+/// Answers scrapes at `address` with the text from `metrics`, until the future is dropped. `ready`
+/// is called with the address once the server listens. `metrics` may block, and is called for one
+/// client at a time.
 ///
 /// # Errors
 /// [`ServeError::Listen`].
@@ -78,7 +80,8 @@ pub async fn serve(
                 continue;
             }
         };
-        // If no place is free, the client is dropped, which it sees as an end.
+        // If the maximum number of clients is connected, the new client is dropped and sees the end
+        // of the connection.
         let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
         let metrics = Arc::clone(&metrics);
         tokio::spawn(async move {
@@ -130,7 +133,8 @@ where
         response.headers_mut().insert(ALLOW, hyper::header::HeaderValue::from_static("GET, HEAD"));
         return response;
     }
-    // One at a time, so that many scrapes do not become many clients of the service.
+    // The text is requested for one scrape at a time, so that many scrapes do not become many
+    // clients of the service.
     let metrics = metrics.lock().await;
     let ask = Arc::clone(&metrics);
     match tokio::task::spawn_blocking(move || ask()).await {

@@ -1,4 +1,4 @@
-//! The client end of the two sockets, for the command line.
+//! The client side of the two sockets, for the command line.
 
 use core::time::Duration;
 use std::io::{self, Read, Write};
@@ -17,7 +17,7 @@ const MAX_ANSWER: u64 = 1 << 20;
 /// Reason why the service could not be queried.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// No service listens there. Start the service, or give the path named in its cell file.
+    /// No service listens at this path. Start the service, or name the folder of its sockets.
     #[error(
         "no service at {}: {cause}; start `didim run`, or give the folder of its sockets with \
         --runtime",
@@ -29,8 +29,8 @@ pub enum ClientError {
         /// The system's error.
         cause: io::Error,
     },
-    /// This user has no permission. Add the user to the socket's group, if the group has
-    /// permission.
+    /// The user has no permission to connect. If the group of the socket has permission, add the
+    /// user to this group.
     #[error("not allowed to use {}: {remedy}", path.display())]
     NotAllowed {
         /// The path.
@@ -52,24 +52,24 @@ pub enum ClientError {
         /// The path.
         path: PathBuf,
     },
-    /// The answer is not a status. Is it another program?
+    /// The answer is not a status. Another program may be listening at this path.
     #[error("the answer of {} is not a status: {cause}", path.display())]
     NotAStatus {
         /// The path.
         path: PathBuf,
-        /// The problem.
+        /// Error of the JSON parser.
         cause: serde_json::Error,
     },
     /// The service has another version. Use the program of that version.
     #[error("the service speaks version {theirs} of the status, this program {SCHEMA}")]
     OtherSchema {
-        /// Its version.
+        /// Version of the service's status.
         theirs: u32,
     },
     /// The service refused the command.
     #[error("the service refused: {why}")]
     Refused {
-        /// Its reason.
+        /// Reason of the refusal.
         why: String,
     },
 }
@@ -124,8 +124,8 @@ fn connect(path: &Path) -> Result<UnixStream, ClientError> {
     })
 }
 
-/// Returns the remedy for a missing permission. A client needs write access to the socket.
-/// Membership of its group helps if the group has write access.
+/// Returns the remedy for a missing permission. A client needs write access to the socket. If the
+/// group of the socket has write access, the user can become a member of the group.
 fn to_be_allowed(mode: Option<u32>) -> &'static str {
     match mode {
         Some(mode) if mode & 0o020 != 0 => "become a member of its group",

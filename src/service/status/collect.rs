@@ -12,13 +12,13 @@ use crate::live::acquire::{
 use crate::live::stream::StreamOptions;
 use crate::live::worker::SharedEstimation;
 
-/// Time without a sample after which a separate estimation process reports it.
+/// Time without a sample after which an estimation in a separate process reports it.
 const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
 
 /// Maximum age of the status of an acquisition in another process. An older status is ignored.
 const MAX_STATUS_AGE: Duration = Duration::from_secs(3);
 
-/// Collector of the counts of this process's threads. It computes rates from them.
+/// Collector of the counts of this process's threads. It also computes rates from the counts.
 #[derive(Debug)]
 pub struct Collector {
     cell: String,
@@ -40,8 +40,8 @@ pub struct Collector {
 }
 
 impl Collector {
-    /// Creates the collector for the threads of this process. `receive_buffer` is that of its
-    /// sockets.
+    /// Creates the collector for the threads of this process. `receive_buffer` is the receive
+    /// buffer of its sockets.
     pub fn new(
         options: &StreamOptions,
         acquisition: Option<SharedAcquisition>,
@@ -68,7 +68,7 @@ impl Collector {
         }
     }
 
-    /// Returns the snapshot of this instant. Its rates are those since the previous snapshot.
+    /// Returns a snapshot of the current state. Its rates are averages since the previous snapshot.
     pub fn snapshot(&mut self, now: Instant) -> Snapshot {
         let acquisition = self.acquisition.as_ref().map(|shared| {
             let counts = shared.counts();
@@ -100,7 +100,7 @@ impl Collector {
         }
         let mut health = Health::new(acquisition.as_ref(), estimation.as_ref());
         health.idle |= idle;
-        // Recent user actions come first.
+        // Reasons that result from recent user actions come first.
         for reason in self.process.reasons().into_iter().rev() {
             health.ok = false;
             health.reasons.insert(0, reason);
@@ -119,7 +119,7 @@ impl Collector {
     }
 }
 
-/// The part of another process's status that is used.
+/// The used part of the status of another process.
 #[derive(Deserialize)]
 struct OtherProcess {
     acquisition: Option<AcquisitionStatus>,
@@ -133,7 +133,7 @@ impl Collector {
         }
     }
 
-    /// Returns the time for which another process has sent no samples, if it is long.
+    /// Returns the time for which another process has not sent samples. `None` while it is short.
     fn without_samples(&mut self, samples: u64, now: Instant) -> Option<Duration> {
         if samples != self.last_sample.0 {
             self.last_sample = (samples, now);

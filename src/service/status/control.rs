@@ -1,4 +1,4 @@
-//! The command socket: one line, one answer.
+//! The command socket. A client sends one line and gets one answer.
 
 use core::convert::Infallible;
 use core::time::Duration;
@@ -16,15 +16,15 @@ use super::serve::accept;
 
 /// Maximum number of simultaneous clients.
 const MAX_CLIENTS: usize = 4;
-/// Maximum time of a client to send its line, and again to read the answer.
+/// Maximum time for a client to send its line, and separately to read the answer.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
-/// Maximum length of an answer in characters: an error may quote a file.
+/// Maximum length of an answer in characters. An error may quote a file.
 const MAX_ANSWER: usize = 2048;
 
-/// Processes requests until it is dropped. The answer is one line: `ok: ` and the action, or
-/// `error: ` and the reason.
+/// Processes requests until the future is dropped. The answer is one line: `ok: ` with the action,
+/// or `error: ` with the reason.
 ///
-/// # Errors
+/// Errors occur only at the start, if the runtime cannot use the socket.
 /// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.to_tokio()?;
@@ -42,8 +42,8 @@ pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Resu
 async fn serve_client(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
     let (read, mut write) = client.into_split();
     let mut line = Vec::with_capacity(MAX_REQUEST);
-    // One byte more than the maximum line length. It distinguishes a line that is too long from a
-    // complete one.
+    // One byte more than the maximum length is read, which distinguishes a line that is too long
+    // from a complete one.
     let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
     let answer = match parse_request(&line) {
@@ -56,13 +56,13 @@ async fn serve_client(client: UnixStream, dispatcher: Dispatcher) -> io::Result<
     tokio::time::timeout(CLIENT_TIMEOUT, write.write_all(answer.as_bytes())).await?
 }
 
-/// Formats any reason as one line.
+/// Formats a reason of a refusal as one line.
 fn refusal_line(why: &str) -> String {
     format!("error: {}\n", one_line(why, MAX_ANSWER))
 }
 
-/// Formats a text as one line without control characters, with at most `limit` characters. The text
-/// may quote a file, and text after a line break would be read as a separate line.
+/// Formats a text as one line without control characters and with at most `limit` characters. The
+/// text may quote a file, and a reader would take text after a line break as a separate line.
 pub(crate) fn one_line(text: &str, limit: usize) -> String {
     let words = text.split(|each: char| each.is_whitespace() || each.is_control());
     let line = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");

@@ -10,13 +10,14 @@ use crate::live::worker::{Command, Commands, SubmitError};
 
 /// Maximum response time of the worker.
 const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
-/// Maximum duration of a reload. It is shorter than the wait of a client, so that the client gets
-/// the answer.
+/// Maximum duration of a reload. It is shorter than the timeout of a client, so that the client
+/// gets the answer.
 const RELOAD_TIMEOUT: Duration = Duration::from_secs(4);
 /// Maximum number of waiting reloads.
 const MAX_WAITING_RELOADS: usize = 4;
 
-/// Handles of the parts that execute requests. `None` if this process does not have the part.
+/// Handles of the parts that execute requests. A handle is `None` if this process does not have the
+/// part.
 #[derive(Clone, Debug, Default)]
 pub struct Dispatcher {
     /// The worker, for windows and captures.
@@ -28,10 +29,11 @@ pub struct Dispatcher {
 /// Reason why a request was not executed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DispatchError {
-    /// No part of this process executes it. Ask the process that has that part.
+    /// This process does not have the part that executes the request. Send the request to the other
+    /// process.
     #[error("this process {0}")]
     NotHere(&'static str),
-    /// The worker did not execute it.
+    /// The worker did not execute the request.
     #[error(transparent)]
     Worker(#[from] SubmitError),
     /// A capture cannot be started or stopped.
@@ -40,7 +42,7 @@ pub enum DispatchError {
     /// The baseline was not changed.
     #[error("{0}")]
     Baseline(String),
-    /// The new configuration is not used. The previous one remains active.
+    /// The new configuration was refused. The previous one stays active.
     #[error("{0}")]
     Reload(String),
     /// The executing part is busy, or the service ends. Try again later.
@@ -49,7 +51,7 @@ pub enum DispatchError {
 }
 
 impl Dispatcher {
-    /// Executes a request in a bounded time, and returns a description of the action.
+    /// Executes a request within a limited time, and returns a description of the action.
     ///
     /// # Errors
     /// [`DispatchError`].

@@ -1,20 +1,20 @@
-//! The status of a whole service, of one process or two.
+//! The status of a service that runs in one process or in two.
 
 use super::client::{ClientError, fetch_status};
 use super::snapshot::{Health, Snapshot};
 use crate::service::paths::Paths;
 
-/// Returns the status of the complete service. If it runs in two processes, both are merged. A
-/// process that does not answer is a reason for bad health.
+/// Returns the status of the complete service. If it runs in two processes, both are merged. If one
+/// of them does not answer, this is a reason for bad health.
 ///
-/// # Errors
+/// [`ClientError`] if no process answers.
 /// [`ClientError`] if none answers.
 pub fn fetch_snapshot(paths: &Paths) -> Result<Snapshot, ClientError> {
     let mut snapshot = match fetch_status(&paths.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),
         Ok(snapshot) => snapshot,
         Err(error) => {
-            // If the other process does not answer either, the first error is returned.
+            // If the other process does not answer either, the error of the first is returned.
             let Ok(mut snapshot) = fetch_status(&paths.acquisition_socket()) else {
                 return Err(error);
             };

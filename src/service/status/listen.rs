@@ -1,4 +1,5 @@
-//! A Unix socket that has its permissions from the beginning and replaces a dead one.
+//! A Unix socket. It has its permissions from the beginning, and replaces the socket of a dead
+//! process.
 
 use std::fs::{self, DirBuilder, Permissions};
 use std::io;
@@ -6,7 +7,7 @@ use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt}
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-/// A listening socket. Its name is removed with it.
+/// A listening socket. When it is dropped, its name is removed.
 #[derive(Debug)]
 pub struct Socket {
     listener: UnixListener,
@@ -17,14 +18,14 @@ pub struct Socket {
 /// Reason why a socket cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// A live process answers there. Stop it, or give this one another path.
+    /// A live process answers at this path. Stop that process, or choose another path for this one.
     #[error("{} is in use by a running service", path.display())]
     InUse {
         /// The path.
         path: PathBuf,
     },
-    /// The socket cannot be given to the group. It must exist, and the service's user must be a
-    /// member (`SupplementaryGroups=` in a unit).
+    /// The socket cannot be given to the group. The group must exist, and the service's user must
+    /// be a member (`SupplementaryGroups=` in a unit).
     #[error(
         "cannot give the socket {} to the group `{group}`: {problem}; the group must exist and \
          the service's user be a member, as by SupplementaryGroups={group} in its unit",
@@ -44,8 +45,8 @@ pub enum ListenError {
         /// The path.
         path: PathBuf,
     },
-    /// The system refused. The folder must exist and be writable, and a socket's path has 107
-    /// bytes at most.
+    /// The system refused the operation. The folder must exist and be writable, and the path may
+    /// have at most 107 bytes.
     #[error("cannot make the socket {}: {cause}", path.display())]
     Io {
         /// The path.
@@ -56,12 +57,13 @@ pub enum ListenError {
 }
 
 impl Socket {
-    /// Listens at `path` with permissions `mode`, and the group `group` if one is given. The name
-    /// of a dead process is taken over.
+    /// Listens at `path` with permissions `mode`, and with the group `group` if one is given.
+    /// Replaces the socket of a dead process.
     ///
-    /// The socket is created in a private folder that nobody else can enter, and gets its
-    /// permissions there. It is then moved to its name. Nobody can connect before, and a socket
-    /// exists at every moment. The process's umask, which all threads share, is not changed.
+    /// The socket is created in a private folder that no other user can enter, and gets its
+    /// permissions there. It is then renamed to `path`. No client can connect before it has its
+    /// permissions, and a socket that is replaced exists until the renaming. The umask of the
+    /// process, which all threads share, is not changed.
     ///
     /// # Errors
     /// [`ListenError`].
@@ -74,8 +76,8 @@ impl Socket {
             _ => Path::new("."),
         };
         let name = path.file_name().ok_or_else(|| io_error(io::ErrorKind::InvalidInput.into()))?;
-        // One folder per process and socket. Leftovers of a dead process with our number would
-        // block it.
+        // Each process and socket has its own folder. A dead process with the same id may have left
+        // its folder, which would prevent the creation.
         let mut private = std::ffi::OsString::from(format!(".{}.", std::process::id()));
         private.push(name);
         let private = folder.join(private);
@@ -89,8 +91,8 @@ impl Socket {
         Ok(Self { listener, path: path.to_owned(), inode })
     }
 
-    /// Returns true if its name still refers to it. Files may be removed, and other processes may
-    /// take over a name.
+    /// Returns true if the path still refers to this socket. The file may have been removed, or
+    /// replaced by that of another process.
     pub(crate) fn has_its_name(&self) -> bool {
         fs::symlink_metadata(&self.path).is_ok_and(|data| data.ino() == self.inode)
     }
@@ -105,7 +107,7 @@ impl Socket {
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        // Not if another socket has taken over the name.
+        // The file is not removed if another socket has replaced it.
         if self.has_its_name() {
             let _ = fs::remove_file(&self.path);
         }
@@ -138,7 +140,7 @@ fn bind_listener(
     let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
     let listener = UnixListener::bind(private).map_err(io_error)?;
     if let Some((group, id)) = group {
-        // Done before setting the permissions: chown(2) may remove some.
+        // The group is set before the permissions, because chown(2) may remove some permissions.
         std::os::unix::fs::chown(private, None, Some(id))
             .map_err(|cause| no_group(path, group, &cause))?;
     }

@@ -1,9 +1,9 @@
 //! The status of the service, and its commands: two Unix sockets.
 //!
-//! The stream library serves one user only. People and other users connect here. The status socket
-//! is write-only: a client connects, reads one JSON object, and is disconnected. The command socket
-//! takes one line and answers with one. A client can block neither: number, time and length are
-//! bounded.
+//! The stream library serves the processes of one user only. People and other users connect to
+//! these sockets. The status socket only sends: a client connects, reads one JSON object, and is
+//! disconnected. The command socket reads one line and answers with one line. Clients cannot block
+//! the sockets, because their number, their time and the length of their lines are limited.
 
 mod client;
 mod collect;

@@ -17,7 +17,7 @@ use crate::text::significant_digits;
 pub enum Colour {
     /// Plain text.
     Never,
-    /// Good in green, bad in red (ECMA-48).
+    /// Green for good values, red for bad ones (ECMA-48).
     Always,
 }
 
@@ -30,18 +30,18 @@ pub enum Kind {
     Good,
     /// Abnormal value.
     Bad,
-    /// Count of an unwanted event named by the line.
+    /// Count of an unwanted event, which the line names.
     Count,
-    /// Such a count with its cause.
+    /// Count of an unwanted event, together with its cause.
     Cause,
 }
 
 /// A line of the status.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Its name.
+    /// Name of the line.
     pub name: &'static str,
-    /// Its value as text.
+    /// Value as text.
     pub value: String,
     /// Display style.
     pub kind: Kind,
@@ -250,7 +250,7 @@ impl Rows {
         self.0.push(Row { name, value: without_control_characters(value), kind });
     }
 
-    /// Adds a count. It gets a line only if it is not zero.
+    /// Adds a line for a count, unless the count is zero.
     fn add_count(&mut self, name: &'static str, count: u64) {
         if count > 0 {
             self.add(name, &count.to_string(), Kind::Count);
@@ -279,7 +279,7 @@ fn align_rows(rows: &[Row], colour: Colour) -> String {
     let mut before = "";
     let mut text = String::new();
     for Row { name, value, kind } in rows {
-        // The name is written only once for consecutive lines.
+        // Consecutive lines with the same name show it only once.
         let shown = if *name == before { "" } else { name };
         let value = match (colour, kind) {
             (Colour::Always, Kind::Good) => format!("\x1b[32m{value}\x1b[0m"),
@@ -292,7 +292,7 @@ fn align_rows(rows: &[Row], colour: Colour) -> String {
     text
 }
 
-/// Removes control characters: the text comes from another process.
+/// Removes control characters, because the text comes from another process.
 pub fn without_control_characters(text: &str) -> String {
     text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
 }
@@ -327,7 +327,7 @@ fn time_text(ns: u64) -> String {
     format!("{value:.decimals$} {unit}")
 }
 
-/// Formats a time in its two largest units.
+/// Formats a duration in its two largest units.
 pub fn duration_text(seconds: f64) -> String {
     #[expect(
         clippy::cast_possible_truncation,

@@ -1,4 +1,4 @@
-//! The status socket: each client gets one object.
+//! The status socket. Each client gets one JSON object.
 
 use core::time::Duration;
 use std::io;
@@ -10,16 +10,17 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
 use super::listen::Socket;
 
-/// Maximum number of simultaneous clients. Another one is disconnected.
+/// Maximum number of simultaneous clients. Further clients are disconnected.
 const MAX_CLIENTS: usize = 8;
-/// Maximum time of a client.
+/// Maximum time per client.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
-/// Pause after a failed accept: a lack of descriptors does not disappear by an immediate retry.
+/// Pause after a failed accept. If descriptors are missing, an immediate retry would fail as well.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 
-/// Sends the latest document to each client, and reads nothing from it. Runs until it is dropped.
+/// Sends the latest document to each client, and reads nothing from the client. Runs until the
+/// future is dropped.
 ///
-/// # Errors
+/// Errors occur only at the start, if the runtime cannot use the socket.
 /// Only at the start, if the runtime cannot take the socket.
 pub async fn serve_status(
     socket: &Socket,
@@ -50,7 +51,8 @@ pub(super) async fn accept(
     loop {
         match listener.accept().await {
             Ok((client, _)) => {
-                // If no place is free, the client is dropped, which it sees as an end.
+                // If the maximum number of clients is connected, the new client is dropped and sees
+                // the end of the connection.
                 if let Ok(place) = Arc::clone(places).try_acquire_owned() {
                     return (client, place);
                 }

@@ -23,7 +23,8 @@ pub struct Snapshot {
     pub uptime_s: f64,
     /// Health of the service.
     pub health: Health,
-    /// The answering process. If there are two, the estimating one.
+    /// Status of the answering process. If there are two processes, it is that of the estimating
+    /// one.
     #[serde(default)]
     pub process: ProcessStatus,
     /// Stream between acquisition and estimation.
@@ -34,14 +35,14 @@ pub struct Snapshot {
     pub estimation: Option<EstimationStatus>,
 }
 
-/// Health of the service, with the reasons if it is bad.
+/// Health of the service. If it is bad, the reasons are listed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
-    /// True if there is no reason against it.
+    /// True if there are no reasons for bad health.
     pub ok: bool,
     /// Readable reasons.
     pub reasons: Vec<String>,
-    /// True if no drive is enabled: no sample comes, and none can.
+    /// True if no drive is enabled, so that no samples can arrive.
     #[serde(default)]
     pub idle: bool,
 }
@@ -49,16 +50,16 @@ pub struct Health {
 /// Health text of an idle service.
 pub const IDLE_TEXT: &str = "idle, no drive is enabled";
 
-/// Status of the process itself.
+/// Status of the process, apart from its threads.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProcessStatus {
     /// Reason why a reloaded configuration was refused. `None` if it was accepted, or if there was
     /// no reload.
     pub reload_refused: Option<String>,
-    /// Sockets whose names are gone, and the reasons why they cannot be recreated.
+    /// Sockets whose files were removed, and the reasons why they cannot be created again.
     pub sockets_missing: Vec<String>,
-    /// Folder of the stream, if it was removed while the service runs.
+    /// Folder of the stream, if it was removed while the service is running.
     pub stream_folder_gone: Option<String>,
 }
 
@@ -79,7 +80,7 @@ impl ProcessStatus {
     }
 }
 
-/// The stream's dimensions.
+/// Dimensions of the stream.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StreamStatus {
     /// Nominal sample rate \[Hz\].
@@ -91,8 +92,8 @@ pub struct StreamStatus {
 }
 
 impl Health {
-    /// Derives the health from the statuses. For the bus, only the last seconds count. Earlier
-    /// events that are over are counted, but are not a reason.
+    /// Derives the health from the statuses. For the bus, only the last seconds are considered.
+    /// Earlier faults remain in the counts, but are not a reason for bad health.
     pub fn new(
         acquisition: Option<&AcquisitionStatus>,
         estimation: Option<&EstimationStatus>,
@@ -111,11 +112,11 @@ impl Health {
                             "no sample has come for {seconds} s, and the acquisition sends some"
                         ));
                     }
-                    // The acquisition itself gives the reason.
+                    // The status of the acquisition already gives the reason.
                     Some(_) => {}
                 }
             }
-            // A remainder after `window identify` is not a fault.
+            // The remainder of a motion after `window identify` is not a fault.
             let rejected = estimation.last_rejection.as_ref();
             let rejected =
                 rejected.filter(|of| !matches!(of.rejection, Rejection::Remainder { .. }));
@@ -157,7 +158,7 @@ impl Health {
         Self { ok: reasons.is_empty(), reasons, idle }
     }
 
-    /// Returns the health text of a service without a reason against it.
+    /// Returns the health text of a service that has no reason for bad health.
     pub fn label(&self) -> &'static str {
         if self.idle { IDLE_TEXT } else { "ok" }
     }

@@ -6,7 +6,7 @@ use crate::live::acquire::{AcquisitionStatus, BusState};
 use crate::live::worker::{EstimationStatus, WindowState};
 use crate::service::status::{Health, IDLE_TEXT, Snapshot};
 
-/// State of the line: the arrival time of the last estimate. The snapshot contains no times.
+/// State that the line needs in addition to the snapshot: the arrival time of the last estimate.
 #[derive(Debug, Default)]
 pub(super) struct StatusLine {
     identified: u64,
@@ -14,7 +14,7 @@ pub(super) struct StatusLine {
 }
 
 impl StatusLine {
-    /// Returns the state at `now`: facts first, then the reasons for bad health.
+    /// Returns the line for the time `now`. Facts come first, then the reasons for bad health.
     pub(super) fn next_line(&mut self, snapshot: &Snapshot, now: Instant) -> String {
         let mut parts = Vec::new();
         parts.extend(
@@ -44,7 +44,7 @@ impl StatusLine {
     }
 }
 
-/// Returns the state of the bus. A bad state is listed among the reasons instead.
+/// Returns the state of the bus. `None` if the state is bad, because the reasons contain it.
 fn bus_text(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
     match acquisition.bus {
         BusState::Ok if health.idle => Some(IDLE_TEXT.to_owned()),

@@ -1,4 +1,4 @@
-//! Notifications of the service manager (sd_notify(3)). Without a manager none are sent.
+//! Notifications to the service manager (sd_notify(3)). Without a manager, none are sent.
 
 use core::time::Duration;
 
@@ -8,7 +8,7 @@ use crate::service::status::one_line;
 
 /// Maximum length of a status line \[characters\].
 const MAX_LINE: usize = 1000;
-/// Extension of the start timeout per request.
+/// Time by which one request extends the start timeout \[µs\].
 const EXTENSION_USEC: u32 = 10_000_000;
 
 /// Interface to the service manager.
@@ -23,7 +23,7 @@ impl Manager {
         Self { is_ready: false, watchdog: sd_notify::watchdog_enabled() }
     }
 
-    /// Returns the interval at which the watchdog is fed: half of its time, as
+    /// Returns the interval at which the watchdog is notified. It is half of the watchdog time, as
     /// sd_watchdog_enabled(3) recommends.
     pub(super) fn watchdog_period(&self) -> Option<Duration> {
         self.watchdog.map(|every| (every / 2).max(Duration::from_millis(1)))
@@ -47,18 +47,18 @@ impl Manager {
         }
     }
 
-    /// For people.
+    /// Sends a status line for people.
     pub(super) fn notify_status(&self, line: &str) {
         notify(&[NotifyState::Status(&bounded_line(line))]);
     }
 
-    /// Feeds the watchdog: all threads are healthy.
+    /// Notifies the watchdog that all threads are healthy.
     pub(super) fn feed_watchdog(&self) {
         notify(&[NotifyState::Watchdog]);
     }
 
-    /// Reports the start of a reload. The time has to be in the same message (systemd.service(5),
-    /// notify-reload).
+    /// Reports the start of a reload. The message has to contain the time as well
+    /// (systemd.service(5), notify-reload).
     pub(super) fn notify_reloading(&self) {
         if !self.is_ready {
             return;
@@ -69,7 +69,8 @@ impl Manager {
         }
     }
 
-    /// Reports the end of a reload, whatever its outcome: the service is as ready as before.
+    /// Reports the end of a reload. It is sent for every outcome, because the service is as ready
+    /// as before.
     pub(super) fn notify_reloaded(&self, line: &str) {
         // READY=1 must not be sent before the start is complete.
         if self.is_ready {
@@ -77,8 +78,8 @@ impl Manager {
         }
     }
 
-    /// Reports the beginning of the stop. An incomplete start is reported as complete first: a log
-    /// may be shorter than a start.
+    /// Reports the beginning of the stop. If the start is not complete, reports its completion
+    /// first, because a log may be shorter than a start.
     pub(super) fn notify_stopping(&mut self) {
         if !self.is_ready {
             self.notify_ready("stopping");
@@ -87,7 +88,8 @@ impl Manager {
     }
 }
 
-/// Limits the length, and removes line breaks: they would begin another word of the protocol.
+/// Limits the length and removes line breaks, because text after a line break would be another
+/// assignment of the protocol.
 fn bounded_line(line: &str) -> String {
     one_line(line, MAX_LINE)
 }

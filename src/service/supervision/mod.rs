@@ -1,8 +1,8 @@
-//! The complete service: bus thread, worker and status in one process, or in two.
+//! The complete service: bus thread, worker and status, in one process or in two.
 //!
 //! tokio runs the tasks that wait for people, signals and clocks. The bus and the worker have their
-//! own threads. This module defines the reaction to a failure: a failed part ends the service, and
-//! a service manager restarts it.
+//! own threads. This module defines the reaction to a failure: if a part fails, the service ends,
+//! and the service manager restarts it.
 
 mod line;
 mod manager;
@@ -27,23 +27,24 @@ use crate::service::status::{ListenError, Snapshot};
 pub use reload::Reload;
 pub use supervise::{run, run_with_reload};
 
-/// A socket to listen at.
+/// Options of a socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SocketOptions {
     /// Path of the socket. The folder must exist.
     pub path: PathBuf,
-    /// Permissions of the socket. Write access allows connections.
+    /// Permissions of the socket. A client needs write access.
     pub mode: u32,
-    /// Group of the socket. `None` keeps the service's group.
+    /// Group of the socket. If `None`, it is the group of the service.
     pub group: Option<String>,
 }
 
-/// Options of the service in addition to its parts.
+/// Options of the service in addition to those of its parts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ServiceOptions {
-    /// Status socket. 0o660 lets the group query it.
+    /// Status socket. Permissions of 0o660 let the group query it.
     pub status: Option<SocketOptions>,
-    /// Command socket for windows. It needs an estimation. 0o600 unless a group may send commands.
+    /// Command socket. It needs an estimation. Its permissions are 0o600 unless a group may send
+    /// commands.
     pub control: Option<SocketOptions>,
     /// Receive buffer granted by the kernel, for the status \[bytes\].
     pub receive_buffer: Option<ReceiveBuffer>,
@@ -55,9 +56,9 @@ pub struct AcquisitionPart {
     pub source: Box<dyn Source>,
     /// Assembler that turns frames into samples.
     pub assembler: Assembler,
-    /// The rest.
+    /// Options of the bus thread.
     pub options: AcquireOptions,
-    /// Location of the recorded frames. With `None` none are recorded.
+    /// Options of the recorder. If `None`, no frames are recorded.
     pub recorder: Option<RecorderOptions>,
 }
 
@@ -65,19 +66,19 @@ pub struct AcquisitionPart {
 pub struct EstimationPart {
     /// Function that identifies a window.
     pub identify: Identify,
-    /// Function that finds the load in a window. With `None` no load is searched for.
+    /// Function that identifies the load in a window. `None` if loads are not identified.
     pub find_load: Option<FindLoad>,
-    /// The rest.
+    /// Options of the worker.
     pub options: WorkerOptions,
 }
 
 /// Parts that this process runs. Two processes with the same stream form one service.
 pub enum Parts {
-    /// Both.
+    /// Acquisition and estimation.
     Both(Box<AcquisitionPart>, EstimationPart),
-    /// The bus only: samples for a worker in another process.
+    /// Acquisition only. A worker in another process gets the samples.
     Acquisition(Box<AcquisitionPart>),
-    /// The worker only.
+    /// Estimation only.
     Estimation(EstimationPart),
 }
 
@@ -101,18 +102,18 @@ impl Parts {
 /// Reason for the end of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceEnd {
-    /// SIGTERM or SIGINT, or SIGHUP if there is nothing to reload.
+    /// SIGTERM or SIGINT was received, or SIGHUP without a configuration to reload.
     Signal,
-    /// The log, or the simulated arm, is at its end, and every window is processed.
+    /// The log or the simulated arm has ended, and every window is processed.
     SourceEnded,
 }
 
-/// The reason for the end, and the last status before it.
+/// Outcome of a service that has ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServiceReport {
-    /// Reason for its end.
+    /// Reason for the end.
     pub end: ServiceEnd,
-    /// The counts at the end.
+    /// Status at the end.
     pub snapshot: Snapshot,
 }
 
@@ -145,7 +146,7 @@ pub enum ServiceError {
         /// Name of the thread.
         thread: &'static str,
     },
-    /// A control socket is configured without an estimation to control.
+    /// A command socket is configured, but there is no estimation that executes commands.
     #[error("a control socket needs an estimation in the same process")]
     NothingToControl,
 }

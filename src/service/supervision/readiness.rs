@@ -1,4 +1,4 @@
-//! Readiness of the service, and progress of its threads.
+//! Readiness of the service, and the progress of its threads.
 
 use core::time::Duration;
 
@@ -6,11 +6,11 @@ use super::Parts;
 use crate::live::acquire::{BusState, SharedAcquisition};
 use crate::live::worker::SharedEstimation;
 
-/// Time after which the service is ready even if frames give no sample. The layout may be wrong,
-/// and the health shows it. A service that never gets ready would be ended before anybody could
-/// query it.
+/// Time after which the service counts as ready although the frames give no samples. The layout may
+/// be wrong, which the health reports. A service that never became ready would be ended before
+/// anybody could query it.
 const READY_TIMEOUT: Duration = Duration::from_secs(10);
-/// Time without samples after which a process without a bus is ready: the process with the bus may
+/// Time without samples after which a process without a bus is ready. The process with the bus may
 /// be started later.
 const WITHOUT_SAMPLES: Duration = Duration::from_millis(500);
 
@@ -38,8 +38,8 @@ impl Progress {
         Self { acquisition, estimation, silence_after, iterations: (0, 0) }
     }
 
-    /// Returns true if samples flow, no drive is enabled, or the bus is known to be silent.
-    /// `waited` is the time since the threads began.
+    /// Returns true if samples arrive, no drive is enabled, or the bus is known to be silent.
+    /// `waited` is the time since the start of the threads.
     pub(super) fn is_ready(&self, waited: Duration) -> bool {
         if waited >= READY_TIMEOUT {
             return true;
@@ -56,10 +56,10 @@ impl Progress {
         samples > 0 || waited >= self.silence_after
     }
 
-    /// Returns true if every thread has made progress since this was last true. Both threads also
-    /// progress on a silent bus and during an identification. Only this feeds the watchdog. A
-    /// restart helps a thread that hangs, but not against a loss on the bus, which the health
-    /// reports.
+    /// Returns true if every thread has made progress since the last call that returned true. The
+    /// threads also make progress on a silent bus and during an identification. The watchdog
+    /// depends only on this. A restart helps if a thread hangs, but does not help against losses on
+    /// the bus, which the health reports.
     pub(super) fn has_progressed(&mut self) -> bool {
         let iterations = (
             self.acquisition.as_ref().map_or(0, |shared| shared.counts().iterations),
@@ -73,12 +73,12 @@ impl Progress {
         acquired && estimated
     }
 
-    /// Handles the normal end of the bus thread, which makes no more progress.
+    /// Handles the normal end of the bus thread. It no longer has to make progress.
     pub(super) fn acquisition_ended(&mut self) {
         self.acquisition = None;
     }
 
-    /// Likewise the worker.
+    /// Handles the normal end of the worker. It no longer has to make progress.
     pub(super) fn estimation_ended(&mut self) {
         self.estimation = None;
     }

@@ -14,30 +14,31 @@ use crate::service::status::ReloadAnswer;
 const WORKER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Function that reads the configuration again, and checks that it can be used without a restart.
-/// Returns the configuration that the worker uses from its next window on, if there is one, or the
-/// reason of a refusal.
+/// Returns the configuration that the worker uses from its next window on. `None` without a worker.
+/// Returns an error with the reason of a refusal.
 pub type Reload = Box<dyn FnMut() -> Result<Option<Configuration>, String> + Send>;
 
 type Outcome = Result<(), String>;
 
-/// Handler of reloads, one at a time. It runs outside the thread that serves and feeds the
-/// watchdog.
+/// Handler of reloads. It runs one at a time, outside the thread that answers requests and notifies
+/// the watchdog.
 pub(super) struct Reloader {
     reload: Option<Reload>,
     commands: Option<Commands>,
     reload_requests: Receiver<ReloadAnswer>,
     running_reload: Option<JoinHandle<(Reload, Outcome)>>,
-    /// Requester of the running reload.
+    /// Channel to the requester of the running reload.
     requester: Option<ReloadAnswer>,
-    /// True if a signal came during a reload. The reload may have read files older than the signal.
+    /// True if a signal arrived during a reload. That reload may have read the files before the
+    /// change that the signal announces.
     signal_pending: bool,
 }
 
 /// Next event to handle.
 pub(super) enum Event {
-    /// One begins.
+    /// A reload is requested.
     Asked(ReloadAnswer),
-    /// One is over.
+    /// A reload has ended.
     Finished(Outcome),
 }
 
@@ -57,8 +58,8 @@ impl Reloader {
         }
     }
 
-    /// Waits for a request, or for the end of the running reload. It can be dropped without losing
-    /// an event.
+    /// Waits for a request, or for the end of the running reload. The future can be dropped without
+    /// losing an event.
     pub(super) async fn next(&mut self) -> Event {
         match &mut self.running_reload {
             Some(running) => {
@@ -69,7 +70,7 @@ impl Reloader {
                         self.reload = Some(reload);
                         outcome
                     }
-                    // The runtime ends.
+                    // The runtime is ending.
                     Err(_) => Err(panic_text()),
                 })
             }
@@ -80,8 +81,8 @@ impl Reloader {
         }
     }
 
-    /// Starts a reload. Returns true if it has started, and false if it has to follow the running
-    /// one or is not possible.
+    /// Starts a reload. Returns false if the reload has to wait for the end of the running one, or
+    /// if reloads are not possible.
     pub(super) fn begin(&mut self, answer: Option<ReloadAnswer>) -> bool {
         if self.running_reload.is_some() {
             self.signal_pending = true;
@@ -94,7 +95,7 @@ impl Reloader {
         self.requester = answer;
         let commands = self.commands.clone();
         self.running_reload = Some(tokio::task::spawn_blocking(move || {
-            // A reload function that panics can be used again.
+            // The reload function can be called again after a panic.
             let read = catch_unwind(AssertUnwindSafe(&mut reload));
             let read = read.unwrap_or_else(|_| Err(panic_text()));
             let outcome = read.and_then(|configuration| match (configuration, commands) {
@@ -108,7 +109,7 @@ impl Reloader {
         true
     }
 
-    /// Answers the requester. Returns true if another reload has to follow.
+    /// Sends the outcome to the requester. Returns true if another reload has to follow.
     pub(super) fn finish(&mut self, outcome: &Outcome) -> bool {
         notify(self.requester.take(), outcome);
         core::mem::take(&mut self.signal_pending)

@@ -1,4 +1,4 @@
-//! The running parts, as seen by the supervision.
+//! The running parts, which the supervision uses.
 
 use core::time::Duration;
 use std::path::PathBuf;
@@ -18,11 +18,11 @@ use crate::live::stream::{DocumentReader, DocumentWriter};
 use crate::live::worker::{Commands, SharedEstimation};
 use crate::service::status::{Collector, Snapshot, one_line};
 
-/// Maximum time for the parts to stop. With the end of the process it is a second. A longer
-/// identification is abandoned. Its result is stored completely or not at all.
+/// Maximum time for the parts to stop. Together with the end of the process, it is a second. A
+/// longer identification is abandoned. Its result is stored completely or not at all.
 const STOP_TIMEOUT: Duration = Duration::from_millis(800);
-/// Interval and maximum number of requests for more start time. A folder of many results, and space
-/// in shared memory, take their time, but not forever.
+/// Interval at which more start time is requested. The number of requests is limited. A folder of
+/// many results and the allocation of shared memory take a long, but limited time.
 const EXTENSION_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_EXTENSIONS: u32 = 150;
 /// Maximum length of the reason of a refused reload in the status \[characters\].
@@ -31,10 +31,10 @@ const MAX_REASON: usize = 1000;
 pub(super) struct Running {
     collector: Collector,
     publisher: DocumentWriter,
-    /// Reader of the other half's status, if this process is the estimation alone.
+    /// Reader of the acquisition's status, if this process runs only the estimation.
     other_status: Option<DocumentReader>,
     line: StatusLine,
-    /// The latest line.
+    /// Latest status line.
     latest_line: String,
     /// Folder of the stream library's files.
     stream_root: PathBuf,
@@ -91,8 +91,8 @@ impl Running {
         }
     }
 
-    /// Starts the worker and then the bus, so that the first sample finds a reader. Returns when
-    /// both have their ports.
+    /// Starts the worker and then the bus thread, so that a reader exists before the first sample.
+    /// Returns when both have created their ports.
     pub(super) async fn start(
         &mut self,
         parts: Parts,
@@ -137,13 +137,14 @@ impl Running {
         self.reports.recv().await
     }
 
-    /// Handles a report. Returns the end if the last part has ended normally.
+    /// Handles a report. Returns the reason for the end of the service if the last part has ended
+    /// normally.
     pub(super) fn handle_report(
         &mut self,
         report: Option<Report>,
     ) -> Result<Option<ServiceEnd>, ServiceError> {
         match report {
-            // This struct holds a sender itself, so the channel never closes.
+            // This struct keeps a sender, so the channel is never closed.
             None | Some(Report::AcquisitionReady) => return Ok(None),
             Some(Report::EstimationReady(commands)) => {
                 self.commands = Some(commands);
@@ -170,7 +171,7 @@ impl Running {
             self.collector.handle_document(&status, now);
         }
         let snapshot = self.collector.snapshot(now);
-        // JSON can represent every key of a snapshot.
+        // Every key of a snapshot can be represented in JSON.
         let mut document = serde_json::to_vec(&snapshot).unwrap_or_default();
         document.push(b'\n');
         if let Err(cause) = self.publisher.publish(&document) {
@@ -180,12 +181,12 @@ impl Running {
         (snapshot, document.into())
     }
 
-    /// Returns the latest snapshot as a line.
+    /// Returns the status line of the latest snapshot.
     pub(super) fn line(&self) -> String {
         self.latest_line.clone()
     }
 
-    /// Reports missing sockets, and checks if the files of the stream exist.
+    /// Adds missing sockets to the status, and checks whether the files of the stream exist.
     pub(super) fn look_at_files(&mut self, sockets_missing: Vec<String>) {
         let process = &mut self.collector.process;
         process.sockets_missing = sockets_missing;
@@ -198,18 +199,18 @@ impl Running {
         }
     }
 
-    /// Returns true if samples flow, no drive is enabled, the bus is known to be silent, or the
-    /// longest wait is over.
+    /// Returns true if samples arrive, no drive is enabled, the bus is known to be silent, or the
+    /// maximum waiting time is over.
     pub(super) fn is_ready(&self, now: Instant) -> bool {
         self.progress.is_ready(now.saturating_duration_since(self.started_at))
     }
 
-    /// Returns true if all threads have made progress since this was last true.
+    /// Returns true if all threads have made progress since the last call that returned true.
     pub(super) fn has_progressed(&mut self) -> bool {
         self.progress.has_progressed()
     }
 
-    /// Stores the outcome of a reload until the next one.
+    /// Keeps the outcome of a reload for the status until the next reload.
     pub(super) fn store_reload_outcome(&mut self, outcome: &Result<(), String>) {
         match outcome {
             Ok(()) => tracing::info!("the configuration was read again"),
@@ -219,7 +220,7 @@ impl Running {
             outcome.as_ref().err().map(|why| one_line(why, MAX_REASON));
     }
 
-    /// Tells the threads to stop, and waits for them for a limited time.
+    /// Requests the threads to stop, and waits for them for a limited time.
     pub(super) async fn stop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let stopped = async {

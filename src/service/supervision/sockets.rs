@@ -1,5 +1,5 @@
-//! The sockets of a running service. A socket whose name is removed, usually with the runtime
-//! folder, is created again. A service that can no longer be queried is useless.
+//! The sockets of a running service. If the file of a socket is removed, usually with the runtime
+//! folder, the socket is created again. Otherwise nobody could query the service.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -12,15 +12,15 @@ use super::SocketOptions;
 use crate::files::own_folder;
 use crate::service::status::Socket;
 
-/// Interval at which the name of a socket is checked.
+/// Interval at which the file of a socket is checked.
 const CHECK_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Sockets that are gone and cannot be recreated, with the reasons.
+/// Sockets whose files were removed and that cannot be created again, with the reasons.
 #[derive(Debug, Default)]
 pub(super) struct MissingSockets(RefCell<BTreeMap<PathBuf, String>>);
 
 impl MissingSockets {
-    /// In words.
+    /// Returns the reasons as text.
     pub(super) fn reasons(&self) -> Vec<String> {
         let missing = self.0.borrow();
         let words = missing.iter().map(|(path, why)| {
@@ -44,10 +44,10 @@ impl MissingSockets {
     }
 }
 
-/// Serves at a socket until it is dropped, and at a new one of the same name after the socket is
-/// gone.
+/// Serves at a socket until the future is dropped. If the file of the socket is removed, creates
+/// the socket again and serves there.
 ///
-/// # Errors
+/// Errors of `serve`.
 /// Those of `serve`.
 pub(super) async fn keep_serving(
     at: &SocketOptions,
@@ -78,7 +78,7 @@ async fn is_gone(socket: &Socket) {
     }
 }
 
-/// Recreates the socket and its folder. The folder must be as trustworthy as at the start.
+/// Creates the socket and its folder again. The folder has to pass the same checks as at the start.
 fn recreate(at: &SocketOptions) -> Result<Socket, String> {
     if let Some(folder) = at.path.parent() {
         own_folder(folder).map_err(|why| why.to_string())?;

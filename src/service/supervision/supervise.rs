@@ -1,4 +1,4 @@
-//! The supervision: it starts the parts, reports on them, and stops them.
+//! The supervision. It starts the parts, reports their state, and stops them.
 
 use core::convert::Infallible;
 use core::future::pending;
@@ -20,10 +20,10 @@ use crate::signals::{SignalAction, Signals};
 
 /// Interval at which the status is collected.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
-/// Interval at which a start checks if it is complete.
+/// Interval at which the supervision checks whether the start is complete.
 const READY_POLL: Duration = Duration::from_millis(20);
 
-/// Runs the parts until a signal comes, a log ends, or a part fails. See [`run_with_reload`].
+/// Runs the parts until a signal arrives, a log ends, or a part fails. See [`run_with_reload`].
 ///
 /// # Errors
 /// [`ServiceError`].
@@ -31,12 +31,12 @@ pub fn run(options: &ServiceOptions, parts: Parts) -> Result<ServiceReport, Serv
     run_with_reload(options, parts, None)
 }
 
-/// Runs the parts like [`run`], and reloads the configuration on SIGHUP and by command.
+/// Runs the parts like [`run`], and also reloads the configuration on SIGHUP and by command.
 ///
-/// It sends the following to the service manager. `READY=1` is sent when samples flow or the bus is
-/// known to be silent. A status line is sent every second. `WATCHDOG=1` is sent at half of the
-/// manager's time, and only while the threads make progress. `RELOADING=1` and `STOPPING=1` are
-/// sent as well.
+/// The function notifies the service manager as follows. `READY=1` is sent when samples arrive or
+/// the bus is known to be silent. A status line is sent every second. `WATCHDOG=1` is sent at half
+/// of the watchdog time, but only while the threads make progress. `RELOADING=1` and `STOPPING=1`
+/// are sent at a reload and at the stop.
 ///
 /// # Errors
 /// [`ServiceError`].
@@ -50,7 +50,7 @@ pub fn run_with_reload(
         .build()
         .map_err(|cause| ServiceError::System { action: "start the runtime", cause })?;
     let report = runtime.block_on(supervise(options, parts, reload));
-    // A command that waits for its answer must not delay the end.
+    // A command that waits for its answer must not delay the end of the process.
     runtime.shutdown_background();
     report
 }
@@ -66,13 +66,13 @@ async fn supervise(
     let mut signals = Signals::register(reload.is_some())
         .map_err(|cause| ServiceError::System { action: "register for signals", cause })?;
     let mut manager = Manager::from_environment();
-    // The sockets come first: they distinguish a second service of the same cell from the first.
+    // The sockets are created first, because a second service of the same cell fails there.
     let status_socket = listen(options.status.as_ref())?;
     let control_socket = listen(options.control.as_ref())?;
     let node = StreamNode::join(parts.stream())?;
     let publisher = node.document_writer(Topic::Status)?;
-    // Without it a separate estimation process cannot distinguish disabled drives from a silent
-    // bus.
+    // An estimation in a separate process reads the status of the acquisition. Otherwise it could
+    // not distinguish disabled drives from a silent bus.
     let alone = matches!(parts, Parts::Estimation(_));
     let statuses = alone.then(|| node.document_reader(Topic::Status).ok()).flatten();
     let mut running = Running::new(options, &parts, publisher, statuses);
@@ -123,7 +123,7 @@ async fn supervise(
     Ok(ServiceReport { end: end?, snapshot })
 }
 
-/// Handles events while the parts run. Returns how they ended.
+/// Handles events while the parts run. Returns the reason for their end.
 async fn handle_events(
     (running, manager, mut reloader, mut signals): (&mut Running, &mut Manager, Reloader, Signals),
     missing: &MissingSockets,

@@ -1,4 +1,4 @@
-//! The threads of the service and what they report.
+//! The threads of the service and their reports.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -12,12 +12,11 @@ use crate::live::acquire::{AcquireEnd, Acquisition, SharedAcquisition};
 use crate::live::recording::{FrameTap, Recorder, RecorderOptions};
 use crate::live::worker::{Commands, SharedEstimation, Worker, WorkerEnd};
 
-/// Report of a thread. Each thread sends at most two, so the unbounded channel is bounded in
-/// practice.
+/// Report of a thread. A thread sends at most two reports, so the unbounded channel stays small.
 pub(super) enum Report {
-    /// The bus thread has its ports.
+    /// The bus thread has created its ports.
     AcquisitionReady,
-    /// The worker has its ports, and takes commands.
+    /// The worker has created its ports, and accepts commands.
     EstimationReady(Commands),
     /// The bus thread has ended.
     AcquisitionEnded(Result<AcquireEnd, ServiceError>),
@@ -38,10 +37,11 @@ pub(super) fn start_acquisition(
             let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
             let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
             let acquisition = acquisition.with_tap(tap);
-            // The receiver outlives the threads, except in the last moments of the process.
+            // The receiver exists longer than the threads, except just before the end of the
+            // process.
             let _ = reports.send(Report::AcquisitionReady);
             let end = acquisition.run(&stop);
-            // The tap is dropped: the recording is closed.
+            // The tap has been dropped, so the recording can be closed.
             recorder.into_iter().for_each(Recorder::finish);
             Ok(end?)
         });
@@ -88,8 +88,8 @@ fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(),
         .map_err(|cause| ServiceError::System { action: "start a thread", cause })
 }
 
-/// Runs a thread body, and reports a panic like any other end to the supervision. The closure
-/// shares only counts with other threads. A missing count does no harm.
+/// Runs the body of a thread. A panic is reported to the supervision like any other end. The
+/// closure shares only counts with other threads, and an incomplete count does no harm.
 fn run_guarded<T>(
     thread: &'static str,
     body: impl FnOnce() -> Result<T, ServiceError>,

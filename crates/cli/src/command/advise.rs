@@ -1,5 +1,5 @@
-//! `didim advise`: insufficient parameters of a result, and motions that improve them, in words.
-//! Nothing is moved.
+//! `didim advise`: describes the insufficiently identified parameters of a result, and motions that
+//! improve them. The command does not move the arm.
 
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print(&advice_text(&cell.robot, &subject.assignment, &advised))
 }
 
-/// Describes the insufficient parameters of a cell's result in words.
+/// Describes the insufficiently identified parameters of a result in words.
 pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, CliError> {
     let json = serde_json::to_vec(estimate).map_err(CliError::from_failure)?;
     let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());

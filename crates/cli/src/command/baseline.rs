@@ -1,4 +1,4 @@
-//! `didim baseline`: the result that later ones are compared with.
+//! `didim baseline`: sets, removes or shows the result with which later results are compared.
 
 use std::path::PathBuf;
 

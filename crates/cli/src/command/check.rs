@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Serialize)]
 struct JsonOutput<'a> {
     schema: u32,
-    /// Null if the file could not be read up to the name.
+    /// Name of the cell. `None` (JSON null) if the file could not be read as far as the name.
     cell: Option<&'a str>,
     /// True if there is no error.
     sound: bool,
@@ -55,7 +55,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     };
     let mut cell_findings = check_cell(&cell);
-    // A long-running service needs one constant model.
+    // A long-running service needs a constant model, so it does not choose values from the data.
     if cell.bus().is_ok()
         && let Err(left_to_data) = cell.clone().require_decided(&arguments.cell)
     {
@@ -88,7 +88,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     )))
 }
 
-/// Lists every fault of an invalid cell file.
+/// Creates an error that lists every fault of an invalid cell file.
 fn from_faults(file: &Path, faults: Faults) -> CliError {
     if faults.further_faults.is_empty() {
         return CliError::from_configuration(*faults.first_fault);
@@ -224,7 +224,7 @@ fn summary(cell: &Cell) -> String {
     )
 }
 
-/// Groups of findings in the output, the worst first.
+/// Groups of findings in the output, the most severe first.
 const SEVERITY_GROUPS: [(Severity, &str); 3] =
     [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")];
 

@@ -1,4 +1,4 @@
-//! `didim compare`: every method on one experiment, side by side.
+//! `didim compare`: compares the methods on one experiment.
 
 use std::path::{Path, PathBuf};
 
@@ -158,7 +158,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     without_result(&comparison)
 }
 
-/// Takes the controller from the commands of a recording, where they hold its law.
+/// Takes the controller from the commands of a recording, if the commands contain a control law and
+/// the cell configures no controller.
 fn use_law_of_commands(cell: &mut Cell, experiment: &CountedPiece, label: &Path) {
     let range = experiment.sample_range();
     let record = (&experiment.piece.measurement, &experiment.counted_range, range.readings());
@@ -180,14 +181,14 @@ fn without_result(comparison: &Comparison) -> Result<(), CliError> {
 }
 
 /// Parses the number of folds. Fewer than two blocks leave no data for the identification. A block
-/// has to be longer than the filters' reach, so their number is limited.
+/// has to be longer than the filters' reach, so the number of blocks is limited.
 fn parse_folds(text: &str) -> Result<usize, String> {
     let folds: usize = text.parse().map_err(|error| format!("{error}"))?;
     let fits = folds == 0 || (2..=20).contains(&folds);
     fits.then_some(folds).ok_or_else(|| "has to be 2 to 20, or 0 for none".to_owned())
 }
 
-/// Reads a configuration file, if one is named.
+/// Reads a configuration file, if the command line names one.
 fn read_toml<T>(
     path: Option<&Path>,
     read: impl Fn(&str) -> Result<T, String>,

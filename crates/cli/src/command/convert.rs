@@ -139,7 +139,8 @@ fn write_log(
     })
 }
 
-/// Returns a reading in a frame that every sample needs. Such a reading would need a value.
+/// Returns the name of an additional reading in a frame that every sample needs, if there is one.
+/// The frame cannot be encoded, because a measurement has no value for this reading.
 fn reading_of_samples(layout: &CompiledLayout) -> Option<&str> {
     let needed = layout.messages().iter().filter(|message| message.role != Role::Reading);
     let mut signals = needed.flat_map(|message| &message.extractions);

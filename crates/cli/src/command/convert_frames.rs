@@ -14,7 +14,7 @@ use crate::output::write_whole;
 use didim::cell::Cell;
 use didim::live::recording::open_log;
 
-/// Number of frames taken at a time.
+/// Capacity of a batch of frames.
 const BATCH_FRAMES: usize = 1024;
 
 /// Writes an MCAP recording as a candump log of the same frames, with the time of day if the
@@ -39,13 +39,14 @@ pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError>
     })
 }
 
-/// Writes a log, a capture of the cell's bus, or a complete ring as one MCAP recording. Adds the
-/// joint curves if the cell has a bus.
+/// Writes a log, a capture of the cell's bus, or a complete ring of recordings as one MCAP
+/// recording. Adds the joint curves if the cell has a bus.
 pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(), CliError> {
     let layout = cell.bus().ok().map(|bus| &bus.layout);
     let mut source = open_log(input, layout).map_err(CliError::from_failure)?;
     write_whole(output, |out| {
-        // A log names its interfaces along the way; a recording has to list them at its beginning.
+        // Each line of a log names its interface, but a recording lists all interfaces at its
+        // beginning. The log is therefore read twice.
         let mut names = open_log(input, layout).map_err(CliError::from_failure)?;
         let mut batch: Vec<Frame> = Vec::with_capacity(BATCH_FRAMES);
         while names.receive(&mut batch, Duration::ZERO).map_err(CliError::from_failure)?

@@ -33,9 +33,9 @@ use didim::service::pipeline::{OneRun, build_acquisition, build_estimation};
 use didim::service::status::Snapshot;
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 
-/// Cell of the demonstration, from the copies inside the program.
+/// Cell file of the demonstration. The program contains a copy of it.
 const DEMO_CELL: &str = "config/cells/tx40-packed-fd.toml";
-/// Number of frames that the in-process bus holds: a second at 5 kHz.
+/// Capacity of the in-process bus \[frames\]: one second at 5 kHz.
 const BUS_FRAMES: usize = 5000;
 /// Number of frames between two steps of the progress bar.
 const PROGRESS_FRAMES: u64 = 250;
@@ -90,7 +90,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     // At maximum speed, no frames may be dropped; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
     let mut work = build_estimation(&cell, paths, &last).map_err(CliError::from_failure)?;
-    // The device counts time from its own start.
+    // The time stamps of the device count from its start.
     work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     let parts = Parts::Both(
         build_acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::from_failure)?,
@@ -104,7 +104,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let played = arm.join().map_err(|_| CliError::from_failure("the simulated arm panicked"))?;
     let report: ServiceReport = report.map_err(CliError::from_failure)?;
     match played {
-        // A signal ended the service first.
+        // A signal ended the service before the end of the playback.
         Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
         Err(error) => return Err(CliError::from_failure(error)),
     }
@@ -140,7 +140,8 @@ fn cycle_count(
     cell: &Cell,
 ) -> Result<u64, CliError> {
     let Some(seconds) = arguments.seconds else { return Ok(device.cycle_count()) };
-    // The cell requires three seconds of motion, between half a second of rest and its margins.
+    // The cell requires three seconds of motion, with half a second of rest and the window's margin
+    // before and after it.
     if !(5.0..=86_400.0).contains(&seconds) {
         return Err(CliError::Usage(format!("--seconds {seconds}: has to be 5 to 86400")));
     }
@@ -148,7 +149,7 @@ fn cycle_count(
     Ok((seconds * cell.sample_rate_hz()).round() as u64)
 }
 
-/// Starts the thread that simulates and sends.
+/// Starts the thread that simulates the arm and sends its frames.
 fn start_arm(
     mut device: VirtualDevice,
     sender: InProcessSender,
@@ -176,7 +177,7 @@ fn progress_bar(cycles: u64) -> ProgressBar {
     style_bar(ProgressBar::new(cycles), template)
 }
 
-/// The in-process bus with a progress bar. It ends the playback after its frames.
+/// In-process bus with a progress bar. The sink stops the playback after the last frame.
 struct ProgressSink {
     bus: InProcessSink,
     bar: ProgressBar,

@@ -1,4 +1,5 @@
-//! `didim design`: designs the next motion, as files for people to run. Nothing is moved.
+//! `didim design`: designs the next motion and writes it to files, which people run. The command
+//! does not move the arm.
 
 use std::path::{Path, PathBuf};
 
@@ -154,7 +155,7 @@ impl LimitShares {
     }
 }
 
-/// Requests a motion of this duration that identifies all parameters.
+/// Returns the request for a motion of this duration that identifies all parameters.
 pub(super) fn requested_motion<'a>(
     within: &LimitShares,
     accelerations: Option<&'a [f64]>,
@@ -183,17 +184,17 @@ enum Objective {
     Payload,
 }
 
-/// The arm of the command line.
+/// Arm for which a motion is designed.
 pub(super) struct DesignSubject {
     pub(super) robot: Robot,
     pub(super) joints: Vec<String>,
     pub(super) assignment: Assignment,
-    /// Cell and result for finding a load.
+    /// Cell and stored result, if the motion is designed to find a load.
     identified: Option<(Cell, StoredModel)>,
 }
 
 impl DesignSubject {
-    /// Creates the arm of a cell, with the data of one of its results.
+    /// Creates the subject from a cell and, if given, a stored result of this cell.
     pub(super) fn of_cell(
         cell: &Cell,
         stored: Option<&StoredModel>,
@@ -245,7 +246,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print(&text)
 }
 
-/// A friction sweep.
+/// Designs a friction sweep and writes its files.
 fn design_sweep(
     arguments: &Arguments,
     joints: &[usize],
@@ -275,7 +276,7 @@ fn design_sweep(
     print(&sweep_text(assignment, (&designed).into(), &lines))
 }
 
-/// Formats a motion for the file of this name.
+/// Formats a motion as the content of the file `path`.
 pub(super) fn motion_text(
     path: &Path,
     format: MotionFormat,
@@ -300,7 +301,7 @@ pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliE
 }
 
 impl Arguments {
-    /// Writes the files once nothing else can fail.
+    /// Writes the files. It is called when all texts are complete, so that only a write can fail.
     fn write(
         &self,
         subject: &DesignSubject,
@@ -380,15 +381,15 @@ impl Arguments {
         }
     }
 
-    /// Returns the load to identify; only that objective has one.
+    /// Returns the declared load; `None` unless the objective is `payload`.
     fn load(&self) -> Option<KnownLoad> {
         let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
         (self.objective == Objective::Payload).then_some(KnownLoad { mass_kg, centre_m })
     }
 }
 
-/// Returns the best design of the searches. The first of equal ones wins, so that the thread order
-/// has no effect.
+/// Returns the best design of the searches. Among equal designs, the first is returned, so that the
+/// order of the threads has no effect.
 fn search_best(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
     let bar = ProgressBar::new(PARALLEL_SEARCHES as u64 * u64::from(steps));
     let bar = style_bar(bar, "{bar:40} {percent:>3} %  {eta} left");

@@ -29,7 +29,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print(&text(&fleet))
 }
 
-/// Minimum number of table rows; more if more are outside.
+/// Minimum number of table rows. The table has more rows if more parameters are outside their
+/// limits.
 const MIN_TABLE_ROWS: usize = 5;
 
 fn text(fleet: &Fleet) -> String {

@@ -1,5 +1,5 @@
-//! `didim history`: shows results over time, their comparison with the baseline, and two of them
-//! side by side.
+//! `didim history`: shows the results over time, compares them with the baseline, and compares two
+//! of them with each other.
 
 use std::path::{Path, PathBuf};
 
@@ -82,7 +82,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         _ => None,
     };
-    // Each result was judged with all earlier ones, including those that are not shown.
+    // Results are removed only after the history is complete, because each result is judged with
+    // all earlier results, including those that are not shown.
     if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
         let surplus = history.entries.len().saturating_sub(last);
         history.entries.drain(..surplus);
@@ -117,7 +118,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print_for_terminal(&text)
 }
 
-/// Computes the torque difference of two results along a recording, if one is given.
+/// Computes the torque difference of two results along a recording, if a recording is given.
 fn torques(
     arguments: &Arguments,
     folder: &Path,

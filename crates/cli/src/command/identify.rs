@@ -78,43 +78,46 @@ struct Output<'a> {
     estimate: &'a Estimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     reduction: Option<&'a Reduction>,
-    /// Start time of the first recording, if its stamps show it.
+    /// Start time of the first recording, if its time stamps contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
-    /// Additional drive readings along the counted samples, for a single recording.
+    /// Additional drive readings in the counted samples; `None` for several recordings.
     #[serde(flatten)]
     readings: Option<&'a DriveReadings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
-    /// Predictions for the motion, compared with the result.
+    /// Predictions of the designed motion, compared with the result.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     #[serde(rename = "foretold")]
     predicted: &'a [ExpectedParameter],
     elapsed_ms: f64,
 }
 
-/// One of several recordings or pieces: its error with the common parameters, and the distance of
-/// its own parameters from those of the others.
+/// One of several recordings or pieces: its error with the parameters of all recordings together,
+/// and the distance of its separately identified parameters from those of each other recording.
 #[derive(Serialize)]
 struct RecordingLine {
     input: String,
-    /// Start time of its file, if the stamps show it.
+    /// Start time of the file, if its time stamps contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
-    /// Additional drive readings along its counted samples.
+    /// Additional drive readings in the counted samples of the recording.
     #[serde(flatten)]
     readings: DriveReadings,
     relative_error: f64,
-    /// Root mean square difference to the parameters of each other recording, in standard
-    /// deviations. Null if one of the two cannot be identified alone.
+    /// Root mean square difference to the separately identified parameters of each recording
+    /// \[standard deviations\]. `None` (JSON null) for the recording itself, or if one of the two
+    /// recordings cannot be identified separately.
     rms_deviation_from: Vec<Option<f64>>,
 }
 
-/// Maximum number of recordings or pieces to compare with each other: the table is square.
+/// Maximum number of recordings or pieces that are compared with each other, because the size of
+/// the table grows with the square of this number.
 const MAX_COMPARED_RECORDINGS: usize = 12;
 const MAX_SEPARATE_IDENTIFICATIONS: RangeInclusive<usize> = 2..=MAX_COMPARED_RECORDINGS;
 
-/// Identifies each recording, or complete piece of one, alone, if there are several.
+/// Identifies each recording or piece separately, if there are at least two and at most
+/// `MAX_COMPARED_RECORDINGS`.
 fn identify_recordings(
     cell: &Cell,
     method: Method,
@@ -171,7 +174,7 @@ fn recordings_table(recordings: &[RecordingLine]) -> String {
     format!("\n{}", align_table(&header, &rows))
 }
 
-/// Data on a piece of a file, kept after its samples were given away.
+/// Data on a piece of a file that are needed after the identification has taken its samples.
 struct RecordingEntry {
     /// Index of the file among the inputs.
     input: usize,
@@ -189,8 +192,9 @@ impl RecordingEntry {
     }
 }
 
-/// Returns the measurements. If none is identified alone, they are given away, because they are not
-/// needed again.
+/// Returns the measurements with their samples that count. The measurements are moved out of
+/// `parts` if none is identified separately, because they are not needed again; otherwise they are
+/// borrowed.
 fn take_measurements(parts: &mut Vec<CountedPiece>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
     if !MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len()) {
         let pieces_taken = parts.drain(..);
@@ -220,7 +224,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let first = inputs[0].displayed_path();
     let start = Instant::now();
     let choices = DataChoices::make_choices(&mut cell, &measurements, first)?;
-    // Printed before the method runs, because it may fail with these choices.
+    // The choices are printed before the method runs, because the method may fail with them.
     if !arguments.json {
         print(&choices.text(&cell))?;
     }
@@ -279,7 +283,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     arguments.required.check_estimate(&identification.estimate)
 }
 
-/// Names the cell file or the recording, whichever the error is about.
+/// Adds the path of the cell file to an error in the configuration, and the path of the recording
+/// to any other error.
 fn not_identified(error: IdentifyError, cell_file: &Path, recording: &Path) -> CliError {
     match error {
         IdentifyError::Identification(IdentificationError::NoController { .. })
@@ -326,7 +331,7 @@ fn print_json(
     print(&format!("{json}\n"))
 }
 
-/// Prints when each recording was made and which of its samples count.
+/// Prints the start time, the samples that count and the drive readings of each recording.
 fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
     let mut last = None;
     for piece in reported.iter().take(MAX_COMPARED_RECORDINGS) {

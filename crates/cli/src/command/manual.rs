@@ -22,7 +22,7 @@ use self::reference::Reference;
 use crate::CliError;
 use crate::output::write_text;
 
-/// A generated file: its path below the folder, and its text.
+/// A generated file: its path relative to the output folder, and its text.
 pub type Generated = (String, String);
 
 #[derive(Debug, Args)]
@@ -47,10 +47,10 @@ pub(super) fn execute(arguments: &Arguments, command: clap::Command) -> Result<(
 }
 
 /// Creates every man page: `didim(1)`, one for each command, and one for each action of a command.
-/// Also creates those on the keys of the files and on the names of parameters.
+/// Also creates the reference pages: keys of files, parameter names and findings.
 ///
 /// # Errors
-/// None, apart from writes to memory.
+/// A page names a table that its file does not have. A test excludes this error.
 pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     command.build();
     let mut pages = Vec::new();
@@ -64,17 +64,18 @@ pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     Ok(pages)
 }
 
-/// Creates the pages of `docs` with the same content as man pages.
+/// Creates the pages of `docs/reference` that have the same content as the man pages of the
+/// reference.
 ///
 /// # Errors
-/// A table of a page that the file does not have, which a test excludes.
+/// A page names a table that its file does not have. A test excludes this error.
 pub fn documents() -> io::Result<Vec<Generated>> {
     let document =
         |page: &page::Page| (format!("docs/reference/{}", page.document), page.markdown());
     Ok(references()?.iter().map(document).collect())
 }
 
-/// Creates the JSON Schemas of cell and robot files, by which editors complete and check keys.
+/// Creates the JSON Schemas of cell and robot files, with which editors complete and check keys.
 pub fn schemas() -> Vec<Generated> {
     let schema = |file: Reference| {
         (format!("schema/{}.schema.json", file.name), file.schema.json(file.title()))
@@ -97,11 +98,11 @@ fn invalid_data(error: impl Into<Box<dyn core::error::Error + Send + Sync>>) -> 
     io::Error::new(io::ErrorKind::InvalidData, error)
 }
 
-/// Adds the page of a command and those of its subcommands, which it refers to. `words` are the
+/// Adds the page of a command and the pages of its subcommands, to which it refers. `words` are the
 /// words typed after `didim`.
 fn add_pages(command: &clap::Command, words: &str, pages: &mut Vec<Generated>) -> io::Result<()> {
     let name = format!("didim {words}").trim_end().replace(' ', "-");
-    // People look for the page by its own name; the usage line has a space.
+    // People look for the page by its name with hyphens; the usage line has spaces.
     let mut page_command = command.clone().display_name(name.clone());
     if page_command.find_subcommand("help").is_some() {
         page_command = page_command.mut_subcommand("help", |help| help.hide(true));
@@ -124,7 +125,7 @@ fn add_pages(command: &clap::Command, words: &str, pages: &mut Vec<Generated>) -
 /// Creates completions for bash, zsh and fish, under the names that these shells expect.
 ///
 /// # Errors
-/// A text that is not UTF-8, which does not occur.
+/// A generated text is not UTF-8. This error does not occur.
 pub fn completions(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     [
         (Shell::Bash, "completions/bash/didim"),
@@ -140,7 +141,7 @@ pub fn completions(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     .collect()
 }
 
-/// Exit status as seen by a shell.
+/// Section of the man pages about the exit status of the program.
 const EXIT_STATUS: &str = r".SH EXIT STATUS
 .TP
 0
@@ -167,7 +168,7 @@ A result that is not usable is no failure of the command: read its verdict, or a
 
 fn page(command: clap::Command, auxiliary: Option<&CommandPage>) -> io::Result<String> {
     let mut text = Vec::new();
-    // No date: the same program gives the same page.
+    // The page has no date, so that the same program always generates the same page.
     clap_mangen::Man::new(command)
         .section("1")
         .manual("didim")

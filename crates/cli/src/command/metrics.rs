@@ -1,4 +1,4 @@
-//! `didim metrics`: the status for Prometheus, from a separate process.
+//! `didim metrics`: serves the status to Prometheus, in a separate process.
 
 use core::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let paths = arguments.service.paths()?;
-    // Logged when it changes, not at every scrape.
+    // True if the last request was answered. Only a change is logged, not every scrape.
     let answered = AtomicBool::new(true);
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -99,13 +99,13 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// True if the command is a daemon. A daemon logs its actions; other commands log only
+    /// Returns true if the command is a daemon. A daemon logs its actions; other commands log only
     /// problems.
     pub(crate) fn is_daemon(&self) -> bool {
         matches!(self, Self::Run(_) | Self::Metrics(_))
     }
 
-    /// True if the command handles SIGINT and SIGTERM itself.
+    /// Returns true if the command handles SIGINT and SIGTERM itself.
     pub(crate) fn handles_signals(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! `didim note`: facts that the bus does not report, for the open window or the next one.
+//! `didim note`: attaches facts that the bus does not report to the open window or the next one.
 
 use clap::Args;
 

@@ -1,5 +1,5 @@
 //! `didim payload`: finds the payload of the arm in a recording, from a stored result of the arm
-//! without it.
+//! without the payload.
 
 use std::path::PathBuf;
 
@@ -53,13 +53,13 @@ pub(crate) struct Arguments {
 struct Output<'a> {
     schema: u32,
     robot: &'a str,
-    /// Start of the recording, if the stamps give it.
+    /// Start time of the recording, if its time stamps contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
     #[serde(flatten)]
     payload: &'a Payload,
     /// True if the result was identified with this configuration; `None` if the result does not
-    /// say.
+    /// name its configuration.
     same_configuration: Option<bool>,
 }
 

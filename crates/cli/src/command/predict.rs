@@ -50,11 +50,11 @@ pub(crate) struct Arguments {
 struct Output<'a> {
     #[serde(flatten)]
     prediction: &'a Prediction,
-    /// Start of the recording, if its stamps give it.
+    /// Start time of the recording, if its time stamps contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
     /// True if the result was identified with this configuration; `None` if the result does not
-    /// say.
+    /// name its configuration.
     same_configuration: Option<bool>,
     /// Caveats for the reader of the prediction.
     notes: &'a [String],
@@ -62,7 +62,7 @@ struct Output<'a> {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
-    // Check before the work, which would otherwise be lost.
+    // Outputs are checked first, so that no work is lost.
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
     let (model, cell) =
@@ -101,7 +101,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     })
 }
 
-/// Texts of a report in addition to the figures of its prediction.
+/// Texts of a prediction report, in addition to the figures of the prediction.
 struct PredictionTexts<'a> {
     recorded: Option<RecordingStart>,
     notes: &'a [String],
@@ -148,7 +148,7 @@ fn notes(
     notes
 }
 
-/// Returns a table with a row per joint and one for all joints.
+/// Returns a table with a row for each joint and a row for all joints together.
 fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
     let Prediction { error, quantiles_per_joint, expected_error, .. } = prediction;
     let percent = |value: f64| format!("{:.2} %", 100.0 * value);

@@ -65,7 +65,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         build_acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::from_failure)?;
     let mut work = build_estimation(&cell, paths, &last).map_err(CliError::from_failure)?;
     work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
-    // The recording of a result names its first cycle and its window.
+    // A recording that belongs to a result contains its window and the number of its first cycle.
     if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::from_failure)? {
         let assembler = cell.bus().map_err(CliError::from_configuration)?.assembler();
         let first =
@@ -101,7 +101,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         print_for_terminal(&text(&identification, &cell.robot, &report.snapshot))?;
     }
-    // After the result, so that a file that cannot be written does not lose it.
+    // Files are written after the result is printed, so that a write error does not cost the
+    // result.
     if let Some(path) = &arguments.figure {
         write_figure(path, &cell, &identification)?;
     }

@@ -1,4 +1,4 @@
-//! `didim run`: the daemon.
+//! `didim run`: runs the service as a daemon.
 
 use std::path::PathBuf;
 
@@ -111,8 +111,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Returns `None` if one process runs both parts. The option and the cell have to agree, so that a
-/// unit file and a cell file that contradict each other are noticed.
+/// Returns the part of the service that this process runs; `None` if one process runs both parts.
+/// The option and the cell have to agree, so that a unit file and a cell file that contradict each
+/// other are noticed.
 fn which_part(asked: Option<Part>, processes: Processes) -> Result<Option<Part>, CliError> {
     match (asked, processes) {
         (None, Processes::One) => Ok(None),

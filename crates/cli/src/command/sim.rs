@@ -99,7 +99,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             })?;
             played.unwrap_or_default()
         }
-        // Refused above.
+        // These buses were refused above.
         BusAddress::InProcess | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
             PlaybackResult::default()
         }
@@ -119,7 +119,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     ))
 }
 
-/// Applies the motion, the seed and the repetition of the arguments.
+/// Applies the motion, the seed and the repetition of the arguments to the scenario.
 fn changed_scenario(arguments: &Arguments, mut scenario: Scenario) -> Result<Scenario, CliError> {
     if let Some(file) = &arguments.motion {
         let points = read_motion(file).map_err(CliError::from_configuration)?;

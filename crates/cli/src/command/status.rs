@@ -41,7 +41,7 @@ impl WhichService {
         if done.is_empty() { Ok(()) } else { print(&format!("{done}\n")) }
     }
 
-    /// Returns the paths of its sockets.
+    /// Returns the paths of the service's sockets.
     pub(super) fn paths(&self) -> Result<Paths, CliError> {
         let runtime = match (&self.runtime, &self.cell) {
             (Some(runtime), _) => runtime.clone(),
@@ -52,8 +52,8 @@ impl WhichService {
     }
 }
 
-/// Returns the folder that a cell file names. A mistake in another part of the file does not
-/// prevent a request to a running service.
+/// Returns the folder of the sockets that a cell file names. A mistake in another part of the file
+/// does not prevent a request to a running service.
 fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
     let error = match Cell::read(cell) {
         Ok(cell) => return Ok(cell.service.runtime_directory),
@@ -70,7 +70,8 @@ fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
     Ok(named)
 }
 
-/// Returns the use of colour: on a terminal, unless `NO_COLOR` forbids it.
+/// Returns the use of colours: always on a terminal, unless `NO_COLOR` forbids colours; never on
+/// other outputs.
 fn choose_colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
     match is_terminal && !refuses_colour(no_color) {
         true => Colour::Always,

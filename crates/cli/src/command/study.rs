@@ -1,4 +1,4 @@
-//! `didim study`: effects of noise and model errors on the methods.
+//! `didim study`: computes the effects of noise and model errors on the methods.
 
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use didim_lab::study::{
     merge, table,
 };
 
-/// Tables of a study, for programs and for people.
+/// File with the results of a study for programs; `MARKDOWN_FILE` is for people.
 const JSON_FILE: &str = "study.json";
 const MARKDOWN_FILE: &str = "study.md";
 

@@ -39,7 +39,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let paths = arguments.service.paths()?;
     let stop = stop_flag().map_err(CliError::from_failure)?;
     let answers = start_requests(paths).map_err(CliError::from_failure)?;
-    // From here on, every exit goes through the guard: an error, a signal or a panic.
+    // From here on, the guard restores the terminal at every exit: an error, a signal or a panic.
     let restored = TerminalGuard;
     let watched = try_init().and_then(|mut terminal| watch(&mut terminal, &answers, &stop));
     drop(restored);
@@ -59,8 +59,8 @@ impl Drop for TerminalGuard {
 
 type Answer = Result<Snapshot, ClientError>;
 
-/// Asks on a separate thread, because an answer may take seconds and keys must not wait. The thread
-/// ends with the receiver.
+/// Starts a thread that requests the status, because an answer may take seconds and keys must not
+/// wait for it. The thread ends when the receiver is dropped.
 fn start_requests(paths: Paths) -> std::io::Result<Receiver<Answer>> {
     let (answers, receiver) = sync_channel(1);
     std::thread::Builder::new().name("ask".into()).spawn(move || {
@@ -133,7 +133,7 @@ fn watch(
     Ok(())
 }
 
-/// Takes an answer, if there is one. Returns true if the screen has to be drawn.
+/// Takes an answer of the service, if there is one. Returns true if the screen has to be redrawn.
 fn take_answer(
     answers: &Receiver<Answer>,
     view: &mut View,

@@ -12,17 +12,17 @@ use super::prediction;
 use super::task::Task;
 use didim_dynamics::robot::Robot;
 
-/// Lengths of a piece, in multiples of a candidate, the shortest first.
+/// Tried lengths of a motion, as multiples of a candidate's length, the shortest first.
 const LENGTH_MULTIPLES: [usize; 3] = [1, 2, 4];
 
 /// Motion that adds missing information to a result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advised {
-    /// Motion, described in words.
+    /// The motion, described in words.
     pub excitations: JointExcitations,
-    /// Same motion as a designed one, with the used share of each limit.
+    /// The same motion as a design, with the used share of each limit.
     pub design: Design,
-    /// Standard deviation of each parameter from this motion, those before it, and the prior
+    /// Standard deviation of each parameter from this motion, the motions before it and the prior
     /// information.
     pub deviations: Vec<f64>,
 }
@@ -32,7 +32,8 @@ pub struct Advised {
 pub struct Advice {
     /// Present standard deviation of each parameter.
     pub deviations: Vec<f64>,
-    /// Parameters, by index, whose deviation is more than enough and that some motion can identify.
+    /// Indices of the parameters whose standard deviation is too large and that some motion can
+    /// identify.
     pub missing_parameters: Vec<usize>,
     /// Parameters that no motion identifies well enough, even if all others were known. Their
     /// torque is too small.
@@ -40,19 +41,20 @@ pub struct Advice {
     /// Advised motions in sequence.
     pub motions: Vec<Advised>,
     /// Uncertainty of the torques due to the parameters, relative to the torques, over all tried
-    /// motions and weighted by noise: now, and with all pieces.
+    /// motions and weighted by noise: before and after the advised motions.
     pub torque: [f64; 2],
 }
 
-/// Advises motions that identify what a result lacks. For each parameter a deviation of `enough`
-/// relative to its value is sufficient. Every advised motion was tried. It is within the limits,
-/// and its deviations are predicted like those of a designed one.
+/// Advises motions that identify the insufficiently known parameters of a result. A parameter is
+/// known well enough if its standard deviation is at most `enough` times its value. Every advised
+/// motion has been checked: it is within the limits, and its standard deviations are predicted like
+/// those of a designed motion.
 ///
-/// The task's `before` has to be the information of the result. Its duration and aim have no
-/// effect.
+/// The task's prior information has to be the information of the result. Its duration and objective
+/// have no effect.
 ///
 /// # Errors
-/// [`ExcitationError::NotIdentifiable`] where the result leaves a parameter undetermined,
+/// [`ExcitationError::NotIdentifiable`] if the result leaves a parameter undetermined,
 /// [`ExcitationError::NoExcitation`].
 pub fn advise(
     robot: &Robot,
@@ -98,7 +100,8 @@ pub fn advise(
             break;
         }
         let best = tried.swap_remove(at);
-        // The shortest length that achieves as much as the longest.
+        // The shortest length with which as many parameters are known well enough as with the
+        // longest.
         let brought = |times: usize| {
             let then = standard_deviations(&with_added(&best, times as f64));
             then.map(|then| wanted.iter().filter(|&&(k, _)| then[k] <= enough[k]).count())

@@ -8,8 +8,8 @@ use super::limit_kind::LimitKind;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
 
-/// Barrier −ln(1 − z²), the mean over the samples, summed over the limits; z is −1 to 1 within a
-/// limit.
+/// Barrier −ln(1 − z²), averaged over the samples and summed over the limits. z is the used share
+/// of a limit, from −1 to 1.
 pub(super) struct Barrier<'a> {
     model: &'a Model,
     bounds: &'a Bounds,
@@ -38,7 +38,8 @@ impl<'a> Barrier<'a> {
         Some(torques)
     }
 
-    /// Returns the largest share of any limit, with the index of the limit; `None` for a gap.
+    /// Returns the largest used share of any limit, and the index of the limit; `None` if it is a
+    /// gap.
     pub(super) fn largest_share(
         &self,
         motion: &Motion,
@@ -59,7 +60,7 @@ impl<'a> Barrier<'a> {
         if of_gaps > share { (None, of_gaps) } else { (place, share) }
     }
 
-    /// Returns the value times `weight`, and adds its gradient to `by_motion`. Returns `None`
+    /// Returns the barrier times `weight`, and adds its gradient to `by_motion`. Returns `None`
     /// outside a limit.
     pub(super) fn add_share(
         &mut self,
@@ -105,7 +106,8 @@ impl<'a> Barrier<'a> {
         Some(value)
     }
 
-    /// Converts the gradient by the torques to that by the motion, and adds it.
+    /// Converts the gradient with respect to the torques to the gradient with respect to the
+    /// motion, and adds it.
     fn add_of_torques(
         &mut self,
         [q, dq, ddq, _]: &Motion,
@@ -136,7 +138,7 @@ impl<'a> Barrier<'a> {
     }
 }
 
-/// Returns the values that a limit applies to, n × N.
+/// Returns the values of the quantity that a kind of limit applies to, n × N.
 fn of_kind<'a>(
     kind: LimitKind,
     [q, dq, ddq, dddq]: &'a Motion,

@@ -9,8 +9,8 @@ use super::series::{FourierSeries, JointSeries};
 
 const FEWEST_HARMONICS: usize = 4;
 const MOST_HARMONICS: usize = 60;
-/// Number of samples per period of the highest frequency. A peak between two of them is at most 3.4
-/// % higher.
+/// Number of samples per period of the highest frequency. A peak between two samples is at most 3.4
+/// % higher than the samples.
 const SAMPLES_PER_PERIOD: usize = 12;
 
 /// Position and its first three derivatives along the samples, n × N each, a column per sample.
@@ -27,14 +27,14 @@ pub(super) struct CoordinateUnits {
     pub(super) speed_unit: f64,
 }
 
-/// Functions of time in which motions are linear.
+/// Basis of time functions; motions are linear combinations of these functions.
 ///
-/// With a_k = α_k/(kω) and b_k = β_k/(kω), q̇ = 0 at both ends is Σ α_k = 0 and q̈ = 0 is Σ k β_k =
-/// 0. So α and β have coordinates in orthonormal bases of the vectors orthogonal to (1, 1, …) and
-/// to (1, 2, …).
+/// With a_k = α_k/(kω) and b_k = β_k/(kω), zero velocity at both ends requires Σ α_k = 0, and zero
+/// acceleration requires Σ k β_k = 0. So α and β are represented in orthonormal bases of the
+/// vectors orthogonal to (1, 1, …) and to (1, 2, …).
 pub(super) struct Basis {
     duration_s: f64,
-    /// H × (H − 1) each.
+    /// Bases of the sine and cosine amplitudes, H × (H − 1) each.
     sine: DMatrix<f64>,
     cosine: DMatrix<f64>,
     /// Functions and their derivatives at the samples, m × N each.
@@ -72,12 +72,12 @@ impl Basis {
         Self { duration_s, sine, cosine, derivatives_at_samples, units }
     }
 
-    /// Returns the number of coordinates of each joint, m: its mean, its sines, its cosines.
+    /// Returns the number m of coordinates of each joint: its mean, its sines, its cosines.
     fn width(&self) -> usize {
         self.derivatives_at_samples[0].nrows()
     }
 
-    /// Returns n. The first coordinates are the means of the joints.
+    /// Returns the number n of joints. The first coordinates are the means of the joints.
     pub(super) fn joints(&self) -> usize {
         self.units.len()
     }
@@ -87,7 +87,7 @@ impl Basis {
         self.units.len() * self.width()
     }
 
-    /// N.
+    /// Returns the number N of samples.
     pub(super) fn samples(&self) -> usize {
         self.derivatives_at_samples[0].ncols()
     }
@@ -116,7 +116,8 @@ impl Basis {
         core::array::from_fn(|order| &x * &self.derivatives_at_samples[order])
     }
 
-    /// Converts the gradient by the motion to that by the coordinates.
+    /// Converts the gradient with respect to the motion to the gradient with respect to the
+    /// coordinates.
     pub(super) fn gradient(&self, by_motion: &Motion, out: &mut [f64]) {
         let mut sum = DMatrix::zeros(self.units.len(), self.width());
         for (by, functions) in by_motion.iter().zip(&self.derivatives_at_samples) {
@@ -144,7 +145,7 @@ impl Basis {
     }
 }
 
-/// Returns column `i`: one sample.
+/// Returns column `i`, which is one sample.
 pub(super) fn column(matrix: &DMatrix<f64>, i: usize) -> &[f64] {
     let n = matrix.nrows();
     &matrix.as_slice()[i * n..(i + 1) * n]

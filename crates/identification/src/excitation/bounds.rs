@@ -11,11 +11,11 @@ use didim_dynamics::robot::{JointIndex, JointKind, Limits, Robot};
 /// Margins of a motion to a robot's limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Share of the position range that is left free at each end. 0.05.
+    /// Share of the position range that stays unused at each end; the default is 0.05.
     pub position: f64,
-    /// Used share of the limits of speed, acceleration and jerk. 0.5.
+    /// Used share of the limits of speed, acceleration and jerk; the default is 0.5.
     pub speed: f64,
-    /// Used share of the torque limits. 0.8: the model has errors.
+    /// Used share of the torque limits; the default is 0.8, because the model has errors.
     pub torque: f64,
 }
 
@@ -25,20 +25,20 @@ impl Default for Margins {
     }
 }
 
-/// One limit: of a joint, or of a motor that is geared to several joints, as seen at its joint.
+/// Limit of a joint, or of a motor that is geared to several joints, referred to the motor's joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bound {
     pub(super) kind: LimitKind,
-    /// Counted from 0.
+    /// Joint, counted from 0.
     pub(super) joint: usize,
-    /// Factors of the joints' values. Their sum is limited.
+    /// Factors of the joints' values, whose weighted sum is limited.
     pub(super) direction: [f64; MAX_JOINTS],
     pub(super) middle: f64,
     pub(super) half_range: f64,
 }
 
 impl Bound {
-    /// Returns the share of the limit, from −1 to 1 within it.
+    /// Returns the used share of the limit, from −1 to 1 if the limit is kept.
     pub(super) fn share_of_limit(&self, values: &[f64]) -> f64 {
         let value: f64 = self.direction.iter().zip(values).map(|(d, v)| d * v).sum();
         (value - self.middle) / self.half_range
@@ -51,16 +51,16 @@ pub struct Bounds {
     pub(super) limits: Vec<Bound>,
     /// Standard parameters for computing the torques.
     pub(super) parameters: Option<Vec<f64>>,
-    /// Shapes that are kept apart, if configured.
+    /// Shapes that must not collide, if configured.
     pub(super) shapes: Option<Shapes>,
 }
 
 /// Share of a limit that a motion uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UsedLimit {
-    /// The exceeded limit.
+    /// Kind of the limit.
     pub kind: LimitKind,
-    /// Joint, or the motor of this number if it is geared to several joints.
+    /// Joint, or the motor with this number if it is geared to several joints.
     pub joint: JointIndex,
     /// True if the limit is that of the motor.
     pub of_motor: bool,
@@ -74,10 +74,10 @@ pub struct UsedLimit {
 }
 
 impl Bounds {
-    /// Creates the bounds of a robot, less the margins. `accelerations` replace those of the robot
-    /// file \[rad/s² or m/s²\], without a margin. Torques are limited if `parameters` (standard
-    /// ones) are given. A motor that is geared to several joints has the limits of its own joint,
-    /// as seen there.
+    /// Creates the bounds of a robot, reduced by the margins. `accelerations` replace those of the
+    /// robot file \[rad/s² or m/s²\], without a margin. Torques are limited if `parameters`
+    /// (standard parameters) are given. A motor that is geared to several joints has the limits of
+    /// its own joint, referred to this joint.
     ///
     /// # Errors
     /// [`ExcitationError::NoAcceleration`], [`ExcitationError::OpenLimit`],
@@ -153,13 +153,13 @@ impl Bounds {
         Ok(Self { limits: bounds, parameters, shapes: None })
     }
 
-    /// Returns the same bounds with shapes that are kept apart.
+    /// Returns the bounds with shapes that must not collide.
     #[must_use]
     pub fn with_shapes(self, shapes: Option<Shapes>) -> Self {
         Self { shapes, ..self }
     }
 
-    /// Returns the shapes that are kept apart; `None` if no shapes are configured.
+    /// Returns the shapes that must not collide; `None` if no shapes are configured.
     pub fn separated_shapes(&self) -> Option<&Shapes> {
         self.shapes.as_ref()
     }
@@ -175,7 +175,8 @@ impl Bounds {
         self.shapes.as_ref()?.nearest_along(model, motion, rate_hz)
     }
 
-    /// Returns the largest share of any limit or gap, with the share of each that a motion uses.
+    /// Returns the largest used share of any limit or gap along a motion, and the used share of
+    /// each limit.
     pub(super) fn shares_along(
         &self,
         model: &Model,
@@ -221,13 +222,13 @@ impl Bounds {
         bound.map_or([0.0; 2], |of| [of.middle - of.half_range, of.middle + of.half_range])
     }
 
-    /// True if torques are limited.
+    /// Returns true if torques are limited.
     pub fn limits_torques(&self) -> bool {
         self.parameters.is_some()
     }
 }
 
-/// Refuses margins and accelerations that are out of range.
+/// Checks that margins and accelerations are in range.
 fn check_arguments(
     margins: Margins,
     accelerations: Option<&[f64]>,
@@ -320,7 +321,7 @@ impl<'a> Torques<'a> {
     }
 }
 
-/// Returns the torque of a motor as seen at its own joint, r_jj (R⁻ᵀ τ)_j.
+/// Returns the factors for the torque of a motor referred to its own joint, r_jj (R⁻ᵀ τ)_j.
 fn motor_torque(robot: &Robot, motor: usize) -> [f64; MAX_JOINTS] {
     let (n, transmission) = (robot.joints(), robot.transmission());
     let ratio = transmission.row(motor)[motor];

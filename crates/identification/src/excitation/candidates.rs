@@ -1,4 +1,5 @@
-//! Excitations of one joint or two from a few postures, each as large as the limits allow.
+//! Candidate motions: excitations of one joint or two from a few postures, as large as the limits
+//! permit.
 
 use core::f64::consts::TAU;
 
@@ -18,18 +19,17 @@ use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 
 /// Number of start postures: the middle of the ranges, and random ones.
 const START_POSTURES: usize = 4;
-/// Number of repetitions in `DesignLimits::piece_s`, slow and fast: of one joint, and of two, which
-/// never repeat together.
+/// Numbers of repetitions within `DesignLimits::piece_s`, slow and fast, for one joint and for two
+/// joints. The numbers of two joints are coprime, so that their combined motion does not repeat.
 const REPETITIONS_OF_ONE: [usize; 4] = [1, 3, 6, 10];
 const REPETITIONS_OF_TWO: [[usize; 2]; 6] = [[2, 3], [3, 2], [5, 6], [6, 5], [1, 7], [7, 1]];
-/// Numbers of samples per second at which candidates are evaluated, and checked against the limits
-/// \[Hz\].
+/// Sample rates at which candidates are evaluated and checked against the limits \[Hz\].
 const INFORMATION_HZ: f64 = 50.0;
 const LIMIT_CHECK_HZ: f64 = 100.0;
 /// Number of attempts with a smaller amplitude.
 const AMPLITUDE_TRIALS: usize = 12;
 
-/// Motion that may be advised.
+/// Motion that can be advised.
 pub(super) struct Candidate {
     pub(super) excitations: JointExcitations,
     /// Information from this motion alone.
@@ -38,7 +38,8 @@ pub(super) struct Candidate {
 
 /// Returns all candidates within the limits.
 ///
-/// # Errors [`ExcitationError::NoExcitation`] if no candidate is within the limits.
+/// # Errors
+/// [`ExcitationError::NoExcitation`] if no candidate is within the limits.
 pub(super) fn list_candidates(
     robot: &Robot,
     task: &Task,
@@ -71,8 +72,8 @@ pub(super) fn list_candidates(
     if candidates.is_empty() { Err(ExcitationError::NoExcitation) } else { Ok(candidates) }
 }
 
-/// Returns the resolution of reported positions: whole degrees or millimetres, so that the reported
-/// motion equals the tried one.
+/// Returns the resolution of reported positions: whole degrees or millimetres. Candidates have such
+/// positions, so that the reported motion equals the checked one.
 fn step(kind: JointKind) -> f64 {
     match kind {
         JointKind::Revolute => 1.0_f64.to_radians(),
@@ -93,8 +94,9 @@ fn start_postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Returns excitations about a posture, as large as position, speed and acceleration allow. They
-/// are smaller if other limits are exceeded. Returns `None` if the arm cannot even rest.
+/// Returns excitations about a posture, as large as the limits of position, speed and acceleration
+/// permit, and smaller if other limits require it. Returns `None` if the arm cannot rest in the
+/// posture.
 fn excitations_within_limits(
     task: &Task,
     grid: &[f64],

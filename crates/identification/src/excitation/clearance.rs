@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// A segment shorter than this is a point \[m²\].
+/// Squared length below which a segment is treated as a point \[m²\].
 const POINT_LENGTH_M2: f64 = 1e-18;
 
 /// Returns the points of two segments that are nearest to each other.

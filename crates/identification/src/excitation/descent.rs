@@ -2,7 +2,7 @@
 
 /// Number of pairs of steps and gradient changes that represent the curvature.
 const CURVATURE_PAIRS: usize = 20;
-/// Smallest accepted share of the decrease that the gradient predicts.
+/// Smallest accepted decrease, as a share of the decrease that the gradient predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 const MAX_HALVINGS: u32 = 30;
 /// Length of the first step, in the units of the coordinates.
@@ -14,9 +14,9 @@ struct CurvaturePair {
     curvature: f64,
 }
 
-/// Takes at most a given number of steps down from `x`, where `evaluate` has a value. `evaluate`
-/// fills the gradient, and has no value outside the domain. Returns true if there was a value at
-/// the start. `after` is called after each step with the point reached.
+/// Takes at most `steps` steps of decreasing value, starting from `x`. `evaluate` returns the value
+/// and fills the gradient; it returns `None` outside the domain. `after` is called with the point
+/// after each step. Returns true if the start has a value.
 pub(super) fn descend(
     x: &mut Vec<f64>,
     steps: u32,
@@ -73,7 +73,7 @@ pub(super) fn descend(
     true
 }
 
-/// Returns the direction of the two-loop recursion.
+/// Returns the search direction, by the two-loop recursion.
 fn descent_direction(pairs: &[CurvaturePair], gradient: &[f64]) -> Vec<f64> {
     let mut direction: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let Some(last) = pairs.last() else {

@@ -9,7 +9,7 @@ use super::series::FourierSeries;
 use super::shapes::Nearest;
 use super::task::Task;
 
-/// Number of samples per second at which limits are checked \[Hz\]: ten times the fastest output.
+/// Sample rate at which limits are checked \[Hz\]: ten times the fastest output rate.
 pub const CHECK_HZ: f64 = 5000.0;
 const BARRIER_STAGES: u32 = 4;
 /// Successive weights of the barrier.
@@ -18,9 +18,9 @@ const BARRIER_WEIGHTS: [f64; BARRIER_STAGES as usize] = [0.1, 0.02, 0.004, 0.000
 /// Progress of a design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Steps taken.
+    /// Number of completed steps.
     pub steps: u32,
-    /// Steps in all.
+    /// Total number of steps.
     pub total_steps: u32,
 }
 
@@ -34,13 +34,14 @@ pub struct Design {
     pub value: f64,
     /// Used share of each limit, checked at 5000 samples per second.
     pub used: Vec<UsedLimit>,
-    /// Narrowest gap between shapes along the motion, checked likewise; `None` if no shapes are
-    /// configured.
+    /// Narrowest gap between shapes along the motion, checked at 5000 samples per second; `None` if
+    /// no shapes are configured.
     pub narrowest_gap: Option<Nearest>,
 }
 
-/// Designs a motion in a given number of steps, from a random one that the seed determines. The
-/// same task, seed and steps give the same motion. `progress` is called after each step.
+/// Designs a motion in a given number of steps, starting from a random motion that the seed
+/// determines. The same task, seed and steps give the same motion. `progress` is called after each
+/// step.
 ///
 /// # Errors
 /// [`ExcitationError`].
@@ -73,7 +74,7 @@ pub fn design(
     Ok(Design { series, value, used, narrowest_gap: nearest })
 }
 
-/// Returns the random motion within the limits with which a search of this seed begins.
+/// Returns the random motion within the limits from which a search with this seed starts.
 ///
 /// # Errors
 /// [`ExcitationError::Middle`], [`ExcitationError::Touching`].
@@ -90,8 +91,8 @@ fn scale_into_limits(
 ) -> (FourierSeries, Vec<UsedLimit>, Option<Nearest>) {
     loop {
         let (share, used, nearest) = task.bounds.shares_along(&task.model, &series, CHECK_HZ);
-        // Shares of positions, gravity and gaps do not vanish with the motion, so more than one
-        // step is needed.
+        // The used shares of positions, gravity and gaps do not decrease in proportion to the
+        // motion, so more than one step may be needed.
         if share <= 1.0 {
             return (series, used, nearest);
         }

@@ -1,4 +1,4 @@
-//! Information of a motion on the parameters.
+//! Information about the parameters that a motion provides.
 
 use nalgebra::DMatrix;
 
@@ -6,14 +6,14 @@ use super::basis::{Motion, column};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, RegressorColumns, Workspace};
 
-/// Information matrix M = M₀ + Σ Yᵀ W Y over the samples of a motion, b × b. Also computes the
+/// Computes the information matrix M = M₀ + Σ Yᵀ W Y over the samples of a motion (b × b), and the
 /// gradient of a function of M.
 pub(super) struct Information {
     model: Model,
     columns: Vec<usize>,
     regressor_columns: RegressorColumns,
-    /// Index of each column among the selected ones. The columns of a load are those of the last
-    /// link, which may be selected already.
+    /// Index of each selected column among the computed regressor columns. The columns of a load
+    /// are those of the last link, which may be selected already.
     column_indices: Vec<usize>,
     prior_information: DMatrix<f64>,
     /// √W: root of the row weight of each joint.
@@ -25,8 +25,8 @@ pub(super) struct Information {
 }
 
 impl Information {
-    /// Creates the information of the parameters in these columns of the regressor. `before` is the
-    /// prior information (b × b), `weights` are the roots of the row weight of each joint.
+    /// Creates the information of the parameters with these regressor columns. `before` is the
+    /// prior information (b × b), `weights` are the square roots of the row weight of each joint.
     pub(super) fn new(
         model: Model,
         columns: Vec<usize>,
@@ -55,7 +55,8 @@ impl Information {
         }
     }
 
-    /// Returns the matrix of a motion. Its rows are kept for the [gradient](Self::add_gradient).
+    /// Returns the information matrix of a motion. Its rows are stored for the
+    /// [gradient](Self::add_gradient).
     pub(super) fn weighted_regressor(&mut self, [q, dq, ddq, _]: &Motion) -> DMatrix<f64> {
         let (n, width, samples) = (q.nrows(), self.columns.len(), q.ncols());
         if self.rows.ncols() != n * samples {
@@ -91,8 +92,8 @@ impl Information {
     /// Adds the gradient of a function f of M along the motion for which M was last computed.
     /// `slope` is symmetric with df = tr(slope dM).
     ///
-    /// df = Σ tr(2 slope Yᵀ W dY): for each row j of a sample the change of τ_j, with the
-    /// parameters of row j of 2 W Y slope.
+    /// df = Σ tr(2 slope Yᵀ W dY). For each row j of a sample, this is the change of τ_j with row j
+    /// of 2 W Y slope as parameters.
     pub(super) fn add_gradient(
         &mut self,
         slope: &DMatrix<f64>,
@@ -110,7 +111,7 @@ impl Information {
         for i in 0..q.ncols() {
             let [q, dq, ddq] = [q, dq, ddq].map(|of| column(of, i));
             let (ws, model) = (&mut self.workspace, &self.model);
-            // Known torques have no parameters.
+            // Known torques are those of the model with all parameters at 0.
             let (of_known, unused) = (&mut of_known[..n * n], &mut unused[..n * n]);
             model.inverse_dynamics_partials(ws, &nothing, q, dq, ddq, of_known, unused);
             for j in 0..n {

@@ -1,14 +1,14 @@
-//! Motion that can be described in words: joints that move from a posture and back.
+//! Motion that can be described in words: joints move from a posture to another position and back.
 
 use core::f64::consts::TAU;
 use didim_dynamics::robot::JointIndex;
 
 use super::series::{FourierSeries, JointSeries};
 
-/// Highest speed, relative to half the distance times ω: that of sin φ − ½ sin 2φ.
+/// Highest speed relative to half the travel times ω: the maximum of sin φ − ½ sin 2φ.
 pub(super) const PEAK_SPEED: f64 = 1.299_038_105_676_658;
 
-/// Single-joint excitation: a joint moves from its start to another position and back, a number of
+/// Single-joint excitation: a joint moves from its start to another position and back, several
 /// times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointExcitation {
@@ -20,21 +20,21 @@ pub struct JointExcitation {
     pub repetitions: usize,
 }
 
-/// Excitation of joints from a posture and back, all others at rest. The motion begins and ends at
-/// rest without acceleration.
+/// Excitations of joints from a posture and back, with all other joints at rest. The motion begins
+/// and ends at rest without acceleration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointExcitations {
-    /// Its length \[s\].
+    /// Duration \[s\].
     pub duration_s: f64,
     /// Start position of each joint \[rad or m\].
     pub posture: Vec<f64>,
-    /// Those that move.
+    /// Excitations of the moving joints.
     pub excitations: Vec<JointExcitation>,
 }
 
 impl JointExcitations {
-    /// Converts the motion to a series: a distance d is ½ d ((1 − cos φ) − ¼ (1 − cos 2φ)), with φ
-    /// = ω t.
+    /// Converts the motion to a Fourier series. A joint with the travel d has the displacement ½ d
+    /// ((1 − cos φ) − ¼ (1 − cos 2φ)) with φ = ω t.
     pub fn series(&self) -> FourierSeries {
         let harmonics = self.excitations.iter().map(|of| 2 * of.repetitions).max().unwrap_or(0);
         let mut joints: Vec<JointSeries> = self
@@ -66,7 +66,7 @@ impl JointExcitations {
         [0.5 * PEAK_SPEED * travel * omega, travel * omega * omega]
     }
 
-    /// Returns the same motion, repeated for this multiple of its length.
+    /// Returns the motion, repeated for this multiple of its duration.
     #[must_use]
     pub(super) fn repeat(&self, times: usize) -> Self {
         let excitation_list = self

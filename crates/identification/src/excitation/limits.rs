@@ -1,49 +1,50 @@
 //! Limits of the design of motions.
 
-/// Limits that decide about designed and advised motions.
+/// Limits for the design of motions and for advised motions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignLimits {
     /// Highest frequency of a motion \[Hz\]. Convention: position loops of arms can follow it, and
     /// gears can withstand it.
     pub highest_hz: f64,
-    /// Largest share of a limit that the first motion of a search uses \[1\]. Convention: the
-    /// barrier needs space.
+    /// Largest used share of a limit in the first motion of a search \[1\]. Convention: the barrier
+    /// method needs a start inside the limits.
     pub start_limit_share: f64,
-    /// Share of the ranges about their middle in which an arm is placed to rest \[1\]. Convention.
+    /// Central share of the position ranges in which rest postures are searched \[1\]. Convention.
     pub rest_range_share: f64,
-    /// Number of speeds of a joint in a sweep, a constant factor apart \[1\]. Convention: twice the
-    /// parameters of a friction law with a Stribeck term.
+    /// Number of speeds of a joint in a sweep, with a constant ratio \[1\]. Convention: twice the
+    /// number of parameters of a friction law with a Stribeck term.
     pub sweep_speeds: usize,
     /// Smallest number of speeds of a joint that distinguishes friction laws \[1\]. Derived:
-    /// viscous and Coulomb friction are two.
+    /// viscous and Coulomb friction alone have two parameters.
     pub min_sweep_speeds: usize,
     /// Lowest speed of a sweep relative to the highest \[1\]. Convention: about a fiftieth of the
-    /// limit if half of the limit may be used.
+    /// speed limit if half of the limit is used.
     pub lowest_speed_share: f64,
-    /// Used share of the limits of the swept joint itself \[1\]. Derived: the remainder is for
-    /// rounding.
+    /// Used share of the limits of the swept joint \[1\]. Derived: the rest allows for rounding
+    /// errors.
     pub joint_limit_share: f64,
-    /// Largest share of a limit at rest at the ends of a sweep \[1\]. Convention: the remainder is
-    /// for moving.
+    /// Largest used share of a limit at rest at the ends of a sweep \[1\]. Convention: the rest is
+    /// needed for moving.
     pub max_rest_share: f64,
-    /// Length of a candidate of the advice \[s\]. Convention: a few moves of an arm.
+    /// Duration of a candidate motion for the advice \[s\]. Convention: a few moves of an arm.
     pub piece_s: f64,
-    /// Share of the ranges about their middle that contains the candidates' postures \[1\].
+    /// Central share of the position ranges that contains the candidates' postures \[1\].
     /// Convention.
     pub posture_range_share: f64,
-    /// Usable share of the limits of a candidate \[1\]. Derived: the remainder is for values
-    /// between the checked samples.
+    /// Usable share of the limits of a candidate \[1\]. Derived: the rest allows for values between
+    /// the checked samples.
     pub max_limit_share: f64,
-    /// Largest number of advised motions \[1\]. Convention: beyond them a designed motion is
-    /// shorter.
+    /// Largest number of advised motions \[1\]. Convention: if more are needed, a designed motion
+    /// takes less time.
     pub max_pieces: usize,
-    /// Share of the sufficient deviation below which a decrease has no value \[1\]. Convention.
+    /// Share of the sufficient standard deviation below which a further decrease has no value
+    /// \[1\]. Convention.
     pub min_need: f64,
-    /// Smallest factor by which a motion has to reduce the wanted deviations \[1\]. Convention: it
-    /// has to be worth its time.
+    /// Smallest factor by which a motion has to reduce the required standard deviations \[1\].
+    /// Convention: the motion has to be worth its time.
     pub min_gain: f64,
-    /// Largest 1/(1 − R²) of a column against all others \[1\]. Derived: beyond it, rounding
-    /// distinguishes them.
+    /// Largest variance inflation 1/(1 − R²) of a column against all others \[1\]. Derived: above
+    /// it, only rounding errors distinguish the columns.
     pub max_variance_inflation: f64,
 }
 

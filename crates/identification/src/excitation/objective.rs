@@ -8,7 +8,7 @@ pub(super) enum Objective {
     /// Mean of ½ ln(σ² + need²) of the parameters at these indices: the logarithm of the geometric
     /// mean of their standard deviations. Below `need` a decrease has little value.
     Deviations(Vec<(usize, f64)>),
-    /// Logarithm of the condition number of a matrix whose rows have this information.
+    /// Logarithm of the condition number of the matrix whose Gram matrix is the information.
     ConditionNumber,
 }
 
@@ -17,7 +17,8 @@ pub(super) enum Objective {
 const EIGENVALUE_POWER: i32 = 4;
 
 impl Objective {
-    /// Returns the value, and G with df = tr(G dM); `None` if M is not positive definite.
+    /// Returns the value f, and its gradient G with df = tr(G dM); `None` if M is not positive
+    /// definite.
     pub(super) fn evaluate(&self, information: &DMatrix<f64>) -> Option<(f64, DMatrix<f64>)> {
         match self {
             Self::Deviations(wanted) => {
@@ -64,7 +65,7 @@ pub(super) fn covariance(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         })
     };
     let inverse = scaled(&scaled(information).cholesky()?.inverse());
-    // A Cholesky factor seems to distinguish dependent columns, by the noise of its last digits.
+    // Rounding errors may make the Cholesky decomposition of dependent columns succeed.
     let is_undetermined = |k: usize| {
         inverse[(k, k)] * information[(k, k)] < DesignLimits::DEFAULT.max_variance_inflation
     };

@@ -1,4 +1,4 @@
-//! Prediction of what a motion identifies.
+//! Predicted accuracy of the parameters from a motion.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,7 @@ use super::series::FourierSeries;
 use super::task::{DesignObjective, Task};
 use didim_dynamics::trajectory::Reference;
 
-/// Sample rate at which samples of a motion represent its rows \[Hz\].
+/// Sample rate of the samples that represent the rows of a motion \[Hz\].
 pub(super) const PREDICTION_HZ: f64 = 200.0;
 
 /// Predicted result of a motion.
@@ -22,20 +22,20 @@ pub struct Predicted {
     pub condition_number: f64,
 }
 
-/// Returns the information of a motion of the task's length plus the prior information (b × b). It
-/// is the prior information for the next motion.
+/// Returns the information of a motion of the task's duration plus the prior information (b × b).
+/// It is the prior information for the next motion.
 pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
     predicted_at(task, series, PREDICTION_HZ)
 }
 
-/// Returns the same for `rate_hz` samples per second \[Hz\].
+/// Returns the same information, computed at `rate_hz` samples per second \[Hz\].
 pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
     let task = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut prediction, _) = task.information(task.model.clone(), rate_hz);
     prediction.weighted_regressor(&sample_motion(series, task.duration_s, rate_hz))
 }
 
-/// Evaluates a motion by the task's aim.
+/// Returns the value of a motion by the task's objective.
 ///
 /// # Errors
 /// [`ExcitationError::NotIdentifiable`].
@@ -51,8 +51,7 @@ pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, Excitati
         .ok_or(ExcitationError::NotIdentifiable { duration_s: series.duration_s })
 }
 
-/// Predicts the result of a motion of the task's length, designed or not, together with the prior
-/// information.
+/// Predicts the result of any motion of the task's duration, together with the prior information.
 ///
 /// # Errors
 /// [`ExcitationError::NotIdentifiable`].

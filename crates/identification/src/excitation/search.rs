@@ -1,4 +1,4 @@
-//! Value of a motion as a function of its coordinates, and the start of a search.
+//! Value of a motion as a function of its coordinates, and the start of the search for a motion.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -15,8 +15,8 @@ use super::random::uniform;
 use super::task::Task;
 use didim_dynamics::robot::{JointIndex, SignModel};
 
-/// Share of the smallest speed limit over which the friction sign changes. A narrow law jumps
-/// between two samples, and has no gradient.
+/// Width of the friction sign function, as a share of the smallest speed limit. A narrower function
+/// jumps between two samples and has no useful gradient.
 const SIGN_WIDTH: f64 = 0.1;
 /// Number of postures tried if the arm cannot rest in the middle of its ranges, and their largest
 /// distance from there.
@@ -46,9 +46,9 @@ impl<'a> Search<'a> {
         Self { basis, moving_joints: moving, bounds, barrier, information, objective }
     }
 
-    /// Returns the value of the motion with these coordinates, plus the barrier to its limits times
-    /// `weight`. Fills the gradient. Returns `None` outside a limit, or if the motion does not
-    /// identify a parameter at all.
+    /// Returns the value of the motion with these coordinates, plus `weight` times the barrier of
+    /// its limits. Fills the gradient. Returns `None` outside a limit, or if the motion leaves a
+    /// parameter unidentified.
     pub(super) fn evaluate(&mut self, weight: f64, x: &[f64], gradient: &mut [f64]) -> Option<f64> {
         let motion = self.basis.motion(x);
         let mut by_motion: Motion = motion.each_ref().map(|of| of * 0.0);
@@ -61,8 +61,8 @@ impl<'a> Search<'a> {
         Some(value + walls)
     }
 
-    /// Sets the coordinates of joints at rest to 0, except their mean positions. These coordinates
-    /// never change.
+    /// Sets the coordinates of joints at rest to 0, except their mean positions. The search does
+    /// not change them.
     fn hold_resting_joints(&self, x: &mut [f64]) {
         let joints = self.moving_joints.len();
         for (k, x) in x.iter_mut().enumerate().skip(joints) {
@@ -72,8 +72,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the limit with the largest share along a motion, and this share. The limit is `None`
-    /// for a gap.
+    /// Returns the limit with the largest used share along a motion, and this share. The limit is
+    /// `None` if it is a gap.
     pub(super) fn largest_share(&mut self, x: &[f64]) -> (Option<usize>, f64) {
         let motion = self.basis.motion(x);
         let torques = self.barrier.torques_along(&motion);
@@ -102,9 +102,9 @@ impl<'a> Search<'a> {
         Ok(self.basis.series(&x).joints.iter().map(|of| of.mean).collect())
     }
 
-    /// Returns the coordinates of a posture where the arm can rest, with the largest share of a
-    /// limit there. The posture is the middle of the ranges, or else the first suitable one of some
-    /// random postures.
+    /// Returns the coordinates of a posture where the arm can rest, and the largest used share of a
+    /// limit there. The posture is the middle of the ranges or, if that is not permitted, the first
+    /// permitted random posture.
     fn rest_coordinates(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
         let mut x = vec![0.0; self.basis.coordinate_count()];
         let (place, share) = self.largest_share(&x);
@@ -128,8 +128,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns the units: half the range for positions about its middle, and the largest speed for
-/// speeds.
+/// Returns the units of the coordinates: half the position range for mean positions, and the
+/// largest speed for speeds.
 fn units(bounds: &Bounds, joints: usize) -> Vec<CoordinateUnits> {
     (0..joints)
         .map(|joint: usize| {

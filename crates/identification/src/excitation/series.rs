@@ -16,42 +16,41 @@ pub struct JointSeries {
     pub cosine: Vec<f64>,
 }
 
-/// Motion of a given length, one series per joint with ω = 2π / length. A designed motion begins
-/// and ends in the same position, at rest and without acceleration.
+/// Motion of a given duration, with one series per joint and ω = 2π / duration. A designed motion
+/// begins and ends in the same position, at rest and without acceleration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FourierSeries {
-    /// Its length \[s\].
+    /// Duration \[s\].
     pub duration_s: f64,
     /// One series per joint.
     pub joints: Vec<JointSeries>,
 }
 
-/// Motion of some length, with its derivatives at every time.
+/// Motion of a given duration, with its derivatives at every time.
 pub trait Course: Reference {
-    /// Its length \[s\].
+    /// Returns the duration of the motion \[s\].
     fn duration_s(&self) -> f64;
 
-    /// Returns the state at a time within the motion. Before and after it, returns the state of its
-    /// ends, at rest.
+    /// Returns the state at a given time. Before the start and after the end, the arm is at rest in
+    /// the first or last position.
     fn state(&self, time_s: f64) -> State;
 
-    /// Returns the series, if the motion is one.
+    /// Returns the Fourier series; `None` if the motion is not a series.
     fn series(&self) -> Option<&FourierSeries> {
         None
     }
 }
 
-/// Position and its first three derivatives of every joint, 0 for joints that the arm does not
-/// have.
+/// Position and its first three derivatives of every joint; 0 beyond the number of joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    /// \[rad or m\].
+    /// Position \[rad or m\].
     pub position: [f64; MAX_JOINTS],
-    /// \[rad/s or m/s\].
+    /// Velocity \[rad/s or m/s\].
     pub velocity: [f64; MAX_JOINTS],
-    /// \[rad/s² or m/s²\].
+    /// Acceleration \[rad/s² or m/s²\].
     pub acceleration: [f64; MAX_JOINTS],
-    /// \[rad/s³ or m/s³\].
+    /// Jerk \[rad/s³ or m/s³\].
     pub jerk: [f64; MAX_JOINTS],
 }
 
@@ -71,8 +70,8 @@ impl State {
 }
 
 impl FourierSeries {
-    /// Returns the state at a time within the motion. Before and after it, returns the state of its
-    /// ends, at rest.
+    /// Returns the state at a given time. Before the start and after the end, the arm is at rest in
+    /// the first or last position.
     pub fn state(&self, time_s: f64) -> State {
         let mut state = State::default();
         let inside = time_s > 0.0 && time_s < self.duration_s;
@@ -103,7 +102,7 @@ impl FourierSeries {
         state
     }
 
-    /// Returns the same motion with all amplitudes scaled about its start position.
+    /// Returns the motion with all amplitudes scaled about its start position.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {

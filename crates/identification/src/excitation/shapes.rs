@@ -13,11 +13,12 @@ use didim_dynamics::robot::{Capsule, JointKind, Robot};
 
 /// Smallest permitted gap between two shapes \[m\].
 pub const MIN_GAP_M: f64 = 0.02;
-/// A gap has no effect if it is wider than the smallest one by this \[m\].
+/// Distance beyond [`MIN_GAP_M`] within which a gap affects the motion \[m\].
 const REACH_M: f64 = 0.1;
-/// Number of postures for finding shapes that are near in every posture.
+/// Number of random postures for finding pairs of shapes that are near each other in every posture.
 const PROXIMITY_POSTURES: usize = 1000;
-/// A link whose gap to a side varies by less than this over all of them stands there \[m\].
+/// A link is mounted at a side of the box if its gap to the side varies by less than this over all
+/// random postures \[m\].
 const STAND_HEIGHT_M: f64 = 1e-3;
 
 /// Shape near a link.
@@ -40,7 +41,8 @@ pub struct Nearest {
     pub gap_m: f64,
 }
 
-/// Returns 1 at the smallest permitted gap, more below it, and 0 where the gap has no effect.
+/// Returns the share of the smallest permitted gap: 1 at this gap, more below it, and 0 if the gap
+/// has no effect.
 pub(super) fn gap_share(gap_m: f64) -> f64 {
     ((MIN_GAP_M + REACH_M - gap_m) / REACH_M).max(0.0)
 }
@@ -57,9 +59,10 @@ enum ShapePair {
     Side { capsule: usize, axis: usize, sense: f64, at_m: f64 },
 }
 
-/// Shapes of an arm, and the pairs that are kept apart. These are links that no joint connects, and
-/// all links but the base with the sides of a box. Pairs that are near in all of a thousand random
-/// postures are excluded and listed: pairs of links, and links that stand at a side.
+/// Shapes of an arm, and the pairs of shapes that must not collide. The pairs are links without a
+/// common joint, and all links except the base with the sides of a box. Two kinds of pairs are
+/// excluded and listed: links that are near each other in all of a thousand random postures, and
+/// links that are mounted at a side of the box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shapes {
     /// Capsules, each with the number of its link.
@@ -67,7 +70,7 @@ pub struct Shapes {
     pairs: Vec<ShapePair>,
     /// Kind of each joint.
     kinds: Vec<JointKind>,
-    /// Pairs that are not kept apart, because they are near in every posture.
+    /// Excluded pairs, because they are near each other in every posture.
     pub always_near: Vec<(usize, Neighbour)>,
     /// Links without a shape.
     pub links_without_shape: Vec<usize>,
@@ -134,7 +137,7 @@ impl Shapes {
                 narrowest[k] = narrowest[k].min(gap_m);
             }
         }
-        // A link that never fits into the box is not excluded, because no such motion exists.
+        // A link that never fits into the box is not excluded. No motion is then possible.
         let stands = |k: usize| {
             matches!(self.pairs[k], ShapePair::Capsules(..))
                 || widest[k] - narrowest[k] < STAND_HEIGHT_M
@@ -201,7 +204,7 @@ impl Shapes {
         }
     }
 
-    /// Returns the narrowest gap of a posture \[rad or m\].
+    /// Returns the narrowest gap in a posture \[rad or m\]; `None` without pairs.
     pub fn narrowest_gap(&self, model: &Model, q: &[f64]) -> Option<Nearest> {
         let placed = self.place_capsules(model, q);
         let gaps = self.pairs.iter().map(|pair| (pair, self.pair_gap(&placed, pair).0));
@@ -238,8 +241,8 @@ impl Shapes {
         (0..q.ncols()).map(share_at).fold(0.0, f64::max)
     }
 
-    /// Returns −ln(1 − z²) of all gaps of a posture, z their share, times `weight`, and adds its
-    /// gradient to `by_q`. Returns `None` if a gap is too narrow.
+    /// Adds the barrier of all gaps in a posture: `weight` times the sum of −ln(1 − z²), with z the
+    /// share of each gap. Adds its gradient to `by_q`. Returns `None` if a gap is too narrow.
     pub(super) fn add(
         &self,
         model: &Model,
@@ -277,7 +280,8 @@ impl Shapes {
     }
 }
 
-/// Gap of a pair \[m\], the direction towards the first, and the nearest points with their links.
+/// Gap of a pair \[m\], the direction towards the first shape, and the nearest points with their
+/// links.
 type Gap = (f64, Vector3<f64>, [(usize, Vector3<f64>); 2]);
 
 /// Arm in a posture, in the frame of the base.

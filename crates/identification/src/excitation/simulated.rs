@@ -9,10 +9,10 @@ use super::task::Task;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Workspace;
 
-/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint at this number of samples
-/// per second \[Hz\]. `rest` samples of rest precede and follow the motion. Torques are those of
-/// these standard parameters, with white noise. The noise in the rows is that of the task. The
-/// result is the same every time.
+/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint at `rate_hz` samples per
+/// second. `rest` samples at rest precede and follow the motion. The torques are those of the given
+/// standard parameters with white noise. The noise is scaled so that rows have the noise of the
+/// task. The random numbers are the same in every call.
 pub fn simulate_record(
     task: &Task,
     parameters: &[f64],

@@ -13,7 +13,7 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::JointIndex;
 use didim_dynamics::trajectory::Reference;
 
-/// Shortest time to reach a speed \[s\]. A limit may require longer.
+/// Shortest time for accelerating to a constant speed \[s\]. A limit may require more time.
 const BLEND_S: f64 = 0.2;
 const BLEND_GROWTH: f64 = 1.3;
 const BLEND_TRIALS: usize = 16;
@@ -28,18 +28,18 @@ struct Stroke {
     start_s: f64,
     joint: usize,
     start_position: f64,
-    /// Speed, with the sign of the direction.
+    /// Speed with the sign of the direction \[rad/s or m/s\].
     speed: f64,
     blend_s: f64,
     held_s: f64,
 }
 
-/// Speed of a joint, and its range of movement there and back.
+/// Movement of a joint there and back at a constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepPass {
     /// The joint.
     pub joint: JointIndex,
-    /// \[rad/s or m/s\].
+    /// Speed \[rad/s or m/s\].
     pub speed: f64,
     /// Both ends of the movement \[rad or m\].
     pub end_positions: [f64; 2],
@@ -67,9 +67,9 @@ pub struct SweepDesign {
     pub narrowest_gap: Option<Nearest>,
 }
 
-/// Sweeps these joints (counted from 0) within the limits of a task, each in an equal part of its
-/// duration. Fast passes use the whole range that the limits leave about the rest posture of the
-/// others. Slow passes go as far as the time allows.
+/// Designs a sweep of these joints (counted from 0) within the limits of a task. Each joint gets an
+/// equal part of the task's duration. Fast passes use the whole range that the limits permit while
+/// the other joints are in the rest posture. Slow passes go as far as the time permits.
 ///
 /// # Errors
 /// [`ExcitationError::NoSweep`], and the errors of a rest posture.
@@ -102,7 +102,7 @@ pub fn sweep(task: &Task, joints: &[usize]) -> Result<SweepDesign, ExcitationErr
     Err(ExcitationError::NoSweep { joint, seconds: part_s })
 }
 
-/// Returns the furthest positions of a joint to both sides of a posture, at rest.
+/// Returns the furthest positions of a joint on both sides of a posture where the arm can rest.
 fn rest_range(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
     let share = |place: f64| {
         let joints = posture
@@ -122,7 +122,7 @@ fn rest_range(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
             span + (end - span) * DesignLimits::DEFAULT.max_rest_share * step as f64
                 / START_POSITIONS as f64
         };
-        // The range itself gets no second margin.
+        // The position range already includes a margin.
         (1..=START_POSITIONS)
             .map(place)
             .take_while(|place| share(*place) <= most)
@@ -132,7 +132,7 @@ fn rest_range(task: &Task, posture: &[f64], joint: usize) -> [f64; 2] {
 }
 
 impl Sweep {
-    /// Adds the passes of a joint, and returns how many fit into the time and range.
+    /// Adds the passes of a joint, and returns the number of passes that fit into time and range.
     fn add(
         &mut self,
         bounds: &Bounds,
@@ -154,7 +154,7 @@ impl Sweep {
         };
         let mut left_s = part_s;
         let mut passes = Vec::new();
-        // The fastest pass first. The slow ones get the remaining time.
+        // The fastest pass is added first; the slow ones get the remaining time.
         for k in 0..DesignLimits::DEFAULT.sweep_speeds {
             let speed = top
                 * DesignLimits::DEFAULT
@@ -162,7 +162,7 @@ impl Sweep {
                     .powf(k as f64 / (DesignLimits::DEFAULT.sweep_speeds - 1) as f64);
             let own_s = left_s / (DesignLimits::DEFAULT.sweep_speeds - k) as f64;
             let part = ((own_s - 3.0 * blend(speed)) * speed / (2.0 * (high - low))).min(1.0);
-            // The joint keeps the speed for as long as it takes to reach it.
+            // The time at constant speed has to be at least the time of acceleration.
             if part * (high - low) < 2.0 * speed * blend(speed) {
                 continue;
             }
@@ -185,7 +185,7 @@ impl Sweep {
         count
     }
 
-    /// Appends a stroke, with a lower speed if the distance is too short.
+    /// Appends a stroke; its speed is reduced if the distance is too short.
     fn push(&mut self, joint: usize, from: f64, to: f64, speed: f64, blend_s: f64) {
         let presliding = (to - from).abs();
         if presliding == 0.0 {
@@ -205,7 +205,7 @@ impl Sweep {
         self.duration_s += held_s + 2.0 * blend_s;
     }
 
-    /// Returns the joint that moves at a time, and its position with its derivatives.
+    /// Returns the joint that moves at a given time, and its position with three derivatives.
     pub(super) fn moving_joint(&self, time_s: f64) -> Option<(usize, [f64; 4])> {
         let begun = self.strokes.partition_point(|of| of.start_s <= time_s);
         let stroke = self.strokes.get(begun.checked_sub(1)?)?;
@@ -214,8 +214,8 @@ impl Sweep {
 }
 
 impl Stroke {
-    /// Returns position and derivatives at a time after its start. The speed rises and falls by 3
-    /// s² − 2 s³.
+    /// Returns position and derivatives at a time after the start of the stroke. The speed rises
+    /// and falls by 3 s² − 2 s³.
     fn evaluate(&self, time_s: f64) -> [f64; 4] {
         let Self { start_position: from, speed, blend_s: b, held_s, .. } = *self;
         let blended = |s: f64| {

@@ -8,21 +8,21 @@ use super::objective::Objective;
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::ParameterKind;
 
-/// Aim of a motion.
+/// Objective of a motion design.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DesignObjective {
-    /// Small standard deviations of parameters: the mean of ½ ln(σ² + need²) over them. Each
-    /// parameter has its index among those of the task, and the standard deviation below which
-    /// nothing is gained; 0 if there is none.
+    /// Small standard deviations σ of parameters: the mean of ½ ln(σ² + need²) over them. Each
+    /// parameter has its index among the parameters of the task, and its `need`: the standard
+    /// deviation below which a decrease has no value; 0 if there is none.
     Deviations(Vec<(usize, f64)>),
-    /// A small condition number of the base columns of inertia, unweighted and without friction.
+    /// Small condition number of the base columns of inertia, unweighted and without friction.
     ConditionNumber,
 }
 
 /// Noise of the measured torques.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviation of a row of each joint \[N·m or N\].
+    /// Standard deviation of the noise in a row of each joint \[N·m or N\].
     pub deviations: Vec<f64>,
     /// Number of independent rows of each joint per second.
     pub rows_per_s: f64,
@@ -31,19 +31,20 @@ pub struct Noise {
 /// Task of a motion design.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// The arm. If friction grows with the load, it includes the load of its parameters.
+    /// Model of the arm. If friction grows with the load, the model includes the load of its
+    /// parameters.
     pub model: Model,
     /// Limits of the motion.
     pub bounds: Bounds,
-    /// Its length \[s\].
+    /// Duration of the motion \[s\].
     pub duration_s: f64,
-    /// True for each joint that moves. The others stand still at the best position. A joint at rest
-    /// yields no rows, because friction at rest holds any torque below its own.
+    /// True for each joint that moves. The others are at rest in the best position. A joint at rest
+    /// contributes no rows, because static friction may balance any torque up to its limit.
     pub moving_joints: Vec<bool>,
-    /// Regressor columns of the identified parameters, b.
+    /// Regressor columns of the b identified parameters.
     pub columns: Vec<usize>,
-    /// Prior information: the inverse of these parameters' covariance (b × b), 0 where nothing is
-    /// known.
+    /// Prior information: the inverse of the covariance of these parameters (b × b), 0 for
+    /// parameters without prior information.
     pub prior_information: DMatrix<f64>,
     /// Noise of the measurement.
     pub noise: Noise,

@@ -11,39 +11,40 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Workspace;
 use didim_dynamics::robot::{FrictionLaw, FrictionTerms, JointIndex, ParameterKind, Robot};
 
-/// Limit of singular values of the non-friction columns, relative to the largest; smaller ones are
+/// Smallest singular value of the non-friction columns, relative to the largest; smaller ones are
 /// rounding errors.
 const RANK_TOLERANCE: f64 = 1e-9;
-/// Number of usual terms: fc, fv and off.
+/// Number of usual friction terms: fc, fv and off.
 const USUAL_TERMS: usize = 3;
 
-/// Accuracy with which a sweep identifies a friction term of a joint.
+/// Accuracy with which a sweep identifies one friction term of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionTermPrediction {
     /// Kind of the parameter.
     pub kind: ParameterKind,
-    /// Standard deviation of the term's largest torque along the sweep, if the joint has it in
-    /// addition to the usual terms \[N·m or N\]. None if it cannot be distinguished from those
-    /// together.
+    /// Standard deviation of the largest torque of the term along the sweep \[N·m or N\], if the
+    /// joint has this term in addition to the usual ones. `None` if the term cannot be
+    /// distinguished from the usual ones.
     pub separate_deviation: Option<f64>,
-    /// The same if the joint has all terms at once. None if it cannot be distinguished from the
-    /// terms before it together.
+    /// Standard deviation of the largest torque of the term, if the joint has all terms at once.
+    /// `None` if the term cannot be distinguished from the previous terms.
     pub joint_deviation: Option<f64>,
 }
 
-/// Friction terms of a joint, as a sweep identifies them.
+/// Friction terms of a joint that a sweep identifies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweptJoint {
     /// The joint.
     pub joint: JointIndex,
     /// Speed of the Stribeck term: the third slowest of the joint's speeds \[rad/s or m/s\].
     pub stribeck_speed: f64,
-    /// The usual terms and all laws.
+    /// Usual terms and all further friction laws.
     pub terms: Vec<FrictionTermPrediction>,
 }
 
-/// Predicts how well a sweep identifies the friction of each joint that it moves. It uses the
-/// torques of that joint while it moves. Gravity and inertia count as unknown.
+/// Predicts how accurately a sweep identifies the friction of each joint that it moves. The
+/// prediction uses the torques of a joint while this joint moves. Gravity and inertia are treated
+/// as unknown.
 pub fn predict_terms(task: &Task, robot: &Robot, sweep: &Sweep) -> Vec<SweptJoint> {
     let mut joints: Vec<usize> = sweep.passes.iter().map(|pass| pass.joint.position()).collect();
     joints.dedup();
@@ -120,7 +121,8 @@ fn predict_joint(
     let information = friction.transpose() * &friction;
     let covariance_of =
         |own: &[usize]| covariance(&information.select_rows(own).select_columns(own));
-    // Terms are added one by one. A term that acts like those before it together is unidentifiable.
+    // Terms are added one by one. A term is unidentifiable if it is a linear combination of the
+    // previous ones.
     let identifiable = |wanted: &[usize]| {
         wanted.iter().fold(Vec::new(), |own, &k| {
             let extended: Vec<usize> = own.iter().copied().chain([k]).collect();

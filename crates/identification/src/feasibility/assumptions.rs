@@ -1,11 +1,11 @@
 //! Assumptions of the prior bodies.
 
-/// Assumptions about an arm's bodies and drives where data decide nothing.
+/// Assumptions about an arm's bodies and drives, which apply if the data do not decide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorAssumptions {
     /// Mass of each link relative to the one before \[1\]. Convention: geometric prior without CAD.
     pub link_mass_ratio: f64,
-    /// Density of a link \[kg/m³\]. Derived: light metal with the air in it, and motors.
+    /// Density of a link \[kg/m³\]. Derived: hollow light-metal housing with motors.
     pub density_kg_m3: f64,
     /// Length of the last link along z \[m\]. Convention: a flange.
     pub last_length_m: f64,

@@ -1,31 +1,32 @@
-//! Positive definite matrix with standard parameters as linear functions: a link's pseudo-inertia,
-//! a friction coefficient (1 × 1), the viscous friction of coupled joints.
+//! Positive definite matrix that is a linear function of standard parameters: a link's
+//! pseudo-inertia, a friction coefficient (1 × 1), or the viscous friction of coupled joints.
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::body::Body;
 
-/// Length relative to the longest direction below which a direction counts as dependent.
+/// Length of a direction, relative to the longest one, below which the direction is linearly
+/// dependent.
 const DEPENDENT_LENGTH: f64 = 1e-9;
 
-/// Positive definite matrix P. Symmetric n × n matrices are stored here as vectors of s = n (n+1)/2
-/// entries. These are the upper triangle by columns, with a factor √2 off the diagonal, so that
-/// ‖svec(P)‖ is P's norm.
+/// Positive definite matrix P. Symmetric n × n matrices are stored as vectors svec(P) of s = n
+/// (n+1)/2 entries: the upper triangle by columns, with a factor √2 off the diagonal. So ‖svec(P)‖
+/// is the Frobenius norm of P.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    /// L⁰ with the prior P⁰ = L⁰ L⁰ᵀ.
+    /// Factor L⁰ of the prior P⁰ = L⁰ L⁰ᵀ.
     pub(super) prior: DMatrix<f64>,
-    /// Standard parameters that the block contributes to.
+    /// Columns of the standard parameters that the block contributes to.
     pub(super) columns: Vec<usize>,
-    /// Matrix of the block's contribution: spread · svec(P).
+    /// Matrix that maps svec(P) to the block's contribution to these parameters.
     pub(super) parameter_map: DMatrix<f64>,
-    /// Basis, s × d, of the allowed vectors svec(P); none if every vector is allowed.
+    /// Basis (s × d) of the permitted vectors svec(P); `None` if every vector is permitted.
     subspace: Option<DMatrix<f64>>,
 }
 
 impl Block {
-    /// Creates the block of a link from its ten columns in the order of [`Body::parameters`]. None
-    /// if the prior is not a physically consistent body.
+    /// Creates the block of a link from its ten columns in the order of [`Body::parameters`].
+    /// Returns `None` if the prior is not a physically consistent body.
     pub(super) fn link(columns: [usize; 10], prior: &Body) -> Option<Self> {
         let pseudo = prior.pseudo_inertia();
         let spread: Vec<DVector<f64>> = (0..10)
@@ -43,8 +44,8 @@ impl Block {
         })
     }
 
-    /// Creates the block of a positive number from its contributions to standard parameters per
-    /// unit.
+    /// Creates the block of a positive number, with its contribution per unit to each standard
+    /// parameter.
     pub(super) fn from_scalar(added: &[(usize, f64)], prior: f64) -> Option<Self> {
         let weights: Vec<f64> = added.iter().map(|(_, weight)| *weight).collect();
         Some(Self {
@@ -73,12 +74,12 @@ impl Block {
         })
     }
 
-    /// n.
+    /// Returns n.
     pub(super) fn size(&self) -> usize {
         self.prior.nrows()
     }
 
-    /// Returns the directions about P = M Mᵀ in which P may change, s × d. They are orthonormal in
+    /// Returns a basis (s × d) of the directions in which P = M Mᵀ may change. It is orthonormal in
     /// the vectors of M⁻¹ δP M⁻ᵀ.
     pub(super) fn tangent(&self, m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let Some(subspace) = &self.subspace else {
@@ -90,14 +91,14 @@ impl Block {
     }
 }
 
-/// Returns the lower triangle L of P = L Lᵀ, with finite entries. None if P is not positive
-/// definite.
+/// Returns the lower triangular factor L of P = L Lᵀ. Returns `None` if P is not positive definite
+/// or an entry is not finite.
 pub(super) fn factor(p: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let factor = p.clone().cholesky()?.unpack();
     factor.iter().all(|entry| entry.is_finite()).then_some(factor)
 }
 
-/// Returns the positions of the s entries: the upper triangle by columns.
+/// Returns the positions of the s entries of svec: the upper triangle by columns.
 fn entry_positions(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)))
 }
@@ -109,7 +110,7 @@ pub(super) fn symmetric_vector(p: &DMatrix<f64>) -> DVector<f64> {
     DVector::from_vec(entries.collect())
 }
 
-/// Returns the symmetric n × n matrix of a vector.
+/// Returns the symmetric n × n matrix of a vector svec.
 pub(super) fn matrix(vector: &DVector<f64>, n: usize) -> DMatrix<f64> {
     let mut p = DMatrix::zeros(n, n);
     for ((i, j), entry) in entry_positions(n).zip(vector.iter()) {

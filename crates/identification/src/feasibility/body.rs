@@ -3,8 +3,8 @@
 use nalgebra::{Cholesky, Matrix3, Matrix4, Vector3};
 
 /// Ten parameters of a link: mass \[kg\], first moments \[kg·m\] and inertia \[kg·m²\] about the
-/// origin of the link's frame. They may be inconsistent: [`is_possible`](Self::is_possible) tests
-/// whether a body can have them.
+/// origin of the link's frame. They may be inconsistent: [`is_possible`](Self::is_possible) checks
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     /// Mass \[kg\].
@@ -72,10 +72,10 @@ impl Body {
         )
     }
 
-    /// Returns the least extent of a body that has mass: the smallest eigenvalue of the second
-    /// moments about its centre, divided by their sum. It is 1/3 for a ball and 0 for a plate
-    /// without thickness. It is not positive if no such body exists. P ≻ 0 is equivalent to a
-    /// positive mass and a positive extent (Schur's complement).
+    /// Returns the smallest eigenvalue of the second moments about the centre of mass, divided by
+    /// their sum. It is 1/3 for a ball and 0 for a plate without thickness. It is not positive if
+    /// no such body exists. P ≻ 0 is equivalent to a positive mass and a positive value of this
+    /// ratio (Schur's complement). Returns `None` without a positive mass.
     pub fn least_extent(&self) -> Option<f64> {
         let inertia = self.inertia_about_centre()?;
         let sum = 0.5 * inertia.trace();
@@ -90,9 +90,9 @@ impl Body {
         self.least_extent().is_some_and(|extent| extent > 0.0)
     }
 
-    /// Returns the smallest eigenvalue of L⁻¹ P L⁻ᵀ with P⁰ = L Lᵀ of a prior body. It is 1 for the
-    /// prior itself, in any units, and positive if and only if P ≻ 0. None if the prior is not a
-    /// physically consistent body.
+    /// Returns the smallest eigenvalue of L⁻¹ P L⁻ᵀ, with P⁰ = L Lᵀ of a prior body. It is 1 for
+    /// the prior itself, in any units, and positive if and only if P ≻ 0. Returns `None` if the
+    /// prior is not a physically consistent body.
     pub fn eigenvalue_relative_to(&self, prior: &Self) -> Option<f64> {
         let factor = Cholesky::new(prior.pseudo_inertia())?.l();
         let half = factor.solve_lower_triangular(&self.pseudo_inertia())?;
@@ -122,7 +122,7 @@ impl Body {
         Self::from_second_moments(mass_kg, &second, middle)
     }
 
-    /// Creates a body from its mass, its mean r rᵀ and its centre.
+    /// Creates a body from its mass, the mean of r rᵀ over its mass, and its centre.
     fn from_second_moments(mass_kg: f64, second: &Matrix3<f64>, middle: Vector3<f64>) -> Self {
         let mut pseudo = Matrix4::zeros();
         pseudo.fixed_view_mut::<3, 3>(0, 0).copy_from(&(second * mass_kg));

@@ -12,8 +12,8 @@ use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
 /// Physical consistency and prior knowledge of bodies. Friction and drive inertias are relative to
-/// their sizes in the first estimate (`consistent`'s s⁰). So λ (Σ D + Σ d) is one function for all
-/// estimates.
+/// their magnitudes in the first estimate (s⁰ in [`fit_consistent`](super::fit_consistent)). So the
+/// penalty λ (Σ D + Σ d) is the same function for all estimates.
 #[derive(Debug)]
 pub struct Constraint {
     rows: Rows,
@@ -26,9 +26,9 @@ pub struct Constraint {
 #[derive(Clone, Debug)]
 pub struct ConsistentPoint {
     point: Point,
-    /// The identified base parameters (b).
+    /// Identified base parameters (b).
     pub parameters: DVector<f64>,
-    /// λ (Σ D + Σ d).
+    /// Penalty λ (Σ D + Σ d).
     pub penalty: f64,
 }
 
@@ -36,7 +36,7 @@ impl Constraint {
     /// Creates the constraint for these parameters, with λ of [`Prior::default_weight`].
     ///
     /// # Errors
-    /// The same as [`fit_consistent`](super::fit_consistent).
+    /// Those of [`fit_consistent`](super::fit_consistent).
     pub fn new(
         robot: &Robot,
         base: &BaseParameters,
@@ -81,8 +81,8 @@ impl Constraint {
         Ok(self.evaluate(minimum.point))
     }
 
-    /// Interpolates between two sets of parameters, this part of the way from the first to the
-    /// second. The result is physically consistent again. None if rounding makes it inconsistent.
+    /// Interpolates between two sets of parameters; `part` 0 is the first set and 1 the second. The
+    /// result is physically consistent again. Returns `None` if rounding makes it inconsistent.
     pub fn interpolate(
         &self,
         from: &ConsistentPoint,

@@ -1,12 +1,14 @@
 //! Drive and friction parameters that cannot be negative, across couplings.
 //!
-//! A motor's inertia ia_m adds ia_m s sᵀ to the mass matrix, where s is its motion per unit of each
-//! joint's motion. The model regroups its diagonal into the inertias of other joints' motors
-//! (`crates/dynamics/src/dynamics/drives.rs`). So a motor's own inertia has to be positive, and ia5
-//! = ia5′ + ia6 for a wrist whose motor 6 also turns with joint 5. Viscous friction dissipates
-//! power if and only if its matrix is positive definite. Its diagonal holds fv of each joint, the
-//! other entries that of coupled motors. Positive friction of each single motor is a stronger
-//! condition and not required: friction in gears that two motors share need not be split so. Each
+//! A motor's inertia ia_m adds ia_m s sᵀ to the mass matrix, where s is the motion of the motor per
+//! unit of each joint's motion. The model regroups the diagonal of this matrix into the inertias of
+//! other joints' motors (`crates/dynamics/src/dynamics/drives.rs`). So a motor's own inertia has to
+//! be positive. For a wrist whose motor 6 also turns with joint 5, ia5 = ia5′ + ia6. Viscous
+//! friction dissipates power if and only if its matrix is positive definite. The diagonal of this
+//! matrix contains fv of each joint, the other entries are those of coupled motors. Positive
+//! friction of each single motor is a stronger condition and not required, because friction in
+//! gears that two motors share need not be split in this way. Each fc is the friction of a separate
+//! contact.
 //! fc is the friction of a separate contact.
 
 use nalgebra::DMatrix;
@@ -19,7 +21,7 @@ use super::prior::Prior;
 use didim_dynamics::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Zz};
 use didim_dynamics::robot::{JointIndex, JointKind, Parameter, ParameterKind, Robot};
 
-/// Drives and friction of one robot and one estimate.
+/// Drive and friction parameters of one robot and one estimate.
 pub(super) struct DriveBlocks<'a> {
     pub(super) robot: &'a Robot,
     pub(super) rows: &'a Rows,
@@ -47,14 +49,14 @@ impl DriveBlocks<'_> {
         Ok(blocks)
     }
 
-    /// Returns the column of a parameter if the identified model has it.
+    /// Returns the column of a parameter; `None` if the identified model does not contain it.
     fn column_if_present(&self, kind: ParameterKind, joint: usize) -> Option<usize> {
         let column = self.robot.parameters().column(kind, JointIndex::new(joint))?;
         (!self.rows.absent_columns.contains(&column)).then_some(column)
     }
 
-    /// Returns the part of a motor's own inertia that the model regroups into that of another
-    /// joint's motor.
+    /// Returns the share of a motor's own inertia that the model regroups into the inertia of
+    /// another joint's motor.
     fn regrouped_share(&self, motor: usize, joint: usize) -> f64 {
         let transmission = self.robot.transmission();
         let takes = motor != joint
@@ -91,8 +93,8 @@ impl DriveBlocks<'_> {
         self.rows.row_of(column).is_some_and(|row| self.rows.is_alone(row))
     }
 
-    /// Returns the size of a positive parameter by the estimate, without the contributions of
-    /// `others`.
+    /// Returns the magnitude of a positive parameter according to the estimate, without the
+    /// contributions of `others`.
     fn parameter_size(
         &self,
         column: usize,
@@ -114,8 +116,8 @@ impl DriveBlocks<'_> {
         if parameter.kind != Ia {
             return Ok(size);
         }
-        // A sum that its other terms make negative says nothing about the drive. The link's inertia
-        // may give the size then.
+        // If the other terms make the sum negative, it gives no value for the drive. The link's
+        // inertia may then give one.
         let body = &self.prior.link_bodies[parameter.joint];
         let link = match self.robot.chain()[parameter.joint].kind {
             JointKind::Revolute => body.inertia[(2, 2)],
@@ -125,8 +127,9 @@ impl DriveBlocks<'_> {
         Ok(PriorAssumptions::DEFAULT.sum_share * if is_positive { size } else { size.max(link) })
     }
 
-    /// Returns the row of a sum that contains a parameter without its own row, and the coefficient.
-    /// It is the row of the link that a drive moves, or else the one with the largest coefficient.
+    /// Returns the row of a sum that contains a parameter without its own row, and the coefficient
+    /// of the parameter. It is the row of the link that a drive moves, or else the row with the
+    /// largest coefficient.
     fn sum_with(&self, column: usize, parameter: Parameter) -> Option<(usize, f64)> {
         let coefficients = self.rows.regrouping.column(column);
         let mut of_link = [Zz, M].into_iter().filter_map(|kind| {
@@ -204,7 +207,8 @@ impl DriveBlocks<'_> {
             }
             terms.push((column, term));
         }
-        // Moves towards the estimate as far as the matrix stays well inside the cone.
+        // Moves the prior towards the estimate as far as the matrix stays well inside the cone of
+        // positive definite matrices.
         let scaled = DMatrix::from_fn(n, n, |i, j| {
             others[(i, j)] / (diagonal[(i, i)] * diagonal[(j, j)]).sqrt()
         });
@@ -218,8 +222,8 @@ impl DriveBlocks<'_> {
         self.check_block(Block::from_sum(&terms, &(diagonal + others * part)), column).map(Some)
     }
 
-    /// Returns the block, or an error if there is none: a parameter without a positive prior has
-    /// invalid values.
+    /// Returns the block. Returns an error if there is none, because a parameter without a positive
+    /// prior has invalid values.
     fn check_block(&self, block: Option<Block>, column: usize) -> Result<Block, FeasibilityError> {
         block.ok_or_else(|| FeasibilityError::NoValue { name: self.name(column) })
     }

@@ -4,11 +4,11 @@ use thiserror::Error;
 
 use didim_dynamics::dynamics::UnknownBaseParameter;
 
-/// Reason why there are no consistent parameters. Each message states the problem, its place and
-/// the remedy.
+/// Reason why there are no consistent parameters. Each message names the problem, its place and the
+/// remedy.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FeasibilityError {
-    /// A robot without nominal parameters cannot give a prior.
+    /// The robot file has no nominal parameters, so they cannot provide a prior.
     #[error(
         "the robot \"{robot}\" has no [nominal] parameters; give the total mass of its moving \
         links instead (`--total-mass-kg`)"
@@ -17,8 +17,8 @@ pub enum FeasibilityError {
         /// Its name.
         robot: String,
     },
-    /// The nominal parameters are not those of a body: they are base parameters, a point or a plate
-    /// without thickness.
+    /// The nominal parameters are not physically consistent: they are base parameters, or those of
+    /// a point or a plate without thickness.
     #[error(
         "the nominal parameters of link {link} are not physically consistent. Enter mass, first \
         moments and inertia about the origin of the link's frame as in CAD, or give the total mass \
@@ -28,19 +28,19 @@ pub enum FeasibilityError {
         /// Link, counted from 1.
         link: usize,
     },
-    /// The total mass is not that of an arm, a gram to a thousand tonnes.
+    /// The total mass is not between a gram and a thousand tonnes.
     #[error("the total mass of the moving links is {found} kg; give that of the data sheet, in kg")]
     TotalMass {
         /// The number found.
         found: f64,
     },
-    /// The mass of the load allows no prior body.
+    /// The mass of the load is not positive, so there is no prior body.
     #[error("the mass of the load is {found} kg; state a positive one")]
     LoadMass {
         /// The number found.
         found: f64,
     },
-    /// λ is not a valid weight.
+    /// The weight λ is invalid.
     #[error(
         "the weight of the prior is {found}; give 2/s², where s is the relative standard deviation \
          of the prior's bodies: 2 for geometry alone, 22 for CAD"
@@ -49,7 +49,7 @@ pub enum FeasibilityError {
         /// The number found.
         found: f64,
     },
-    /// The prior has another number of links.
+    /// The prior has another number of links than the robot.
     #[error("the prior has {found} bodies for {expected} links; make it of the same robot")]
     OtherPrior {
         /// Bodies of the prior.

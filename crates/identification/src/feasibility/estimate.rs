@@ -1,4 +1,4 @@
-//! Estimate that consistent parameters have to agree with.
+//! Estimate of base parameters, with which consistent parameters have to agree.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,16 +7,15 @@ use super::error::FeasibilityError;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{Parameter, ParameterKind};
 
-/// Estimate of base parameters. A base parameter may be neither identified nor fixed only if the
-/// model can do without it. Such a friction term, offset or drive inertia that nothing is regrouped
-/// into is 0.
+/// Estimate of base parameters. Every base parameter has to be identified or fixed, except friction
+/// terms, offsets and drive inertias into which no other parameter is regrouped. These are then 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate<'a> {
     /// Names of the identified base parameters.
     pub names: &'a [String],
-    /// Their values \[SI\].
+    /// Values of the identified base parameters \[SI\].
     pub values: &'a [f64],
-    /// Their corrected covariance.
+    /// Corrected covariance of the identified base parameters.
     pub covariance: &'a DMatrix<f64>,
     /// Base parameters that were not identified but fixed at a value.
     pub fixed: &'a [FixedParameter],
@@ -30,7 +29,7 @@ pub struct FixedParameter {
     pub name: String,
     /// Fixed value \[SI\].
     pub value: f64,
-    /// Standard deviation of that value.
+    /// Standard deviation of the fixed value.
     pub deviation: f64,
 }
 
@@ -51,13 +50,13 @@ impl FixedParameter {
 #[derive(Debug)]
 pub(super) struct Rows {
     pub(super) names: Vec<String>,
-    /// b × p: base = B · standard.
+    /// Regrouping matrix B (b × p): base = B · standard.
     pub(super) regrouping: DMatrix<f64>,
     /// Regressor column of each row.
     columns: Vec<usize>,
     pub(super) values: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
-    /// Columns of the parameters that are missing in the identified model.
+    /// Columns of the parameters that the identified model does not contain.
     pub(super) absent_columns: Vec<usize>,
 }
 
@@ -128,7 +127,7 @@ impl Rows {
         self.columns.iter().position(|own| *own == column)
     }
 
-    /// Returns true if a row contains a single standard parameter.
+    /// Returns true if a row consists of a single standard parameter.
     pub(super) fn is_alone(&self, row: usize) -> bool {
         self.regrouping.row(row).iter().filter(|c| **c != 0.0).count() == 1
     }

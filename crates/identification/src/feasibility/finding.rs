@@ -1,4 +1,4 @@
-//! Findings that a user has to know before using an outcome. They are worded only here.
+//! Findings that a user has to know before using an outcome. Their texts are defined only here.
 
 use core::fmt::{self, Display};
 
@@ -9,18 +9,19 @@ use super::prior::PriorSource;
 /// Finding that no bodies explain the estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhysicallyImpossible {
-    /// Least cost of any bodies.
+    /// Smallest cost of any bodies.
     pub cost: f64,
-    /// Limit that the cost of the true bodies stays below, 99 %.
+    /// Limit below which the cost of the true bodies stays, with 99 % probability.
     pub threshold: f64,
-    /// Friction and drive inertias that are below 0. If there are none, the base parameter with the
-    /// largest shift.
+    /// Friction and drive inertias that are below 0 or, if there are none, the base parameter with
+    /// the largest shift.
     pub impossible_values: Vec<Shift>,
-    /// True if these parameters are below 0.
+    /// True if `impossible_values` are friction and drive inertias below 0.
     pub are_negative: bool,
 }
 
-/// Finding that the bodies that explain the estimate contradict the prior, this one most.
+/// Finding that the bodies that explain the estimate contradict the prior, with the body that does
+/// so most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarBody {
     /// Number of the link, from 1.

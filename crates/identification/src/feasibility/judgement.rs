@@ -1,4 +1,4 @@
-//! Judgement on whether bodies explain the estimate.
+//! Judgement whether bodies explain the estimate.
 
 use core::fmt;
 
@@ -14,14 +14,15 @@ pub struct FeasibilityLimits {
     /// Share of all estimates in which the cost of the true bodies stays below the χ² limit \[1\].
     /// Convention: 99 %.
     pub probability: f64,
-    /// Distance beyond which friction or a drive inertia below 0 is reported as negative, and
-    /// beyond which a base parameter that bodies move is stretched \[σ\]. Convention: 3 standard
-    /// deviations.
+    /// Distance \[σ\] below 0 beyond which friction or a drive inertia is reported as negative. It
+    /// is also the largest shift of a base parameter to the nearest bodies in a
+    /// [`Judgement::Feasible`] estimate. Convention: 3 standard deviations.
     pub deviations: f64,
-    /// Distance of all bodies together from the prior beyond which the data contradict it
+    /// Distance of all bodies together from the prior beyond which the data contradict the prior
     /// \[nats\]. Convention.
     pub divergence: f64,
-    /// The same of a single body \[nats\]. Convention.
+    /// Distance of a single body from the prior beyond which the data contradict the prior
+    /// \[nats\]. Convention.
     pub divergence_per_link: f64,
 }
 
@@ -31,32 +32,32 @@ impl Default for FeasibilityLimits {
     }
 }
 
-/// A base parameter, and a distance in its own standard deviations.
+/// Base parameter with a distance in its own standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shift {
-    /// Its name.
+    /// Name of the base parameter.
     pub name: String,
     /// Signed distance \[σ\].
     pub deviations: f64,
 }
 
-/// Judgement on whether bodies explain the estimate. Reversed signs and delays show in the cost. If
-/// gravity or an axis is reversed on both sides, the cost stays low, but the bodies are far from
-/// the prior. Neither reveals wrong friction laws, gains or lengths. Residuals and held-out samples
-/// do.
+/// Judgement whether bodies explain the estimate. Reversed signs and delays increase the cost. If
+/// gravity or an axis is reversed in both model and data, the cost stays low, but the bodies are
+/// far from the prior. Wrong friction laws, gains or lengths change neither cost nor distance;
+/// residuals and held-out samples reveal them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judgement {
-    /// Bodies explain it, and the nearest ones move none of its values by more than 3 σ.
+    /// Bodies explain the estimate, and the nearest ones shift none of its values by more than 3 σ.
     Feasible,
-    /// Bodies explain it within its covariance, but even the nearest ones move some value by more
-    /// than 3 σ.
+    /// Bodies explain the estimate within its covariance, but even the nearest ones shift some
+    /// value by more than 3 σ.
     Stretched,
-    /// No bodies explain it: their least cost exceeds 99 % of χ², which the cost of the true bodies
-    /// does not.
+    /// No bodies explain the estimate: their smallest cost exceeds the 99 % limit of χ², which the
+    /// cost of the true bodies does not.
     Infeasible,
-    /// The bodies that explain it are far from the prior: a single one by more than 8 nats, or all
-    /// together by more than 30.
+    /// The bodies that explain the estimate are far from the prior: a single one by more than 8
+    /// nats, or all together by more than 30.
     ContradictsPrior,
 }
 
@@ -77,8 +78,8 @@ impl fmt::Display for Judgement {
 }
 
 impl Judgement {
-    /// Judges by the least cost and shifts of bodies with a negligible prior, and by the
-    /// divergences of the outcome's bodies.
+    /// Creates the judgement from the smallest cost and shifts of bodies with a negligible prior,
+    /// and from the divergences of the outcome's bodies.
     pub(super) fn new(
         least_cost: f64,
         threshold: f64,
@@ -100,14 +101,14 @@ impl Judgement {
     }
 }
 
-/// Returns χ² at the limit's probability with one degree of freedom per base parameter.
+/// Returns χ² at the configured probability with one degree of freedom per base parameter.
 pub(super) fn threshold(parameters: usize, limits: &FeasibilityLimits) -> f64 {
     let distribution = ChiSquared::new(parameters as f64);
     distribution.map_or(f64::INFINITY, |chi| chi.inverse_cdf(limits.probability))
 }
 
-/// Returns the parameters that cannot be negative and are so by more than the limit, with their
-/// distance from 0.
+/// Returns the parameters that are negative by more than the limit although they cannot be
+/// negative, with their distance from 0.
 pub(super) fn negative_parameters(
     rows: &Rows,
     parameters: &[Parameter],

@@ -2,11 +2,11 @@
 //!
 //! A body exists if and only if its [pseudo-inertia](Body::pseudo_inertia) is positive definite
 //! (Wensing, Kim and Slotine, *Linear matrix inequalities for physically consistent inertial
-//! parameter identification*, 2018). If no set of bodies explains the base parameters, something
-//! else is wrong. If bodies explain them, much of a body is still undetermined. A [`Prior`] decides
-//! it (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020). [`fit_consistent`]
-//! minimises the sum of both costs and reports the source of every value. [`nearest_body`] does the
-//! same for a single body.
+//! parameter identification*, 2018). If no set of bodies explains the base parameters, the model or
+//! the data are wrong. If bodies explain them, the base parameters still leave many parameters of
+//! the bodies undetermined. A [`Prior`] determines these (Lee, Wensing and Park, *Geometric robot
+//! dynamic identification*, 2020). [`fit_consistent`] minimises the sum of both costs and reports
+//! the source of every value. [`nearest_body`] does the same for a single body.
 
 mod assumptions;
 mod block;

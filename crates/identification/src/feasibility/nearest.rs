@@ -1,4 +1,5 @@
-//! Body that agrees best with an estimate of its ten parameters, or of sums of them.
+//! Physically consistent body that agrees best with an estimate of its ten parameters, or of sums
+//! of them.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -8,23 +9,22 @@ use super::body::Body;
 use super::error::FeasibilityError;
 use super::problem::{Problem, divergence};
 
-/// Body near an estimate.
+/// Physically consistent body near an estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearestBody {
     /// The body, P ≻ 0.
     pub body: Body,
-    /// J, its squared distance from the estimate in the metric of the covariance.
+    /// Cost J: the squared distance from the estimate in the metric of its covariance.
     pub cost: f64,
-    /// D, its distance from the ball that decides whatever the estimate leaves undetermined
+    /// Divergence D from the ball that determines the values which the estimate leaves undetermined
     /// \[nats\].
     pub divergence: f64,
 }
 
 /// Returns the body that minimises J + λ D, as [`fit_consistent`](super::fit_consistent) does for
-/// all links together. J is the squared distance of `regrouping` (k × 10) times its parameters from
-/// the values (k), by their covariance (k × k). D is the divergence from a homogeneous ball of 2000
-/// kg/m³ with this mass \[kg\] at this centre \[m\]. λ is 2.
-///
+/// all links together. J is the squared distance between `values` (k) and `regrouping` (k × 10)
+/// times the body's parameters, in the metric of the covariance (k × k). D is the divergence from a
+/// homogeneous ball of 2000 kg/m³ with the given mass \[kg\] at the given centre \[m\]. λ is 2.
 /// # Errors
 /// [`FeasibilityError::LoadMass`], [`FeasibilityError::Covariance`] and
 /// [`FeasibilityError::NotConverged`].

@@ -1,8 +1,8 @@
 //! Damped Newton steps in local coordinates. The weight of the prior falls to the requested one.
 //!
-//! F is convex. In coordinates of a block's own size, its curvature is that of a sum of squares. So
-//! a Newton step is one linear least-squares problem. With Q = L Lᵀ and a step L Y Lᵀ, L ← L chol(1
-//! + aY) never leaves the cone.
+//! F is convex. In coordinates that are relative to a block, its curvature is that of a sum of
+//! squares, so a Newton step is one linear least-squares problem. With Q = L Lᵀ and a step L Y Lᵀ,
+//! the update L ← L chol(1 + aY) keeps Q positive definite.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,15 +10,15 @@ use super::block::factor;
 use super::error::FeasibilityError;
 use super::problem::{LocalProblem, Point, Problem};
 
-/// Half the squared decrement at which a minimum is reached, relative to 1 + F.
+/// Half the squared Newton decrement at which a minimum counts as reached, relative to 1 + F.
 const DECREMENT_TOLERANCE: f64 = 1e-12;
-/// The same relative to λ, at larger weights than the requested one.
+/// Tolerance at larger weights than the requested one, relative to λ.
 const CENTRING_TOLERANCE: f64 = 0.1;
-/// Factor by which the weight falls at once.
+/// Factor by which the weight is reduced in each stage.
 pub(super) const WEIGHT_REDUCTION: f64 = 4.0;
-/// Largest part of the way to the boundary that a step may take.
+/// Largest part of the distance to the boundary that a step may take.
 const BOUNDARY_SHARE: f64 = 0.95;
-/// Part of the expected decrease that a step has to achieve (Armijo).
+/// Smallest decrease as a part of the expected one that a step has to achieve (Armijo).
 const ARMIJO_SHARE: f64 = 1e-4;
 /// Largest number of halvings before a step counts as failed.
 const MAX_HALVINGS: usize = 40;
@@ -30,9 +30,9 @@ const MAX_STEPS: usize = 400;
 pub(super) struct Minimum {
     pub(super) point: Point,
     pub(super) local_problem: LocalProblem,
-    /// Rᵀ R = 2 H, with H half of F's second derivative in the local coordinates.
+    /// Factor R with Rᵀ R = 2 H, where H is half of F's second derivative in the local coordinates.
     pub(super) hessian_root: DMatrix<f64>,
-    /// Newton steps.
+    /// Number of Newton steps.
     pub(super) steps: usize,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Minimum {
 struct NewtonStep {
     coordinates: DVector<f64>,
     hessian_root: DMatrix<f64>,
-    /// Squared Newton decrement: twice the decrease that a quadratic function would have.
+    /// Squared Newton decrement: twice the decrease of the quadratic approximation.
     decrement: f64,
 }
 
@@ -95,7 +95,7 @@ impl Problem {
         }
     }
 
-    /// Takes the part of a step that lowers F enough.
+    /// Takes the longest tried part of a step that decreases F enough.
     fn descend(
         &self,
         point: &Point,
@@ -128,8 +128,8 @@ impl Problem {
 }
 
 impl LocalProblem {
-    /// Returns the minimum of ‖\[√2 A; √λ 1\] y + \[√2 r; √λ g\]‖, which has the second derivative
-    /// of F. Free parameters have no rows in the lower part.
+    /// Returns the minimum of ‖\[√2 A; √λ 1\] y + \[√2 r; √λ g\]‖, whose square has the second
+    /// derivative of F. Free parameters have no rows in the lower part.
     fn step(&self, weight: f64) -> Option<NewtonStep> {
         let (rows, n) = self.jacobian.shape();
         let barrier = self.prior_gradient.len();

@@ -6,17 +6,18 @@ use super::body::Body;
 use super::judgement::{Judgement, Shift};
 use super::prior::PriorSource;
 
-/// Source of the value of a standard parameter, judged from the regrouping only.
+/// Source of the value of a standard parameter. It depends on the regrouping only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ValueSource {
     /// Data: the parameter is a base parameter by itself, identified or fixed.
     Data,
-    /// Prior, and data through the body that the parameter belongs to. No torque depends on it.
+    /// Prior, and indirectly data about other parameters of the same body. No torque depends on the
+    /// parameter.
     Prior,
-    /// Only a sum with other parameters is known. The prior decides how it is split.
+    /// The data determine only a sum with other parameters; the prior determines how it is split.
     Combination,
-    /// None: the identified model does not have the parameter, and it is 0.
+    /// The identified model does not contain the parameter, and its value is 0.
     Absent,
 }
 
@@ -25,15 +26,16 @@ pub enum ValueSource {
 pub struct StandardParameter {
     /// Its name.
     pub name: String,
-    /// Value \[SI\]. It is that of the prior or close to it if the class is [`ValueSource::Prior`].
+    /// Value \[SI\]. If the class is [`ValueSource::Prior`], it is that of the prior or close to
+    /// it.
     pub value: f64,
-    /// √Var(θ; H⁻¹): posterior standard deviation from data and prior together.
+    /// Posterior standard deviation √Var(θ; H⁻¹) from data and prior together.
     pub deviation: f64,
-    /// Source of the value. Report it together with the value: without prior, masses are barely
-    /// bounded.
+    /// Source of the value. Report it together with the value, because data alone hardly limit
+    /// masses.
     pub class: ValueSource,
-    /// Reduction of the prior's variance by the data, 0 to 1. High shares with the class
-    /// [`ValueSource::Prior`] come from the prior's body.
+    /// Share of the prior's variance that the data remove, 0 to 1. High shares with the class
+    /// [`ValueSource::Prior`] are due to the prior body.
     pub share_of_data: f64,
 }
 
@@ -42,29 +44,29 @@ pub struct StandardParameter {
 pub struct Outcome {
     /// All standard parameters in the order of the regressor's columns.
     pub parameters: Vec<StandardParameter>,
-    /// The body of each link.
+    /// Body of each link.
     pub link_bodies: Vec<Body>,
     /// Smallest eigenvalue of each link's pseudo-inertia relative to that of the prior; positive.
     pub smallest_eigenvalues: Vec<f64>,
     /// Source of the prior.
     pub prior: PriorSource,
-    /// λ.
+    /// Weight λ.
     pub weight: f64,
-    /// F = J + λ (Σ D + Σ d).
+    /// Objective F = J + λ (Σ D + Σ d).
     pub objective: f64,
-    /// J, the squared distance from the estimate in its standard deviations.
+    /// Cost J: the squared distance from the estimate in the metric of its covariance.
     pub cost: f64,
-    /// J with a negligible prior (λ = 0.03), about one above the least cost of any bodies. A larger
-    /// λ applies if J already shows there that no bodies within 300 nats of the prior explain the
-    /// estimate.
+    /// Cost J with a negligible prior (λ = 0.03), about one above the smallest cost of any bodies.
+    /// The weight is larger if J already shows that no bodies within 300 nats of the prior explain
+    /// the estimate.
     pub least_cost: f64,
-    /// χ² at 99 %. The cost of the true bodies stays below it.
+    /// Limit χ² at 99 %, below which the cost of the true bodies stays.
     pub threshold: f64,
-    /// D of each link, its distance from the prior \[nats\].
+    /// Distance D of each link from the prior \[nats\].
     pub divergence_per_link: Vec<f64>,
-    /// Σ d of friction and drive inertias \[nats\].
+    /// Distance Σ d of friction and drive inertias from the prior \[nats\].
     pub divergence_of_drives: f64,
-    /// Number of base parameters that the data decide.
+    /// Effective number of base parameters that the data determine.
     pub effective_parameters: f64,
     /// Shift of each row from the estimate to the bodies: identified base parameters first, then
     /// fixed ones.
@@ -72,9 +74,9 @@ pub struct Outcome {
     /// Friction and drive inertias that are more than 3 σ below 0 in the estimate. If the estimate
     /// is infeasible, report them first.
     pub negative_parameters: Vec<Shift>,
-    /// Judgement on whether bodies explain the estimate.
+    /// Judgement whether bodies explain the estimate.
     pub judgement: Judgement,
-    /// Newton steps.
+    /// Number of Newton steps.
     pub steps: usize,
 }
 

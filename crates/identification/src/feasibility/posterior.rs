@@ -4,24 +4,26 @@ use nalgebra::DMatrix;
 
 use super::newton::Minimum;
 
-/// Posterior from F's quadratic approximation at its minimum. F/2 ≈ ½ δᵀ H δ is read as minus the
-/// logarithm of a density.
+/// Posterior distribution from the quadratic approximation of F at its minimum. F/2 ≈ ½ δᵀ H δ is
+/// taken as the negative logarithm of a probability density.
 pub(super) struct Posterior {
-    /// √Var(θ; H⁻¹) of each standard parameter.
+    /// Standard deviation √Var(θ; H⁻¹) of each standard parameter.
     pub(super) deviations: Vec<f64>,
-    /// 1 − Var(θ; H⁻¹) / Var(θ; prior), 0 for fixed parameters.
+    /// Share of the prior's variance that the data remove, 1 − Var(θ; H⁻¹) / Var(θ; prior); 0 for
+    /// fixed parameters.
     pub(super) data_shares: Vec<f64>,
-    /// tr(H⁻¹ ÃᵀÃ): number of parameters that the data decide.
+    /// Effective number of parameters that the data determine, tr(H⁻¹ ÃᵀÃ).
     pub(super) effective_parameters: f64,
 }
 
 impl Posterior {
-    /// Computes the posterior at a minimum. None if a free parameter has no data.
+    /// Computes the posterior at a minimum. Returns `None` if the data do not determine a free
+    /// parameter.
     pub(super) fn new(minimum: &Minimum, weight: f64) -> Option<Self> {
         let (local, n) = (&minimum.local_problem, minimum.hessian_root.ncols());
         let barrier = local.prior_gradient.len();
         let inverse = minimum.hessian_root.solve_upper_triangular(&DMatrix::identity(n, n))?;
-        // H = ½ RᵀR. The prior has ½ λ 1.
+        // H = ½ RᵀR. The prior contributes ½ λ 1 to H.
         let by_prior = 2.0 / weight;
         let spread = &local.parameters * &inverse;
         let (deviations, shares) = (0..local.parameters.nrows())

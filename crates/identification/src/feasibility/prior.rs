@@ -9,10 +9,10 @@ use super::body::Body;
 use super::error::FeasibilityError;
 use didim_dynamics::robot::{Joint, JointIndex, JointKind, ParameterKind, Robot};
 
-/// Range of total masses of arms, from tweezers to cranes \[kg\].
+/// Permitted total masses of arms, from tweezers to cranes \[kg\].
 const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
-/// Least extent of a nominal body. A thinner body has no interior from which a minimisation could
-/// start.
+/// Smallest [extent](Body::least_extent) of a nominal body. A thinner body leaves no interior in
+/// which a minimisation could start.
 const MIN_EXTENT: f64 = 1e-9;
 
 /// Source of a prior.
@@ -22,7 +22,7 @@ pub enum PriorSource {
     Nominal,
     /// The robot's geometry and the mass of all moving links, from a data sheet.
     Geometry {
-        /// That mass \[kg\].
+        /// Mass of all moving links \[kg\].
         total_mass_kg: f64,
     },
 }
@@ -38,7 +38,7 @@ impl fmt::Display for PriorSource {
     }
 }
 
-/// Prior knowledge of the links: a body each, and the known drive inertias.
+/// Prior knowledge of the links: one body per link, and the known drive inertias.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior {
     pub(super) link_bodies: Vec<Body>,
@@ -48,7 +48,8 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Creates the prior of the nominal parameters. Those of every link have to be those of a body.
+    /// Creates the prior of the nominal parameters, which have to be physically consistent for
+    /// every link.
     ///
     /// # Errors
     /// [`FeasibilityError::NothingNominal`] and [`FeasibilityError::NominalIsNoBody`].
@@ -80,8 +81,8 @@ impl Prior {
     }
 
     /// Creates a prior without CAD: cylinders from each frame's origin to the next one's, each 0.7
-    /// times as heavy as the one before. A mass that is up to ten times too large has little
-    /// effect. Below a fifth of the real mass, the result is worse than none.
+    /// times as heavy as the previous one. A total mass that is up to ten times too large has
+    /// little effect. A total mass below a fifth of the real one gives worse results than no prior.
     ///
     /// # Errors
     /// [`FeasibilityError::TotalMass`].
@@ -119,8 +120,8 @@ impl Prior {
         &self.link_bodies
     }
 
-    /// Returns the λ that fits the prior, 2/s² for a relative standard deviation s of the bodies: 2
-    /// for geometry (s = 1), 22 for nominal parameters (s = 0.3).
+    /// Returns the weight λ that suits the prior: 2/s² for a relative standard deviation s of the
+    /// bodies. It is 2 for geometry (s = 1), and 22 for nominal parameters (s = 0.3).
     pub fn default_weight(&self) -> f64 {
         match self.source {
             PriorSource::Nominal => PriorAssumptions::DEFAULT.nominal_weight,
@@ -129,8 +130,8 @@ impl Prior {
     }
 }
 
-/// Returns the origin of a joint's frame in the frame before \[m\]: TransX(d) RotX(α) TransZ(r). A
-/// prismatic joint is in the middle of its range.
+/// Returns the origin of a joint's frame in the previous frame \[m\]: TransX(d) RotX(α) TransZ(r).
+/// A prismatic joint is in the middle of its range.
 fn origin_in_previous(joint: &Joint) -> Vector3<f64> {
     let slid = match joint.kind {
         JointKind::Revolute => 0.0,
@@ -140,8 +141,8 @@ fn origin_in_previous(joint: &Joint) -> Vector3<f64> {
     Vector3::new(joint.d_m, -r * joint.alpha.sin, r * joint.alpha.cos)
 }
 
-/// Creates a cylinder between the origin and a point. It is at least as long as wide, and about z
-/// if both points are the same.
+/// Creates a cylinder between the origin and a point. It is at least as long as it is wide. Its
+/// axis is z if both points are the same.
 fn cylinder(mass_kg: f64, tip: Vector3<f64>) -> Body {
     let volume = mass_kg / PriorAssumptions::DEFAULT.density_kg_m3;
     let squat = (volume / core::f64::consts::TAU).cbrt();

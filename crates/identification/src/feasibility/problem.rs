@@ -1,57 +1,57 @@
 //! Minimisation problem of one estimate: its positive definite matrices, its free parameters and
-//! its rows.
+//! its base-parameter rows.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::block::{Block, congruence_map, matrix, symmetric_vector};
 
-/// Minimisation problem. Standard parameters are the contributions of the blocks and the free
-/// parameters. Their cost is J + λ Σ D.
+/// Minimisation problem. Standard parameters are sums of the contributions of the blocks and of the
+/// free parameters. The objective is J + λ Σ D.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
-    /// The links first.
+    /// Positive definite blocks, those of the links first.
     pub(super) blocks: Vec<Block>,
-    /// Columns of unconstrained parameters.
+    /// Columns of the free parameters, which have no constraint.
     pub(super) free_columns: Vec<usize>,
-    /// R B with Rᵀ R the inverse of the covariance, b × p.
+    /// R B, with Rᵀ R the inverse of the covariance (b × p).
     pub(super) whitened_columns: DMatrix<f64>,
-    /// R β̂.
+    /// Whitened values R β̂.
     pub(super) target: DVector<f64>,
 }
 
 /// Current point of the minimisation.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
-    /// L of each block, with P = L⁰ L Lᵀ L⁰ᵀ: the block relative to its prior.
+    /// Factor L of each block, with P = L⁰ L Lᵀ L⁰ᵀ: the block relative to its prior.
     pub(super) factors: Vec<DMatrix<f64>>,
     /// Value of each free parameter.
     pub(super) free_values: DVector<f64>,
 }
 
-/// Problem about a point, in local coordinates. Those of a block have length 1 relative to the
-/// block itself. The free parameters follow them.
+/// Problem linearised about a point, in local coordinates. The coordinates of a block have unit
+/// length relative to the block itself. The coordinates of the free parameters follow.
 #[derive(Debug)]
 pub(super) struct LocalProblem {
-    /// Derivatives of the standard parameters by the coordinates, p × N.
+    /// Derivatives of the standard parameters with respect to the coordinates, p × N.
     pub(super) parameters: DMatrix<f64>,
-    /// R(Bθ − β̂).
+    /// Whitened residual R(Bθ − β̂).
     pub(super) residual: DVector<f64>,
     /// R B times these derivatives, b × N.
     pub(super) jacobian: DMatrix<f64>,
-    /// Gradient of Σ D by the coordinates of the blocks alone.
+    /// Gradient of Σ D with respect to the coordinates of the blocks.
     pub(super) prior_gradient: DVector<f64>,
     /// Map of each block from its coordinates to svec(Y), δP = M Y Mᵀ.
     tangents: Vec<DMatrix<f64>>,
 }
 
 impl Problem {
-    /// Returns R B and R β̂ for a covariance. None if it is not positive definite.
+    /// Returns R B and R β̂ for a covariance; `None` if it is not positive definite.
     pub(super) fn whiten(
         regrouping: &DMatrix<f64>,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        // Scaled to correlations: units differ by orders of magnitude.
+        // Scales to correlations, because units differ by orders of magnitude.
         let deviations = covariance.diagonal().map(f64::sqrt);
         let scaled = |i: usize, j: usize| covariance[(i, j)] / (deviations[i] * deviations[j]);
         let correlation = DMatrix::from_fn(values.len(), values.len(), scaled);
@@ -66,7 +66,7 @@ impl Problem {
         finite.then_some((rows, target))
     }
 
-    /// Returns the prior, with free parameters at 0.
+    /// Returns the prior as a point, with free parameters at 0.
     pub(super) fn start(&self) -> Point {
         let identity = |block: &Block| DMatrix::identity(block.size(), block.size());
         Point {
@@ -75,12 +75,12 @@ impl Problem {
         }
     }
 
-    /// Returns ν, the cost of a barrier relative to its weight.
+    /// Returns the barrier parameter ν: the cost of a barrier relative to its weight.
     pub(super) fn barrier_parameter(&self) -> f64 {
         self.blocks.iter().map(|block| block.size() as f64).sum()
     }
 
-    /// Returns the standard parameters at a point, 0 where nothing contributes.
+    /// Returns the standard parameters at a point; 0 for parameters without a contribution.
     pub(super) fn parameters(&self, point: &Point) -> DVector<f64> {
         let mut parameters = DVector::zeros(self.whitened_columns.ncols());
         for (block, factor) in self.blocks.iter().zip(&point.factors) {
@@ -100,7 +100,7 @@ impl Problem {
         &self.whitened_columns * self.parameters(point) - &self.target
     }
 
-    /// J.
+    /// Returns the cost J.
     pub(super) fn cost(&self, point: &Point) -> f64 {
         self.residual(point).norm_squared()
     }
@@ -110,7 +110,8 @@ impl Problem {
         self.cost(point) + weight * point.factors.iter().map(divergence).sum::<f64>()
     }
 
-    /// Returns the problem about a point. None if the point is too close to the boundary.
+    /// Returns the problem linearised about a point; `None` if the point is too close to the
+    /// boundary.
     pub(super) fn linearise_about(&self, point: &Point) -> Option<LocalProblem> {
         let (mut columns, mut pull, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
         for (block, factor) in self.blocks.iter().zip(&point.factors) {

@@ -17,7 +17,7 @@ use super::problem::{Point, Problem, divergence};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
-/// Weight at which the cost is within λ ν, about one nat, of the least cost of any bodies.
+/// Weight λ at which the cost is within λ ν, about one nat, of the smallest cost of any bodies.
 const NEGLIGIBLE_WEIGHT: f64 = 0.03;
 
 /// Returns the physically consistent standard parameters of `robot` that agree best with a prior
@@ -107,10 +107,11 @@ fn row_shifts(rows: &Rows, values: &DVector<f64>) -> Vec<Shift> {
     rows.names.iter().enumerate().map(shift).collect()
 }
 
-/// Finds the bodies nearest to the estimate as the weight falls. Returns them and the number of
-/// steps. J ≤ F, so bodies that explain the estimate at a distance D from the prior bring J at λ
-/// below χ² + λ D. If J exceeds this bound for every D within reach, no smaller weight yields such
-/// bodies. There the minima of estimates far from any body are hard to reach.
+/// Finds the bodies nearest to the estimate by reducing the weight. Returns them and the number of
+/// steps. Since J ≤ F, bodies that explain the estimate at a distance D from the prior reduce J at
+/// λ below χ² + λ D. If J exceeds this bound for every permitted D, no smaller weight leads to such
+/// bodies, and the search ends. At smaller weights the minima for estimates far from any body are
+/// hard to reach.
 fn nearest_bodies(
     problem: &Problem,
     minimum: &Minimum,
@@ -142,8 +143,9 @@ fn body_of_link(robot: &Robot, link: usize, values: &DVector<f64>) -> Body {
     Body::from_parameters(columns(robot, link).map(|column| values[column]))
 }
 
-/// Returns the class of a column. In the columns of the base parameters, the regrouping matrix is
-/// the identity. So the data decide only the parameters that are base parameters by themselves.
+/// Returns the source of a parameter's value. In the columns of the base parameters, the regrouping
+/// matrix is the identity. So the data alone decide only parameters that are base parameters by
+/// themselves.
 pub(super) fn column_class(rows: &Rows, column: usize) -> ValueSource {
     if rows.absent_columns.contains(&column) {
         ValueSource::Absent

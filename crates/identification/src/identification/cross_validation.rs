@@ -16,23 +16,24 @@ use didim_dynamics::robot::Robot;
 /// Result of a cross-validation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossValidation {
-    /// Torques of the blocks, each predicted with parameters that were found without it.
+    /// Prediction error of the blocks, each predicted with parameters that were identified without
+    /// it.
     pub held_out: PredictionError,
-    /// Torques of the same blocks, predicted with the parameters that were found with all of them.
+    /// Prediction error of the same blocks with the parameters of all blocks.
     pub in_sample: PredictionError,
-    /// The samples of each block.
+    /// Samples of each block.
     pub blocks: Vec<Range<usize>>,
-    /// Estimates without each block.
+    /// Estimate without each block.
     pub fold_estimates: Vec<Estimate>,
 }
 
-/// Splits the counted samples into `blocks` consecutive parts of equal length, identifies without
-/// each in turn, and predicts it.
+/// Splits the counted samples into `blocks` consecutive parts of equal length. Identifies without
+/// each block in turn, and predicts the omitted block.
 ///
 /// The prediction is the same for every method: the inverse dynamic model with the estimate, along
-/// the filtered measured motion, both sides behind the parallel filter of `options`. So methods can
-/// be compared by it. Rows within ten of a block are not fitted either, because the filters mix
-/// them with those of the block.
+/// the filtered measured motion, with both sides filtered by the parallel filter of `options`. So
+/// methods can be compared by this error. Rows within ten rows of the omitted block are not fitted
+/// either, because the filters mix them with its rows.
 ///
 /// # Errors
 /// [`IdentificationError::Blocks`], and those of [`identify`].
@@ -59,11 +60,11 @@ pub fn cross_validate(
 
     let identify = |experiment: &_| identify(method, robot, base, experiment, options);
     let full_estimate = identify(experiment)?.estimate;
-    // All base parameters count, even those that are not identified.
+    // The prediction uses all base parameters, including those that are not identified.
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let rows = FoldRows::new(&context)?;
-    // Where friction grows with the load, each estimate predicts with its own.
+    // If friction depends on the load, each estimate predicts with its own load.
     let add = |errors: &mut FoldErrors, range: &Range<usize>, estimate: &Estimate| {
         let values = values(estimate);
         if !context.model.feels_loads() {
@@ -97,7 +98,7 @@ fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
     estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).chain(fixed).collect()
 }
 
-/// The rows of the inverse dynamic model with all base parameters.
+/// Rows of the inverse dynamic model with all base parameters.
 struct FoldRows<'a> {
     context: &'a Context<'a>,
     equation: Observations,
@@ -113,7 +114,7 @@ impl<'a> FoldRows<'a> {
     }
 }
 
-/// ‖y − Xθ‖² and ‖y‖² of every joint, and the rows of each.
+/// Sums ‖y − Xθ‖² and ‖y‖² of every joint, and the number of rows.
 struct FoldErrors {
     sums_of_squares: Vec<[f64; 2]>,
     row_counts: usize,
@@ -124,7 +125,7 @@ impl FoldErrors {
         Self { sums_of_squares: vec![[0.0; 2]; joints], row_counts: 0 }
     }
 
-    /// Adds the rows of these samples.
+    /// Adds the errors of the rows of these samples.
     fn add(
         &mut self,
         rows: &FoldRows<'_>,

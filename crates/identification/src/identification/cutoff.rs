@@ -1,10 +1,10 @@
 //! Choice of the position filter's cut-off for a record.
 //!
 //! Too low a cut-off removes motion and biases the parameters. Too high a cut-off leaves noise in
-//! the accelerations, and the torque outside the recorded motion becomes uncertain. All are judged
-//! on the same torques, those behind the parallel filter, so that held-out errors can be compared.
-//! Beyond the band of the motion these errors stay constant, and the lowest cut-off there lets the
-//! least noise in.
+//! the accelerations, which makes the torque outside the recorded motion uncertain. All cut-offs
+//! are judged by the torques after the parallel filter, so that their held-out errors can be
+//! compared. Once the cut-off exceeds the band of the motion, these errors stay constant. The
+//! lowest such cut-off passes the least noise.
 
 use super::identify::identify;
 use super::judgement::{ChosenCutoff, CutoffTrial};
@@ -12,12 +12,12 @@ use super::problem::{Experiment, IdentificationError, Method, Options};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// Chooses by IDIM-LS the lowest cut-off whose held-out error is as small as that of any; `tried`
-/// is called after each identification.
+/// Chooses the lowest cut-off whose held-out error in IDIM-LS is as small as the smallest one,
+/// within a tolerance. `tried` is called after each identification.
 ///
 /// # Errors
-/// [`IdentificationError::NothingHeldOut`] where no piece can be left out with any cut-off, and
-/// those of IDIM-LS where it has no result with any.
+/// [`IdentificationError::NothingHeldOut`] if no fold can be held out with any cut-off, and those
+/// of IDIM-LS if it has no result with any cut-off.
 pub fn choose_cutoff(
     robot: &Robot,
     base: &BaseParameters,
@@ -51,14 +51,14 @@ pub fn choose_cutoff(
     Ok(ChosenCutoff { cutoff_hz, trials })
 }
 
-/// In rising order \[Hz\].
+/// Returns the candidates in ascending order \[Hz\].
 fn cutoff_candidates(options: &Options, sample_rate_hz: f64) -> Vec<f64> {
     let passband_hz = options.decimation_filter.cutoff_hz(sample_rate_hz);
     let search = &options.cutoff_search;
     let [low, high] = search.range.map(|share| share * passband_hz);
     let high = high.min(search.highest_share * sample_rate_hz);
     let candidate = |step: f64, decade: i32| match decade {
-        // Ten to a negative power is no round number.
+        // Divides, because a negative power of ten has no exact binary representation.
         ..0 => step / 10_f64.powi(-decade),
         _ => step * 10_f64.powi(decade),
     };

@@ -1,11 +1,11 @@
 //! Choice of the friction laws: those that predict held-out data best.
 //!
-//! Terms are added one at a time, as in forward selection. Held-out folds and the uncertainty
-//! outside the recorded motion judge them, never the fit. Shapes that are not linear (the width of
-//! the sign, the speed of Stribeck friction) are searched on a grid and refined, with every linear
-//! parameter solved anew for each: separable least squares (Golub and Pereyra 2003). Friction
-//! hysteresis is refined where the robot configures it, and not tried otherwise: it made
-//! predictions of real arms worse.
+//! Terms are added one at a time, as in forward selection. They are judged by the error on held-out
+//! folds and by the uncertainty outside the recorded motion, never by the fit. Nonlinear shape
+//! parameters (the width of the sign function, the Stribeck speed) are searched on a grid and
+//! refined. All linear parameters are solved anew for each trial: separable least squares (Golub
+//! and Pereyra 2003). Friction hysteresis is refined only if the robot file configures it. It is
+//! not tried otherwise, because it made the predictions of real arms worse.
 
 use super::identify::identify;
 use super::judgement::{
@@ -55,7 +55,7 @@ pub fn choose_friction(
     }
     let unrefined = best.held_out_error_per_joint.clone();
     search.refine_shapes(&mut best, &gains);
-    // Each with the shape that it has in the end.
+    // Each change is reported with its final shape.
     for gain in &mut gains {
         gain.change = refined_change(gain.change, &best.friction[gain.joint]);
     }
@@ -78,15 +78,15 @@ pub fn choose_friction(
     })
 }
 
-/// A model with certain friction laws, identified.
+/// Identification with certain friction laws, and its score.
 struct Trial {
     friction: Vec<JointFriction>,
     score: FrictionScore,
     /// True if the result is usable for the required uses.
     applicable: bool,
     held_out_error_per_joint: Vec<f64>,
-    /// Joints whose friction grows where Stribeck friction falls, or leads at reversals, or whose
-    /// share of the load no gear has: another law in disguise.
+    /// Joints whose load, Stribeck or hysteresis friction parameter is implausible: negative, or a
+    /// larger share of the load than a gear loses. Such a parameter stands for another law.
     disguises_other_law: Vec<bool>,
 }
 
@@ -139,8 +139,8 @@ impl<T: FnMut()> Search<'_, T> {
         candidates
     }
 
-    /// Friction that grows with the load at the joints that move, where it is anything by itself:
-    /// not where gravity does nothing, or always the same.
+    /// Returns load-dependent friction for every moving joint where it is identifiable separately.
+    /// It is not where gravity has no effect or a constant one.
     fn load_friction_candidates(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
         let law = FrictionLaw::Load;
         let laws = self.robot.own_friction().iter().map(|own| own.with_law(law)).collect();
@@ -156,8 +156,9 @@ impl<T: FnMut()> Search<'_, T> {
         highest.iter().enumerate().map(of_joint).collect()
     }
 
-    /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those
-    /// of them that are still worth it one after the other. Returns true if a change was made.
+    /// Tries every candidate at all joints at once and takes the best change of each joint. Keeps
+    /// those changes, one after the other, that still reduce the error enough. Returns true if a
+    /// change was made.
     fn run_round(
         &mut self,
         best: &mut Trial,
@@ -203,7 +204,7 @@ impl<T: FnMut()> Search<'_, T> {
         accepted
     }
 
-    /// Moves the shapes that are not linear to where each joint is predicted best.
+    /// Adjusts the nonlinear shape parameters of each joint to minimise its held-out error.
     fn refine_shapes(&mut self, best: &mut Trial, gains: &[FrictionGain]) {
         // The speeds of a joint that was not changed stay as they are.
         let changed = |joint: usize| gains.iter().any(|gain| gain.joint == JointIndex::new(joint));
@@ -216,7 +217,8 @@ impl<T: FnMut()> Search<'_, T> {
                 (0..search.max_refinements).take_while(improved).for_each(drop);
             };
             step(&|joint, own| if changed(joint) { own.with_speeds(scaled) } else { own.clone() });
-            // Ways are stated by rule of thumb.
+            // A configured presliding distance is only a rule of thumb, so it is refined at every
+            // joint that has one.
             step(&|joint, own| {
                 let limits = chain[joint].limits;
                 let way_rad = own.presliding_distance().map(scaled);
@@ -254,8 +256,8 @@ impl<T: FnMut()> Search<'_, T> {
         is_found
     }
 
-    /// Tries a change at each joint that has one; `None` if it changes nothing, or is no
-    /// identifiable model.
+    /// Tries a change at each joint that has one. Returns `None` if nothing changes or the changed
+    /// model is not identifiable.
     fn try_changes(&mut self, best: &Trial, changes: &[Option<FrictionChange>]) -> Option<Trial> {
         let changed = (best.friction.iter().zip(changes)).map(|(own, change)| match change {
             Some(FrictionChange::Sign(sign)) => JointFriction { sign: *sign, ..own.clone() },
@@ -265,9 +267,9 @@ impl<T: FnMut()> Search<'_, T> {
         self.trial_of(best, changed.collect())
     }
 
-    /// True if it is no worse than another on held-out data, as usable for the required uses, and
-    /// no more uncertain outside the recorded motion than the laws of the robot's file, ties
-    /// included.
+    /// Returns true if a trial is at least as good as another: its held-out error is no larger, it
+    /// is usable for the required uses if the other is, and its uncertainty outside the recorded
+    /// motion is not above that of the robot file's laws.
     fn is_no_worse(&self, one: &Trial, other: &Trial) -> bool {
         one.score.held_out <= other.score.held_out
             && one.score.extrapolation <= self.most_extrapolation
@@ -279,7 +281,7 @@ impl<T: FnMut()> Search<'_, T> {
                 .all(|(one, other)| one <= other)
     }
 
-    /// None where nothing differs.
+    /// Tries these friction laws; returns `None` if they are those of `best`.
     fn trial_of(&mut self, best: &Trial, friction: Vec<JointFriction>) -> Option<Trial> {
         if friction == best.friction { None } else { self.try_friction(friction) }
     }
@@ -339,7 +341,8 @@ fn score_trial(
 }
 
 impl Trial {
-    /// Returns the share of a joint's held-out error that another removes; 0 without a law.
+    /// Returns the share of a joint's held-out error that another trial removes; 0 if its friction
+    /// stands for another law.
     fn gain_over(&self, other: &Self, joint: usize) -> f64 {
         if other.disguises_other_law[joint] {
             return 0.0;
@@ -348,7 +351,7 @@ impl Trial {
     }
 }
 
-/// A change with the shape that it has at a joint.
+/// Returns a change with the shape that the law has in a joint's final friction.
 fn refined_change(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
     let same_kind = |law: FrictionLaw| friction.laws.iter().find(|own| own.kind() == law.kind());
     match change {
@@ -357,7 +360,7 @@ fn refined_change(change: FrictionChange, friction: &JointFriction) -> FrictionC
     }
 }
 
-/// Rounds to three digits: a shape is not known better.
+/// Rounds to three significant digits, because a shape is not known more precisely.
 fn round_speed(speed: f64) -> f64 {
     let digits = 10_f64.powf(2.0 - speed.abs().log10().floor());
     (speed * digits).round() / digits

@@ -1,4 +1,4 @@
-//! From an experiment to an estimate, by whatever method.
+//! Identification of an experiment by any of the methods.
 
 use super::closed_loop::{clie, cloe, didim, idim_iv};
 use super::equation_error::{idim_ls, settle_loads};

@@ -8,7 +8,7 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `given` | experiment, options, selected parameters; checked against each other |
+//! | `problem` | experiment, options, selected parameters; checked against each other |
 //! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
 //! | `judgement` | uncertainty, nuisance parameters, [`Verdict`] for each use |
 //! | `gains` | torque gains of drives, from records without and with a known load |

@@ -1,4 +1,5 @@
-//! Prediction error of parameters on a record that need not be the one they were found from.
+//! Prediction error of parameters on a record, which need not be the one that they were identified
+//! from.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -13,22 +14,22 @@ use didim_dynamics::robot::Robot;
 /// Relative error ‖y − Xθ‖ / ‖y‖ of some rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PredictionError {
-    /// Over all joints.
+    /// Relative error over all joints.
     pub relative_error: f64,
-    /// One entry per joint.
+    /// Relative error of each joint.
     pub relative_error_per_joint: Vec<f64>,
-    /// Root mean square of y − Xθ of every joint \[N·m or N\].
+    /// Root mean square of y − Xθ of each joint \[N·m or N\].
     pub rms_error_per_joint_nm: Vec<f64>,
 }
 
-/// Information on an arm from a result.
+/// Arm parameters from a result, with their uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownModel<'a> {
     /// Identified base parameters by name, in SI units.
     pub parameters: &'a [(&'a str, f64)],
-    /// Further parameters fixed at their nominal values. Every other is 0.
+    /// Further parameters fixed at their nominal values. All others are 0.
     pub fixed_parameters: &'a [(&'a str, f64)],
-    /// Their uncertainty, if the result contains it.
+    /// Model uncertainty, if the result contains it.
     pub uncertainty: Option<&'a ModelUncertainty>,
 }
 
@@ -62,7 +63,7 @@ impl KnownModel<'_> {
         Ok((context, parameters))
     }
 
-    /// Returns the covariance of its parameters (b × b) in the order of the equation.
+    /// Reorders a covariance of the parameters (b × b) to the order of the equation.
     pub(super) fn reorder_covariance(
         &self,
         context: &Context<'_>,
@@ -86,10 +87,10 @@ impl PredictionError {
     }
 }
 
-/// A record, predicted.
+/// Predicted torques of a record, compared with the measured ones.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
-    /// Difference of the measured torques from the predicted ones.
+    /// Difference between the measured and the predicted torques.
     #[serde(flatten)]
     pub error: PredictionError,
     /// Quantiles of the difference at the sample rate, for each joint.
@@ -104,13 +105,13 @@ pub struct Prediction {
     /// Filtered measured torque of each joint \[N·m or N\].
     #[serde(skip)]
     pub measured: Vec<Vec<f64>>,
-    /// Predicted torque of each joint, behind the same filter \[N·m or N\].
+    /// Predicted torque of each joint, filtered in the same way \[N·m or N\].
     #[serde(skip)]
     pub predicted: Vec<Vec<f64>>,
 }
 
 /// Predicts the torques of an experiment by the inverse dynamic model along the filtered measured
-/// motion, both sides behind the parallel filter. Nothing is fitted.
+/// motion. Both sides pass the parallel filter. Nothing is fitted.
 ///
 /// # Errors
 /// [`IdentificationError::UnknownParameter`], and the errors of a robot, experiment and options

@@ -6,18 +6,20 @@ use super::problem::{Experiment, IdentificationError, Options};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// Torque of a model along the motion of a record, behind the same filters.
+/// Torque of a model along the motion of a record, filtered and decimated like the record's torque.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TorqueAlong {
     /// Time of each row since the first sample \[s\].
     pub time_s: Vec<f64>,
     /// Torque of each joint \[N·m or N\].
     pub torque: Vec<Vec<f64>>,
-    /// Its standard deviation by the covariance of the parameters; `None` if that is unknown.
+    /// Standard deviation of the torque, from the covariance of the parameters; `None` if there is
+    /// no covariance.
     pub standard_deviation: Option<Vec<Vec<f64>>>,
 }
 
-/// Returns the torque of a result along the motion of an experiment, whose torques do not count.
+/// Returns the torque of a result along the motion of an experiment. The torques of the experiment
+/// are not used.
 ///
 /// # Errors
 /// [`IdentificationError::UnknownParameter`], and the errors of a robot, experiment and options

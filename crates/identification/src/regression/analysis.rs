@@ -13,8 +13,8 @@ use super::spectrum::ResidualSpectrum;
 
 /// Weighted solution with the spectrum of its errors.
 ///
-/// At every frequency the parameters have removed a share of the residuals, which is added back. It
-/// is the leverage of the columns of an orthonormal basis of `Ω^{-1/2} X`.
+/// At every frequency the fit removes a share of the residual power, which is added back. This
+/// share is the leverage of the columns of an orthonormal basis of `Ω^{-1/2} X`.
 #[derive(Clone, Debug)]
 pub struct ResidualAnalysis<'a> {
     pub(super) system: &'a Observations,
@@ -74,8 +74,8 @@ impl<'a> ResidualAnalysis<'a> {
         &self.solution.r_inverse * self.basis.transposed_times(weighted.as_slice())
     }
 
-    /// Returns the shifts of the estimate due to changes D of y in the rows of one joint alone. The
-    /// arguments are the products `X_jᵀD` of the columns that act on the joint.
+    /// Returns the shifts of the estimate due to changes D of y in the rows of one joint alone.
+    /// `products` is `X_jᵀD` for the columns that act on the joint.
     pub fn estimate_shifts(&self, joint: usize, products: &DMatrix<f64>) -> DMatrix<f64> {
         let acting = self.system.matrix().columns_of(joint);
         let level = self.solution.noise_levels[joint];
@@ -83,7 +83,7 @@ impl<'a> ResidualAnalysis<'a> {
         &self.solution.r_inverse * right / (level * level)
     }
 
-    /// `(XᵀΩ⁻¹X)⁻¹`.
+    /// Returns `(XᵀΩ⁻¹X)⁻¹`.
     fn whole_covariance(&self) -> DMatrix<f64> {
         matrix_product(&self.solution.r_inverse, &self.solution.r_inverse.transpose())
     }

@@ -1,19 +1,20 @@
-//! Autocorrelation of residuals, and that of white noise behind the decimation filter.
+//! Autocorrelation of residuals and of filtered white noise.
 
 use super::row_filter::RowFilter;
 
-/// Autocorrelation at one lag of a record of white noise behind the decimation filter.
+/// Expected autocorrelation at one lag of white noise after the decimation filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseAutocorrelation {
-    /// The filter's own.
+    /// Mean: the autocorrelation due to the filter.
     pub mean: f64,
-    /// Standard deviation over such records; 1/√N for N rows without filter.
+    /// Standard deviation over records of this length; 1/√N for N rows without a filter.
     pub deviation: f64,
 }
 
-/// Returns `r_l = Σ_k ρ_k ρ_{k−l} / Σ_k ρ_k²` for l from 1 to `lags`; empty if all residuals are 0.
+/// Returns `r_l = Σ_k ρ_k ρ_{k−l} / Σ_k ρ_k²` for l from 1 to `lag_count`; empty if all residuals
+/// are 0.
 ///
-/// The mean is not removed, because the residuals of a correct model have none.
+/// The mean is not removed, because the residuals of a correct model have mean zero.
 pub fn autocorrelation(residuals: &[f64], lag_count: usize) -> Vec<f64> {
     let product = |lag: usize| -> f64 {
         residuals.iter().zip(residuals.iter().skip(lag)).map(|(a, b)| a * b).sum()
@@ -23,10 +24,10 @@ pub fn autocorrelation(residuals: &[f64], lag_count: usize) -> Vec<f64> {
 }
 
 impl RowFilter {
-    /// Returns the autocorrelation of white noise behind the filter, for a record of this number of
-    /// rows. The lags are 1 to `lags`, fewer in a short record. The mean is the transform of the
-    /// power spectrum. For ρ of long records, Bartlett's formula (*J. R. Statist. Soc.* Suppl. 8,
-    /// 1946) gives the variance
+    /// Returns the autocorrelation of filtered white noise for a record of this number of rows. The
+    /// lags are 1 to `lag_count`, fewer in a short record. The mean is the Fourier transform of the
+    /// power spectrum. Bartlett's formula (*J. R. Statist. Soc.* Suppl. 8, 1946) gives the variance
+    /// for long records with the mean ρ:
     ///
     /// ```text
     /// 1/N Σ_{i≥1} (ρ_{i+l} + ρ_{i−l} − 2 ρ_l ρ_i)²

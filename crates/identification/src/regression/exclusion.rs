@@ -1,4 +1,4 @@
-//! Test whether parameters may be left out.
+//! Test for excluding parameters from a model.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -6,23 +6,25 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
 
-/// Test of a model against one without some of its parameters.
+/// Test of a model against the same model without some of its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exclusion {
-    /// `θ_oᵀ Cov(θ_o)⁻¹ θ_o / k` of the k excluded parameters, with their corrected covariance in
-    /// the full model.
+    /// `θ_oᵀ Cov(θ_o)⁻¹ θ_o / k` for the k excluded parameters θ_o, with their corrected covariance
+    /// in the full model.
     ///
-    /// With white residuals this is the textbook's F, `(‖ρ_r‖² − ‖ρ‖²)/k / (‖ρ‖²/(r − b))` in
-    /// weighted rows. Excluding parameters adds that quadratic form to the squares. With coloured
-    /// residuals the textbook's F is too large, and this one is not.
+    /// For white residuals this is the textbook's F, `(‖ρ_r‖² − ‖ρ‖²)/k / (‖ρ‖²/(r − b))` in
+    /// weighted rows, because excluding the parameters increases the sum of squares by this
+    /// quadratic form. For coloured residuals the textbook's F is too large, but this value is not.
     pub f_statistic: f64,
-    /// Probability of a value this large if the parameters are zero in truth. The F distribution
-    /// has k degrees of freedom and as many as the full model leaves independent rows.
+    /// Probability of a value at least this large if the true parameters are zero. The F
+    /// distribution has k and n degrees of freedom, with n the independent rows that remain in the
+    /// full model.
     pub probability: f64,
 }
 
 impl ResidualAnalysis<'_> {
-    /// Tests whether these columns may be left out; `covariance` is that of this analysis.
+    /// Tests whether the parameters of these columns may be excluded; `covariance` is that of this
+    /// analysis.
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the covariance cannot be inverted, and

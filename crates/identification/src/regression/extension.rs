@@ -1,4 +1,4 @@
-//! Coefficients of further columns, if the model had them.
+//! Coefficients of further columns that the model does not contain.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -9,14 +9,15 @@ use super::products::subtract_share;
 use super::spectra::{OrthonormalBasis, Spectra};
 use super::spectrum::ResidualSpectrum;
 
-/// Least share of a column outside the others. With a smaller share, a column cannot be
-/// distinguished from rounding.
+/// Smallest part of a column that has to be linearly independent of the others, relative to its
+/// length. A smaller part cannot be distinguished from rounding errors.
 const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
 
-/// Weighted solution compared with that of the model with further columns, `y = X θ + C c + ε`.
+/// Coefficients of further columns C in the extended model `y = X θ + C c + ε`.
 #[derive(Clone, Debug)]
 pub struct Extension {
-    /// Columns of C that are independent of X and of each other; the others are left out.
+    /// Indices of the columns of C that are independent of X and of each other; dependent columns
+    /// are omitted.
     pub columns: Vec<usize>,
     /// Coefficients c of these columns.
     pub coefficients: DVector<f64>,
@@ -25,9 +26,9 @@ pub struct Extension {
 }
 
 impl ResidualAnalysis<'_> {
-    /// Adds a column for each joint to the solution, which acts on this joint alone. `further`
-    /// holds their values, one joint after the other (r, unweighted). None if no column is
-    /// independent of X, or if too few rows remain for a judgement.
+    /// Extends the solution by one column per joint, which acts on this joint alone. `further`
+    /// contains the values of these columns, one joint after the other (r, unweighted). Returns
+    /// `None` if no column is independent of X, or if too few rows remain.
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the covariance of the coefficients cannot be inverted.
@@ -75,16 +76,17 @@ impl ResidualAnalysis<'_> {
     }
 }
 
-/// Contribution of columns to a basis.
+/// Parts of columns that are linearly independent of a basis.
 struct IndependentParts {
     /// Columns that are independent of the basis and of the columns before them.
     columns: Vec<usize>,
-    /// Orthonormal basis of the contribution.
+    /// Orthonormal basis of these independent parts.
     outside_basis: DMatrix<f64>,
 }
 
-/// Orthogonalises twice, for full accuracy (Kahan). If a column lies within an ill-conditioned
-/// basis, the first pass leaves only rounding, which must not be chosen.
+/// Orthogonalises columns against the basis, twice for full accuracy (Kahan). If a column lies
+/// within an ill-conditioned basis, the first pass leaves only rounding errors, which must not be
+/// chosen.
 fn independent_parts(basis: OrthonormalBasis<'_>, columns: DMatrix<f64>) -> IndependentParts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
     let (rows, mut outside) = (columns.nrows(), columns);

@@ -7,21 +7,21 @@ use nalgebra::{DMatrix, DVector};
 use super::observation_matrix::{ObservationMatrix, ROWS_AT_ONCE};
 use super::products::symmetric_product;
 
-/// Additional columns C (r × m) next to X. They need not be in memory together.
+/// Additional columns C (r × m) next to X. Not all of them need to be in memory at the same time.
 pub trait FurtherColumns {
-    /// Their number m.
+    /// Returns the number m of columns.
     fn count(&self) -> usize;
 
     /// Returns the columns that act on a joint, in its rows.
     fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>>;
 
-    /// C η (r).
+    /// Returns C η (r).
     fn weighted_sum(&self, nuisance: &DVector<f64>) -> DVector<f64>;
 }
 
 /// Additional column in the rows of a joint.
 pub struct FurtherColumn<'a> {
-    /// Number of the column among all.
+    /// Number of the column among all additional columns.
     pub number: usize,
     /// Factor of the values.
     pub factor: f64,
@@ -62,7 +62,7 @@ pub(crate) fn gram_matrix(
     expand_columns(&compact, &places, width + further.count())
 }
 
-/// Returns the same for only the columns that act on the joint; `columns` are those of C.
+/// Returns the same matrix for the columns that act on the joint only; `columns` are those of C.
 pub(super) fn gram_of_joint(
     matrix: &ObservationMatrix,
     joint: usize,

@@ -1,28 +1,27 @@
 //! Limits of the regression.
 
-/// Limits that decide about rows, parameters and noise.
+/// Limits of the regression for rows, parameters and noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegressionLimits {
-    /// Share of its residual below which a row counts as downweighted \[1\]. Convention: less than
-    /// half.
+    /// Weight of a residual below which its row counts as downweighted \[1\]. Convention: one half.
     pub downweighted_share: f64,
-    /// Least mean slope of ψ; with a smaller one the remaining rows are inconclusive \[1\].
+    /// Smallest mean slope of ψ for which the remaining rows still determine the estimate \[1\].
     /// Derived: for normal errors and the usual tuning it is 0.82 (Huber) and 0.76 (bisquare).
     pub min_slope: f64,
-    /// Largest share that the parameters may take out of the residuals at a frequency \[1\].
-    /// Convention: the rest still allows a judgement.
+    /// Largest share of the residual power at a frequency that the fit may remove \[1\].
+    /// Convention: the rest still permits a judgement.
     pub max_explained_share: f64,
-    /// Least share of the independent rows that has to remain after the fit \[1\]. Derived: with
-    /// fewer, the assumed noise is larger by at most the inverse of this share.
+    /// Smallest share of the independent rows that has to remain after the fit \[1\]. Derived: the
+    /// correction for the fit then raises the noise power by at most the inverse of this share.
     pub min_residual_share: f64,
-    /// Least share of a nuisance parameter's prior variance that informative data remove \[1\].
-    /// Convention.
+    /// Smallest share of a nuisance parameter's prior variance that the data have to remove to
+    /// count as informative \[1\]. Convention.
     pub min_certainty: f64,
-    /// Least number of remaining degrees of freedom \[1\]. Derived: with 20, a standard deviation
-    /// is known to a sixth.
+    /// Smallest number of remaining degrees of freedom \[1\]. Derived: with 20, the relative error
+    /// of a standard deviation is about a sixth.
     pub min_degrees_of_freedom: f64,
-    /// Least number of rows per coefficient of a spectrum \[1\]. Convention: a short record does
-    /// not choose its own shape.
+    /// Smallest number of rows per coefficient of a spectrum \[1\]. Convention: a short record does
+    /// not contain enough information for a detailed spectrum.
     pub rows_per_coefficient: f64,
     /// Level of the F-test that leaves out inessential parameters \[1\]. Convention: one in twenty
     /// parameters that are zero stays.

@@ -1,4 +1,4 @@
-//! Test for white noise in residuals, apart from the colour that the filter gave them.
+//! Test for white noise in residuals, without the colour that is due to the filter.
 
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -23,7 +23,7 @@ impl LjungBox {
         Self { statistic, lag_count: autocorrelations.len() }
     }
 
-    /// Returns the probability that white noise is at least as correlated as this.
+    /// Returns the probability that white noise is at least as correlated as the residuals.
     pub fn probability(&self) -> f64 {
         ChiSquared::new(self.lag_count as f64)
             .map_or(1.0, |chi_squared| chi_squared.sf(self.statistic))

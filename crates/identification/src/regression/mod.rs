@@ -1,8 +1,8 @@
 //! Tall linear least squares with the statistics of its result (paper, section 3.1.2).
 //!
-//! The system is `y = X θ + ε` (equation 7), in which the rows of each joint are together (equation
-//! 8). Every figure states its matrix: **X**, the given observation matrix, or **Ω^{-1/2} X**, each
-//! joint's rows divided by that joint's noise level.
+//! The system is `y = X θ + ε` (equation 7), with the rows of each joint together (equation 8). The
+//! documentation of every result states its matrix: **X**, the given observation matrix, or
+//! **Ω^{-1/2} X**, with each joint's rows divided by its noise level.
 //!
 //! | | ordinary | weighted |
 //! |---|---|---|
@@ -10,8 +10,8 @@
 //! | covariance | sandwich, σ_j² from its own residuals | (Xᵀ Ω⁻¹ X)⁻¹ with the σ_j given |
 //! | singular values | of X | of Ω^{-1/2} X |
 //!
-//! All solutions use Householder QR, of the rows of each joint and then of their triangles. The
-//! normal equations would square the condition number.
+//! All solutions use Householder QR decompositions: first of the rows of each joint, then of the
+//! stacked triangular factors. The normal equations would square the condition number.
 
 mod analysis;
 mod autocorrelation;

@@ -1,4 +1,5 @@
-//! Observation matrix of equation 7 without the zeros of columns that do not act on a joint.
+//! Observation matrix of equation 7, stored without the zeros of columns that do not act on a
+//! joint.
 
 use core::ops::Range;
 
@@ -6,15 +7,15 @@ use nalgebra::{DMatrix, DVector};
 
 use super::products::symmetric_product;
 
-/// Number of rows that are multiplied at a time, which bounds the memory.
+/// Number of rows that are multiplied at a time, which limits the memory.
 pub(crate) const ROWS_AT_ONCE: usize = 4096;
 
-/// X (r × b) with the rows of joint 1 first, then joint 2, …. Each joint has only the columns that
-/// act on it, about half of them.
+/// Matrix X (r × b) with the rows of joint 1 first, then joint 2, …. For each joint only the
+/// columns that act on it are stored, about half of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservationMatrix {
     columns: usize,
-    /// N rows of every joint, with one column for each joint and each column of X that acts on it.
+    /// Values (N × entries): one column for each pair of a joint and a column of X that acts on it.
     values: DMatrix<f64>,
     joints: Vec<Vec<Entry>>,
 }
@@ -23,7 +24,7 @@ pub struct ObservationMatrix {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Entry {
     column: usize,
-    /// Position of its values.
+    /// Position of the entry's column in `values`.
     position: usize,
 }
 
@@ -50,7 +51,7 @@ impl ObservationMatrix {
         Self { columns, values, joints: of_joints }
     }
 
-    /// Creates the matrix from one with its zeros, whose number of rows is a multiple of the
+    /// Creates the matrix from a dense one, whose number of rows is a multiple of the number of
     /// joints.
     pub fn from_dense(matrix: DMatrix<f64>, joints: usize) -> Self {
         let (rows, columns) = matrix.shape();
@@ -68,7 +69,7 @@ impl ObservationMatrix {
         Self { columns, values, joints: of_joints }
     }
 
-    /// Returns the matrix with its zeros (r × b).
+    /// Returns the dense matrix, including its zeros (r × b).
     pub fn dense(&self) -> DMatrix<f64> {
         let mut dense = DMatrix::zeros(self.nrows(), self.columns);
         for joint in 0..self.joints.len() {
@@ -86,17 +87,17 @@ impl ObservationMatrix {
         self.rows_per_joint() * self.joints.len()
     }
 
-    /// Columns b.
+    /// Returns the number of columns b.
     pub fn ncols(&self) -> usize {
         self.columns
     }
 
-    /// Joints n.
+    /// Returns the number of joints n.
     pub fn joints(&self) -> usize {
         self.joints.len()
     }
 
-    /// r and b.
+    /// Returns the numbers of rows r and columns b.
     pub fn shape(&self) -> (usize, usize) {
         (self.nrows(), self.columns)
     }
@@ -131,21 +132,21 @@ impl ObservationMatrix {
         self.joints[joint].iter().map(|entry| entry.column).collect()
     }
 
-    /// X θ (r).
+    /// Returns X θ (r).
     pub fn times_parameters(&self, parameters: &DVector<f64>) -> DVector<f64> {
         let mut product = DVector::zeros(self.nrows());
         self.add_times(1.0, parameters, product.as_mut_slice());
         product
     }
 
-    /// Adds a factor times X θ.
+    /// Adds `factor` · X θ to `to`.
     pub(super) fn add_times(&self, factor: f64, parameters: &DVector<f64>, to: &mut [f64]) {
         for (joint, to) in to.chunks_exact_mut(self.rows_per_joint().max(1)).enumerate() {
             self.add_joint_times(joint, factor, parameters, to);
         }
     }
 
-    /// Adds a factor times X_j θ to the rows of one joint (N).
+    /// Adds `factor` · X_j θ to the rows of one joint (N).
     pub(super) fn add_joint_times(
         &self,
         joint: usize,
@@ -161,7 +162,7 @@ impl ObservationMatrix {
         }
     }
 
-    /// Adds a factor times Xᵀ times values in the rows of one joint (N).
+    /// Adds `factor` · X_jᵀ v for values v in the rows of one joint (N).
     pub(crate) fn add_transposed_times(
         &self,
         joint: usize,
@@ -183,7 +184,7 @@ impl ObservationMatrix {
         block
     }
 
-    /// Returns the same for rows that are not contiguous.
+    /// Returns some rows of a joint that need not be contiguous, in the columns that act on it.
     pub(crate) fn selected_rows_of(&self, joint: usize, rows: &[usize]) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(rows.len(), self.joints[joint].len());
         for ((_, values), mut to) in self.of_joint(joint).zip(block.column_iter_mut()) {

@@ -11,10 +11,10 @@ use super::error::RegressionError;
 use super::observation_matrix::ObservationMatrix;
 use super::triangles::Triangles;
 
-/// `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
+/// Equation `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
 ///
-/// Sizes fit, everything is finite, there are more rows than columns, and no joint's measurements
-/// are all zero: guaranteed by [`Observations::new`].
+/// [`Observations::new`] guarantees that sizes agree, all values are finite, there are more rows
+/// than columns, and the measurements of no joint are all zero.
 #[derive(Clone, Debug)]
 pub struct Observations {
     matrix: ObservationMatrix,
@@ -23,11 +23,12 @@ pub struct Observations {
     /// depend on θ.
     known_torque: Option<DVector<f64>>,
     joints: usize,
-    /// First step of every solution, independent of the weights; none before the first solution.
+    /// Triangular factors, which every solution starts from and which do not depend on the weights;
+    /// empty before the first solution.
     triangles: OnceLock<Triangles>,
 }
 
-/// Compares the equations, regardless of which have been solved.
+/// Compares the equations only, not the stored triangular factors.
 impl PartialEq for Observations {
     fn eq(&self, other: &Self) -> bool {
         self.joints == other.joints
@@ -56,10 +57,10 @@ impl Observations {
         Self::from_dense(ObservationMatrix::from_dense(matrix, joints), measurements)
     }
 
-    /// Creates the same from a matrix without its zeros.
+    /// Creates the equation from a matrix that is stored without its zeros.
     ///
     /// # Errors
-    /// The same as [`new`](Self::new).
+    /// Those of [`new`](Self::new).
     pub fn from_dense(
         matrix: ObservationMatrix,
         measurements: DVector<f64>,
@@ -92,8 +93,8 @@ impl Observations {
         Ok(system)
     }
 
-    /// Adds the part of the measured values that was known beforehand and subtracted from them (r).
-    /// Figures relative to the measured values then include it.
+    /// Adds the known part of the measured values, which was subtracted from them (r). Errors
+    /// relative to the measured values then include it.
     ///
     /// # Panics
     /// If its size is not that of the measurements.
@@ -108,7 +109,7 @@ impl Observations {
         self
     }
 
-    /// Joints n.
+    /// Returns the number of joints n.
     pub fn joints(&self) -> usize {
         self.joints
     }
@@ -151,12 +152,12 @@ impl Observations {
         }
     }
 
-    /// Returns the part that was known beforehand.
+    /// Returns the known part of the measured values.
     pub(crate) fn known_torque(&self) -> Option<&DVector<f64>> {
         self.known_torque.as_ref()
     }
 
-    /// Returns the triangles of the joints' rows, computed once.
+    /// Returns the triangular factors of the joints' rows, which are computed once.
     pub(super) fn joint_triangles(&self) -> &Triangles {
         self.triangles.get_or_init(|| Triangles::new(&self.matrix, &self.measurements))
     }
@@ -176,11 +177,12 @@ impl Observations {
     /// Returns the noise level σ_j of every joint from residuals (equations 11 and 12):
     /// `σ_j² = ‖ρ_j‖²/(N − b/n)`, with the b parameters divided equally among the n joints.
     ///
-    /// From ordinary residuals the level of a quiet joint is too high if another joint is much
-    /// noisier and rows are few. The parameter errors of the noisy joint then show in every joint.
+    /// If another joint is much noisier and there are few rows, ordinary residuals make the level
+    /// of a quiet joint too high, because the parameter errors due to the noisy joint affect every
+    /// joint.
     ///
-    /// A level is never below the rounding of the joint's measurements, so that an exact fit does
-    /// not need an infinite weight.
+    /// A level is never below the rounding errors of the joint's measurements, so that an exact fit
+    /// has a finite weight.
     pub fn noise_levels(&self, residuals: &DVector<f64>) -> Vec<f64> {
         let rows = self.rows_per_joint() as f64;
         let divisor = rows - self.matrix.ncols() as f64 / self.joints as f64;

@@ -1,4 +1,4 @@
-//! Estimation of nuisance parameters that the model does not have, with prior knowledge of them.
+//! Joint estimation of parameters and of nuisance parameters with prior knowledge.
 
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 
@@ -13,16 +13,17 @@ use super::spectrum::ResidualSpectrum;
 /// Solution of `y = X θ + C η + ε` for θ and η together, with prior knowledge of η.
 #[derive(Clone, Debug)]
 pub struct JointSolution {
-    /// Change of θ by the nuisance parameters (b).
+    /// Change of θ due to the nuisance parameters (b).
     pub parameter_change: DVector<f64>,
-    /// η, in its prior standard deviations (m).
+    /// Nuisance parameters η, in units of their prior standard deviations (m).
     pub nuisance_parameters: DVector<f64>,
-    /// Covariance of θ and η together ((b + m) × (b + m)), η in the same unit.
+    /// Covariance of θ and η together ((b + m) × (b + m)); η has the same units.
     pub covariance: DMatrix<f64>,
     /// Covariance of the weighted solution due to the residual noise (b × b).
     pub noise: DMatrix<f64>,
-    /// Uncertainty of the parameters due to the colour of the residual, relative to white noise of
-    /// the same size. It is the median, and at least 1.
+    /// Factor by which the colour of the residuals increases the uncertainty of the parameters,
+    /// compared with white noise of the same power. It is the median over the parameters, and at
+    /// least 1.
     pub colour_factor: f64,
 }
 
@@ -40,13 +41,13 @@ impl JointSolution {
         white * square - prior_covariance * prior_covariance.transpose() * (square - 1.0)
     }
 
-    /// Removes the priors of those nuisance parameters that the data contradict by more than
-    /// `limit` standard deviations of both, the farthest first. Only the data then determine them.
-    /// `stated` marks the nuisance parameters with a configured prior.
+    /// Removes the priors of nuisance parameters that the data contradict by more than `limit`
+    /// standard deviations of both, the largest contradiction first. The data alone then determine
+    /// these parameters. `configured` marks the nuisance parameters with a configured prior.
     ///
-    /// With N the information, removing the prior of the nuisance parameter k leaves `N − eₖ eₖᵀ`.
-    /// Its inverse is `P + pₖ pₖᵀ/(1 − Pₖₖ)`, with pₖ a column of P (Sherman and Morrison, 1950).
-    /// The mean shifts by `pₖ ηₖ/(1 − Pₖₖ)`.
+    /// With the information matrix N, removing the prior of the nuisance parameter k leaves `N − eₖ
+    /// eₖᵀ`. Its inverse is `P + pₖ pₖᵀ/(1 − Pₖₖ)`, with P = N⁻¹ and its column pₖ (Sherman and
+    /// Morrison, 1950). The mean shifts by `pₖ ηₖ/(1 − Pₖₖ)`.
     #[must_use]
     pub(crate) fn without_contradicted(&self, configured: &[bool], limit: f64) -> Self {
         let mut solution = self.clone();
@@ -57,7 +58,8 @@ impl JointSolution {
                 let certainty = 1.0 - solution.covariance[(width + k, width + k)];
                 let variance = solution.colour_factor.powi(2) * (1.0 - certainty) / certainty;
                 let value = solution.nuisance_parameters[*k] / certainty;
-                // If the data are nearly uninformative, rounding would decide.
+                // If the data contain almost no information, the quotient would consist of rounding
+                // errors.
                 if certainty > RegressionLimits::DEFAULT.min_certainty {
                     value.abs() / (1.0 + variance).sqrt()
                 } else {
@@ -81,16 +83,16 @@ impl JointSolution {
         }
     }
 
-    /// Returns the possible error of a model without the nuisance parameters, for the rows X of its
-    /// parameters and C of theirs. It is the sum over these rows of the squares of `X Δθ + C η` and
-    /// of its posterior deviation.
+    /// Returns the possible squared error of a model without the nuisance parameters. X are the
+    /// rows of its parameters and C those of the nuisance parameters. The result is the sum over
+    /// these rows of the squares of `X Δθ + C η` and of its posterior standard deviation.
     pub(crate) fn squared_error(
         &self,
         rows: DMatrixView<'_, f64>,
         further: DMatrixView<'_, f64>,
     ) -> f64 {
         let off = rows * &self.parameter_change + further * &self.nuisance_parameters;
-        // Many columns act on other joints alone.
+        // Columns that do not act on these rows are skipped.
         let all_columns = rows.column_iter().chain(further.column_iter()).enumerate();
         let acts = all_columns.filter(|(_, column)| column.iter().any(|value| *value != 0.0));
         let (acting, columns): (Vec<usize>, Vec<_>) = acts.unzip();
@@ -102,9 +104,9 @@ impl JointSolution {
         off.norm_squared() + symmetric_product(&columns, &columns).dot(&covariance)
     }
 
-    /// Returns the median of that sum over the posterior, from AᵀA of the rows A = [X C]. If one
-    /// combination of parameters is unidentifiable from the data, the mean is half as large again.
-    /// A few large errors dominate that mean.
+    /// Returns the posterior median of the sum in [`squared_error`](Self::squared_error), from AᵀA
+    /// of the rows A = [X C]. The mean would be about twice as large if the data leave a single
+    /// combination of parameters undetermined, because a few large errors dominate it.
     ///
     /// The sum has the mean and the variance of a scaled chi-squared variable (Satterthwaite, *An
     /// approximate distribution of estimates of variance components*, 1946). Wilson and Hilferty
@@ -118,7 +120,7 @@ impl JointSolution {
         let mean = spread.trace() + off.dot(&along);
         let squares = spread.component_mul(&spread.transpose()).sum();
         let variance = 2.0 * squares + 4.0 * along.dot(&(&self.covariance * &along));
-        // The mean is 0, or there is no covariance.
+        // The approximation requires a positive mean.
         if mean <= 0.0 {
             return mean;
         }
@@ -130,20 +132,20 @@ impl JointSolution {
 /// Products of additional columns C with X and with each other.
 #[derive(Clone, Debug)]
 pub struct JointProducts {
-    /// `AᵀA` of each joint over the frequencies that the filter passes. The rows are A = (X C ρ),
-    /// the residuals ρ last. The noise there is assumed to be white, without the colour of the
-    /// residuals. The model error is at the frequencies of the motion. It is not noise that other
-    /// frequencies could outweigh.
+    /// Matrix `AᵀA` of each joint over the frequencies that the filter passes. The rows are A = (X
+    /// C ρ), with the residuals ρ last. The noise at these frequencies is assumed to be white,
+    /// without the colour of the residuals, because the model error has the frequencies of the
+    /// motion. Noise at other frequencies must not reduce its weight.
     passband_products: Vec<DMatrix<f64>>,
     /// `CᵀC` of each joint (m × m).
     pub column_products: Vec<DMatrix<f64>>,
-    /// K, the sensitivity: the shift of the estimate by a unit of each column (b × m).
+    /// Sensitivity K: the shift of the estimate per unit of each column (b × m).
     pub sensitivity: DMatrix<f64>,
 }
 
 impl ResidualAnalysis<'_> {
     /// Returns the products of further columns (r × m, unweighted) with X, with the residuals and
-    /// with each other. It takes one joint at a time, which bounds the memory.
+    /// with each other. Joints are processed one at a time, which limits the memory.
     pub fn products(&self, further: &dyn FurtherColumns) -> JointProducts {
         let matrix = self.system.matrix();
         let (own, count) = (matrix.ncols(), further.count());
@@ -184,12 +186,12 @@ impl ResidualAnalysis<'_> {
     }
 
     /// Solves for the parameters together with the coefficients of `further` columns (r × m,
-    /// unweighted). The prior coefficients are independent, with mean 0 and standard deviation 1.
-    /// `products` are those of the columns.
+    /// unweighted). The prior of the coefficients is independent, with mean 0 and standard
+    /// deviation 1. `products` are the products of these columns.
     ///
-    /// The noise of each joint is that of its own residuals, never with a smaller standard
-    /// deviation than `floors`. It is white within the filter's passband. One of `copies`
-    /// equivalent rows counts.
+    /// The noise level of each joint is that of its residuals, but at least that of `floors`. The
+    /// noise is assumed to be white within the filter's passband. Only one of `repeats` equivalent
+    /// rows counts.
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the equation cannot be solved.
@@ -205,7 +207,8 @@ impl ResidualAnalysis<'_> {
         before.raise_to(floors);
         let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
             solve_with_prior(products, width, &before, repeats)?;
-        // The information on the nuisance parameters uses up as many rows.
+        // Identified nuisance parameters use up one independent row each, in proportion to their
+        // certainty.
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
         let rows = before.independent_rows() - width as f64;
         drop(before);
@@ -222,7 +225,7 @@ impl ResidualAnalysis<'_> {
         let covariances = self.covariances_by(&[&spectrum, &raised.to_white(), &raised]);
         let colour = median_ratio(&covariances[0], &covariances[1]);
         let noise = &covariances[2] * repeats;
-        // Solved again with the noise that remains after the nuisance parameters.
+        // Solves again with the noise that remains after subtracting the nuisance parameters.
         let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
             solve_with_prior(products, width, &raised, repeats)?;
         Ok(JointSolution {
@@ -257,7 +260,7 @@ impl ResidualAnalysis<'_> {
     }
 }
 
-/// Solution for all parameters together.
+/// Solution for parameters and nuisance parameters together.
 struct PriorSolution {
     parameter_change: DVector<f64>,
     nuisance_parameters: DVector<f64>,

@@ -1,5 +1,5 @@
-//! Products of tall matrices by blocks of two columns (register blocking; Golub & Van Loan, *Matrix
-//! Computations*, section 1.5). They skip the zeros that joints leave in the columns.
+//! Products of tall matrices, computed in blocks of two columns (register blocking; Golub & Van
+//! Loan, *Matrix Computations*, section 1.5). Leading and trailing zeros of columns are skipped.
 
 use core::ops::Range;
 
@@ -7,11 +7,11 @@ use nalgebra::DMatrix;
 
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
-/// Number of values of a column that are computed side by side.
+/// Number of values of a column that are computed in parallel.
 const VALUES_AT_ONCE: usize = WIDTH;
 
-/// Returns AᵀB of matrices with the same number of rows, for a product known to be symmetric. Zeros
-/// at the beginning or end of columns save time.
+/// Returns AᵀB of matrices with the same number of rows, if the product is known to be symmetric.
+/// Leading and trailing zeros of the columns are skipped.
 pub(crate) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.ncols(), b.ncols());
     with_vector_instructions(
@@ -43,8 +43,8 @@ pub(crate) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f
     product
 }
 
-/// Returns the rows outside of which both columns are 0. Some zeros stay so that the same values
-/// are computed side by side. A product then has the same bits.
+/// Returns the range of rows that contains all non-zero values of both columns. The range is
+/// extended to multiples of the vector length, so that the product is the same to the last bit.
 fn not_zero(columns: [&[f64]; 2]) -> Range<usize> {
     let rows = columns[0].len();
     let first = columns.map(|column| column.iter().position(|value| *value != 0.0));
@@ -54,7 +54,7 @@ fn not_zero(columns: [&[f64]; 2]) -> Range<usize> {
     first - first % VALUES_AT_ONCE..end.next_multiple_of(VALUES_AT_ONCE).min(rows)
 }
 
-/// Returns column k and the one after it.
+/// Returns column k and the next one, or the last column twice.
 #[inline(always)]
 fn pair(matrix: &DMatrix<f64>, k: usize) -> [&[f64]; 2] {
     [k, (k + 1).min(matrix.ncols() - 1)].map(|k| column(matrix, k))
@@ -90,7 +90,7 @@ fn dot_products([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
     ]
 }
 
-/// Number of products side by side in a single sum, which waits for its own result.
+/// Number of partial sums of a scalar product, which hide the latency of the additions.
 const PRODUCTS_AT_ONCE: usize = 16;
 
 #[inline(always)]
@@ -105,7 +105,7 @@ fn dot(remaining: &[f64], right: &[f64]) -> f64 {
     rest.chain(sums.0).sum()
 }
 
-/// Their product.
+/// Returns the scalar product of two vectors.
 pub(super) fn dot_of(one: &[f64], right: &[f64]) -> f64 {
     with_vector_instructions(
         #[inline(always)]
@@ -113,7 +113,7 @@ pub(super) fn dot_of(one: &[f64], right: &[f64]) -> f64 {
     )
 }
 
-/// Subtracts from `vector` its component along a vector of length 1.
+/// Subtracts from `vector` its component along the unit vector `of`.
 pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
     with_vector_instructions(
         #[inline(always)]
@@ -126,9 +126,9 @@ pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
     );
 }
 
-/// Computes C + factor A B. The sum of each entry goes over the columns of A in order.
+/// Adds factor · A B to C. The sum of each entry goes over the columns of A in order.
 pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b: &DMatrix<f64>) {
-    /// Number of rows at a time. The same number of columns of A stays in the nearest cache.
+    /// Number of rows at a time, for which a block of A fits in the nearest cache.
     const ROWS_AT_ONCE: usize = 64;
     let rows = a.nrows();
     with_vector_instructions(
@@ -150,7 +150,7 @@ pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b
     );
 }
 
-/// A B.
+/// Returns A B.
 pub(super) fn matrix_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut c = DMatrix::zeros(a.nrows(), b.ncols());
     add_product(&mut c, 1.0, a, b);

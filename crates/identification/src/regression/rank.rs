@@ -4,30 +4,29 @@ use nalgebra::{DMatrix, SVD};
 
 use super::error::RegressionError;
 
-/// Share of the null vector, relative to the largest share, above which a column takes part in a
-/// dependency. Smaller shares are rounding.
+/// Entry of the null vector, relative to its largest one, above which a column belongs to a linear
+/// dependency. Smaller entries are rounding errors.
 const NULL_VECTOR_SHARE: f64 = 1e-6;
 
-/// Length of a column, relative to the longest one, below which it holds only rounding.
-/// Differentiating a constant twice at some kHz leaves this much. In SI units no parameter of an
-/// arm is so far from the others.
+/// Length of a column, relative to the longest one, below which it contains only rounding errors.
+/// Differentiating a constant twice at some kHz leaves errors of this size. In SI units the columns
+/// of an arm never differ this much in length.
 const ZERO_COLUMN: f64 = 1e-12;
 
-/// Fraction of their norms to which dependent columns depend on each other. They differ by rounding
-/// alone: the filters leave this much of it in the columns of an arm at rest.
+/// Relative tolerance for linear dependency of columns. Dependent columns differ only by rounding
+/// errors, and the filters leave errors of this size in the columns of an arm at rest.
 const DEPENDENCY_TOLERANCE: f64 = 1e-12;
 
-/// Largest number of iterations of a singular value decomposition. It is far more than ever needed,
-/// but bounded.
+/// Largest number of iterations of a singular value decomposition, far more than usually needed.
 const MAX_SVD_ITERATIONS: usize = 10_000;
 
 /// Rejects a triangular factor R whose columns are not independent relative to their own norms.
 ///
-/// Columns have different units, so R is judged after each is scaled to norm 1. R is deficient if
-/// the smallest singular value is below `rows · ε` of the largest (the convention of LAPACK and
-/// NumPy) or below the filters' rounding of 0. R has the column norms and the singular values of
-/// the tall matrix of `rows` rows it came from. If R has an inverse, it shows for most matrices
-/// without singular values that they are not deficient.
+/// Columns have different units, so R is tested after scaling each column to norm 1. R is
+/// rank-deficient if its smallest singular value is below `rows · ε` times the largest one (the
+/// convention of LAPACK and NumPy), or below the rounding errors of the filters. R has the same
+/// column norms and singular values as the tall matrix of `rows` rows from which it was computed.
+/// In most cases the inverse of R already proves full rank, and no singular values are needed.
 pub(super) fn check_rank(
     r: &DMatrix<f64>,
     inverse: Option<&DMatrix<f64>>,
@@ -45,9 +44,9 @@ pub(super) fn check_rank(
         return Err(RegressionError::ZeroColumns { columns });
     }
 
-    // The columns have norm 1, so the largest singular value is at most √b. The smallest is at
-    // least 1 over the Frobenius norm of the inverse. Half of it allows for the inverse's own
-    // rounding.
+    // The columns have norm 1, so the largest singular value is at most √b. The smallest one is at
+    // least the inverse of the Frobenius norm of R⁻¹. The factor 0.5 allows for rounding errors of
+    // R⁻¹.
     if let Some(inverse) = inverse {
         let squares = inverse.row_iter().zip(&norms).map(|(row, n)| n * n * row.norm_squared());
         let smallest = 0.5 / squares.sum::<f64>().sqrt();
@@ -78,7 +77,7 @@ pub(super) fn check_rank(
     if columns.is_empty() { Ok(()) } else { Err(RegressionError::DependentColumns { columns }) }
 }
 
-/// Returns the singular values of R, largest first. They are those of the tall matrix it came from.
+/// Returns the singular values of R, largest first, which are also those of the tall matrix.
 pub(super) fn singular_values(r: &DMatrix<f64>) -> Result<Vec<f64>, RegressionError> {
     Ok(decompose(r.clone(), false)?.singular_values.iter().copied().collect())
 }

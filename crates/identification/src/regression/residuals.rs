@@ -13,10 +13,10 @@ pub struct ResidualStatistics {
     pub relative_error_per_joint: Vec<f64>,
     /// ‖ρ_j‖/√N of every joint, in the unit of the measurements.
     pub rms_per_joint: Vec<f64>,
-    /// Durbin–Watson statistic of every joint, `Σ (ρ_k − ρ_{k−1})² / Σ ρ_k²`: 2 for white noise,
-    /// towards 0 with positive correlation (Durbin & Watson 1950). A parallel filter that cuts
-    /// below the Nyquist frequency lowers it for white noise too, to about 1.64 with a ratio of
-    /// 0.8. 2 for residuals of exactly zero.
+    /// Durbin–Watson statistic of every joint, `Σ (ρ_k − ρ_{k−1})² / Σ ρ_k²`. It is 2 for white
+    /// noise and approaches 0 with positive correlation (Durbin & Watson 1950). A parallel filter
+    /// with its cut-off below the Nyquist frequency also lowers it for white noise, to about 1.64
+    /// for a cut-off ratio of 0.8. It is set to 2 for residuals of exactly zero.
     pub durbin_watson_per_joint: Vec<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Observations {
     }
 }
 
-/// Returns ‖e‖/‖y‖ over all joints, and of each, from ‖e_j‖² and ‖y_j‖².
+/// Returns ‖e‖/‖y‖ over all joints and for each joint, from ‖e_j‖² and ‖y_j‖².
 pub(crate) fn relative_errors(squares: &[[f64; 2]]) -> (f64, Vec<f64>) {
     let relative = |[error, complete]: [f64; 2]| (error / complete).sqrt();
     let total = squares.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);

@@ -31,21 +31,21 @@ pub enum RobustLoss {
     },
 }
 
-/// The median of |u| of a standard normal u.
+/// Median of |u| for a standard normal variable u.
 const NORMAL_MAD: f64 = 0.674_489_750_196_081_7;
 
-/// Residuals of this share of the measurements are rounding. None of them is an outlier.
+/// Residuals up to this share of the measurements are rounding errors. None of them is an outlier.
 const ROUNDING_SHARE: f64 = 1e-7;
 
-/// Convergence limit. The parameters change the equation of no joint by more than this share of its
-/// scale. The share of any standard deviation is no larger.
+/// Convergence limit. The last step changes the predicted values of each joint by at most this
+/// share of the joint's residual scale. Relative to any standard deviation the change is no larger.
 const CHANGE_TOLERANCE: f64 = 1e-6;
 
 /// Largest number of steps; about twenty are usual.
 const MAX_STEPS: usize = 200;
 
-/// Number of steps in which scales and slopes follow the residuals. They are constant afterwards,
-/// because a row that crosses a corner back and forth may cause a cycle.
+/// Number of steps in which scales and slopes are updated from the residuals. Afterwards they are
+/// constant, because a row that crosses a corner of ψ back and forth may cause a cycle.
 const RESCALED_STEPS: usize = 30;
 
 impl RobustLoss {
@@ -73,7 +73,7 @@ impl RobustLoss {
         }
     }
 
-    /// Checks that the tuning constant defines an M-estimate. An infinite one gives least squares.
+    /// Checks that the tuning constant is positive. An infinite constant gives least squares.
     ///
     /// # Errors
     /// [`Tuning`](RegressionError::Tuning).
@@ -85,12 +85,12 @@ impl RobustLoss {
         Ok(())
     }
 
-    /// Returns true if less than half of a residual of u scales counts.
+    /// Returns true if a residual of u scales has a weight below one half.
     pub fn weighs_down(self, u: f64) -> bool {
         self.weight_and_slope(u).0 < RegressionLimits::DEFAULT.downweighted_share
     }
 
-    /// Returns the share of normal errors that is downweighted.
+    /// Returns the share of rows with normal errors that is downweighted.
     pub fn normal_share_weighed_down(self) -> f64 {
         // ψ(u)/u = 1/2, solved for |u|.
         let half = match self {
@@ -102,7 +102,7 @@ impl RobustLoss {
         2.0 * Normal::standard().sf(half)
     }
 
-    /// ψ(u)/u and ψ′(u).
+    /// Returns ψ(u)/u and ψ′(u).
     fn weight_and_slope(self, u: f64) -> (f64, f64) {
         let share = u.abs() / self.tuning();
         match self {
@@ -117,7 +117,7 @@ impl RobustLoss {
     }
 }
 
-/// M-estimate, expressed as the least squares solution of other measurements.
+/// M-estimate, represented as the least-squares solution of other measurements.
 ///
 /// With residuals ρ, scale s_j and the mean slope m_j of ψ over the rows of a joint, the estimate
 /// solves `Σ_j X_jᵀ ψ(ρ_j/s_j) s_j/(m_j σ_j²) = 0`. This is weighted least squares of the
@@ -129,19 +129,19 @@ impl RobustLoss {
 pub struct RobustSolution {
     /// Equation with the pseudo-values as measurements.
     pub pseudo_equation: Observations,
-    /// Its weighted solution.
+    /// Weighted solution of `pseudo_equation`.
     pub solution: Solution,
-    /// Number of rows of each joint of whose residual less than half counts; one in a hundred for
-    /// normal errors.
+    /// Number of rows of each joint whose residual has a weight below one half; for normal errors
+    /// about one in a hundred rows.
     pub downweighted_rows_per_joint: Vec<usize>,
-    /// ρ/s of every row.
+    /// Scaled residual ρ/s of every row.
     pub scaled_residuals: DVector<f64>,
 }
 
 impl Observations {
     /// Returns the M-estimate with one noise level σ_j per joint, which weights the joints as in
     /// [`solve_weighted`](Self::solve_weighted). The scale s_j of a joint's residuals is their
-    /// median absolute value over 0.6745. A few large residuals do not change it.
+    /// median absolute value divided by 0.6745, so a few large residuals do not change it.
     ///
     /// # Errors
     /// Those of [`solve_weighted`](Self::solve_weighted), [`Tuning`](RegressionError::Tuning) and
@@ -155,8 +155,8 @@ impl Observations {
         let first = self.solve_weighted(noise_levels)?.parameters;
         match loss {
             RobustLoss::Huber { .. } => self.iterate_to_convergence(loss, noise_levels, first),
-            // Its criterion has several minima. The one next to Huber's is taken, because Huber's
-            // has only one.
+            // The bisquare criterion has several minima. The search starts at Huber's estimate,
+            // whose criterion has only one.
             RobustLoss::Bisquare { .. } => {
                 let near =
                     self.iterate_to_convergence(RobustLoss::default_huber(), noise_levels, first)?;
@@ -165,7 +165,8 @@ impl Observations {
         }
     }
 
-    /// Returns noise levels that a few rows cannot raise: those of the M-estimate without weights.
+    /// Returns noise levels that a few outliers cannot raise: those of the M-estimate with equal
+    /// weights.
     ///
     /// # Errors
     /// Those of [`fit_robust`](Self::fit_robust).
@@ -217,7 +218,7 @@ impl Observations {
         Err(RegressionError::NotSettled { steps: MAX_STEPS })
     }
 
-    /// Returns s_j and K_j/m_j of residuals.
+    /// Returns the scale s_j and the factor K_j/m_j for the residuals of a joint.
     fn joint_scaling(
         &self,
         loss: RobustLoss,
@@ -240,7 +241,8 @@ impl Observations {
         Ok(Scaling { scale, factor: correction / mean })
     }
 
-    /// Returns y* with these residuals, and the number of downweighted rows of each joint.
+    /// Returns the pseudo-values y* for these residuals, and the number of downweighted rows of
+    /// each joint.
     fn pseudo_values(
         &self,
         loss: RobustLoss,
@@ -262,8 +264,8 @@ impl Observations {
 
 /// Scaling from the residuals of a joint to pseudo-values.
 struct Scaling {
-    /// s_j.
+    /// Scale s_j.
     scale: f64,
-    /// K_j/m_j.
+    /// Factor K_j/m_j.
     factor: f64,
 }

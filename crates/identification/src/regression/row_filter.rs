@@ -1,10 +1,10 @@
-//! Filter that the rows of an equation have passed, in the form that their spectra need.
+//! Filter that was applied to the rows of an equation, represented by its power spectrum.
 
 use super::fourier::{Fourier, PARALLEL_SIGNALS};
 use super::spectrum_shape::PassBand;
 
-/// Filter that the rows have passed, for records of a given number of rows. Frequencies are ratios
-/// of the Nyquist frequency of the rows, 0 to 1.
+/// Filter that was applied to the rows, for records of a given number of rows. Frequencies are
+/// ratios of the Nyquist frequency of the rows, 0 to 1.
 #[derive(Clone, Debug)]
 pub struct RowFilter {
     passband: f64,
@@ -13,16 +13,17 @@ pub struct RowFilter {
     pub(super) power: Vec<f64>,
     /// Number of frequencies within the passband.
     pub(super) passband_frequencies: usize,
-    /// Passband as a separate band. Its end represents everything outside.
+    /// Frequencies within the passband as a separate band. Its last value represents all
+    /// frequencies above it.
     pub(super) band: PassBand,
 }
 
 impl RowFilter {
-    /// Creates a filter that passes noise up to `passband`. Beyond it, residuals do not show their
-    /// shape. `power` is the power spectrum of white noise behind the filter, relative to the noise
-    /// before it.
+    /// Creates a filter with this passband. Above the passband, the spectrum of the residuals
+    /// cannot be estimated. `power` is the power spectrum of white noise after the filter, relative
+    /// to the noise before it.
     pub fn new(rows: usize, passband: f64, power: impl Fn(f64) -> f64) -> Self {
-        // Long enough that sums over a record's rows do not wrap around.
+        // The length prevents sums over a record's rows from wrapping around.
         let fourier = Fourier::for_values(2 * rows);
         let last = fourier.frequencies() - 1;
         let ratios = || (0..=last).map(|k| k as f64 / last as f64);
@@ -33,9 +34,9 @@ impl RowFilter {
         Self { passband, fourier, power, passband_frequencies: inside, band }
     }
 
-    /// Returns the transforms of this number of rows of each joint at the informative frequencies,
-    /// as real and imaginary parts. For some frequencies they are the conjugate (those of
-    /// [`Fourier::of_class`]).
+    /// Returns the transforms of the rows of each joint at the informative frequencies, as real and
+    /// imaginary parts. At some frequencies they are complex conjugates, like the transforms of
+    /// [`Fourier::of_class`].
     pub(super) fn transforms(&self, columns: &[f64], rows: usize) -> Vec<[Vec<f64>; 2]> {
         let signals: Vec<&[f64]> = columns.chunks_exact(rows.max(1)).collect();
         let none = || vec![0.0; self.passband_frequencies];
@@ -66,12 +67,12 @@ impl RowFilter {
         k as f64 / (self.fourier.frequencies() - 1) as f64
     }
 
-    /// Returns how often frequency `k` occurs in the two-sided transform.
+    /// Returns the number of times that frequency `k` occurs in the two-sided transform.
     pub(super) fn multiplicity(&self, k: usize) -> f64 {
         if k == 0 || k + 1 == self.fourier.frequencies() { 1.0 } else { 2.0 }
     }
 
-    /// Returns the Durbin–Watson statistic of white noise behind the filter, 2 (1 − r_1) in long
+    /// Returns the Durbin–Watson statistic of white noise after the filter: 2 (1 − r_1) for long
     /// records.
     pub fn durbin_watson_of_white_noise(&self) -> f64 {
         let (mut power, mut neighbours) = (0.0, 0.0);
@@ -83,7 +84,7 @@ impl RowFilter {
         2.0 * (1.0 - neighbours / power)
     }
 
-    /// Returns the number of independent values among this number of rows.
+    /// Returns the number of independent values among `rows` rows.
     pub(super) fn independent_rows(&self, rows: usize) -> f64 {
         self.passband * rows as f64
     }

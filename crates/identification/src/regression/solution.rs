@@ -8,21 +8,22 @@ use super::observations::Observations;
 use super::products::matrix_product;
 use super::triangles::TriangularFactor;
 
-/// Parameters with their covariance, and how well the matrix determined them.
+/// Parameters with their covariance, and the singular values of the solved matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// θ (b).
+    /// Parameters θ (b).
     pub parameters: DVector<f64>,
     /// Covariance of θ (b × b). The function that created the solution states which one.
     pub covariance: DMatrix<f64>,
     /// Singular values of the solved matrix, X or Ω^{-1/2} X, largest first. They depend on the
     /// units of the parameters.
     pub singular_values: Vec<f64>,
-    /// `y − X θ` (r), unweighted.
+    /// Residuals `y − X θ` (r), unweighted.
     pub residuals: DVector<f64>,
     /// Noise level σ_j that divides the rows of each joint; 1 without weighting.
     pub noise_levels: Vec<f64>,
-    /// R⁻¹ (b × b) of the solved matrix Q R. That matrix times R⁻¹ has orthonormal columns.
+    /// Inverse R⁻¹ (b × b) of the triangular factor of the solved matrix Q R. The solved matrix
+    /// times R⁻¹ has orthonormal columns.
     pub(super) r_inverse: DMatrix<f64>,
 }
 
@@ -47,10 +48,9 @@ impl Solution {
 }
 
 impl Observations {
-    /// Solves by ordinary least squares (equation 9). The covariance is the sandwich
-    /// `(XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹` with Ω from the [`noise_levels`](Self::noise_levels) of its own
-    /// residuals. It is also valid if the noise differs per joint. The singular values are those of
-    /// X.
+    /// Solves by ordinary least squares (equation 9). The covariance is the sandwich `(XᵀX)⁻¹ XᵀΩX
+    /// (XᵀX)⁻¹`, with Ω from the [`noise_levels`](Self::noise_levels) of the residuals. It is also
+    /// valid if the joints have different noise levels. The singular values are those of X.
     ///
     /// # Errors
     /// [`ZeroColumns`](RegressionError::ZeroColumns),

@@ -1,9 +1,10 @@
 //! Valid standard deviations for residuals that are not white.
 //!
-//! Equation 10 assumes independent errors of the rows. They are not independent. The parallel
-//! filter cuts below the Nyquist frequency of the rows. Torque noise and the model error have their
-//! own colour. Here the errors of each joint are a stationary process. Its power spectrum is that
-//! of white noise behind the filter, times a smooth shape that the residuals show.
+//! Equation 10 assumes independent errors of the rows, but they are not independent. The parallel
+//! filter removes frequencies below the Nyquist frequency of the rows, and torque noise and model
+//! errors are coloured. This module models the errors of each joint as a stationary process. Its
+//! power spectrum is that of filtered white noise, multiplied by a smooth function that is fitted
+//! to the residuals.
 
 use std::sync::Arc;
 
@@ -31,18 +32,18 @@ pub struct ResidualSpectrum<'a> {
 
 #[derive(Clone, Debug)]
 struct JointSpectrum {
-    /// Power at each frequency of the transform, from 0 to the Nyquist frequency, without the
-    /// factor. Spectra that differ only by a factor share it.
+    /// Power at each frequency of the transform, from 0 to the Nyquist frequency, up to `factor`.
+    /// Spectra that differ only by a factor share these values.
     shape: Arc<[f64]>,
     factor: f64,
     /// Power at the informative frequencies, if it is the same at all of them.
     flat_power: Option<f64>,
-    /// Autocorrelations from lag 1 without the filter's own colour.
+    /// Autocorrelations from lag 1, without the colour that is due to the filter.
     autocorrelations: Vec<f64>,
 }
 
 impl JointSpectrum {
-    /// Returns the power at a frequency. The first `inside` frequencies are informative.
+    /// Returns the power at a frequency. The first `inside` frequencies are the informative ones.
     fn power(&self, frequency: usize, inside: usize) -> f64 {
         match self.flat_power {
             Some(power) if frequency < inside => power,
@@ -58,8 +59,8 @@ impl JointSpectrum {
 }
 
 impl<'a> ResidualSpectrum<'a> {
-    /// Fits the spectrum to unweighted residuals (r). A projection has taken the share `leverage`
-    /// out of them at each frequency, joint by joint.
+    /// Fits the spectrum to unweighted residuals (r). `leverage` is the share of the power that the
+    /// fit has removed at each frequency, for each joint.
     pub(super) fn fit(
         system: &Observations,
         leverage: &[Vec<f64>],
@@ -82,7 +83,7 @@ impl<'a> ResidualSpectrum<'a> {
                 .collect();
             let mut shape =
                 SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent_rows(rows));
-            // An exact fit leaves rounding errors, which are not zero.
+            // The residuals of an exact fit are rounding errors, whose power is not zero.
             let measured = system.measurements().rows_range(system.joint_rows(joint));
             let rounding = measured.norm_squared() / rows as f64 * f64::EPSILON.powi(2);
             let least = SmoothSpectrum::flat(rounding.max(f64::MIN_POSITIVE));
@@ -144,7 +145,7 @@ impl<'a> ResidualSpectrum<'a> {
         let mut sum = DMatrix::zeros(columns, columns);
         let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
         for (i, of_joint) in weighted.iter().enumerate() {
-            // Part that all joints have in common with this one.
+            // Part of the other joints' errors that is correlated with this joint.
             with_vector_instructions(
                 #[inline(always)]
                 || {
@@ -157,13 +158,14 @@ impl<'a> ResidualSpectrum<'a> {
                     }
                 },
             );
-            // The terms are not symmetric, but their sum is.
+            // The single terms are not symmetric, but their sum is.
             sum += symmetric_product(of_joint, &common);
         }
         sum
     }
 
-    /// Raises the power of each joint whose errors have a smaller standard deviation than this.
+    /// Raises the power of each joint whose errors have a smaller standard deviation than the given
+    /// one.
     pub(super) fn raise_to(&mut self, deviations: &[f64]) {
         let length = self.filter.fourier.length() as f64;
         for (joint, deviation) in self.joints.iter_mut().zip(deviations) {
@@ -191,16 +193,16 @@ impl<'a> ResidualSpectrum<'a> {
         power.sum::<f64>() / inside as f64
     }
 
-    /// Returns the number of independent rows of all joints, by the filter alone: rows times the
-    /// passband.
+    /// Returns the number of independent rows of all joints. Only the filter is taken into account:
+    /// rows times the passband.
     pub(super) fn independent_rows(&self) -> f64 {
         self.filter.independent_rows(self.rows) * self.joints.len() as f64
     }
 
-    /// Returns the number of independent rows that each joint's rows are worth for a mean:
-    /// `N γ_0 / Σ_l γ_l`. This is the mean of the spectrum over its value at frequency 0, limited
-    /// to the number of rows. Alternating errors determine a mean better than independent ones, but
-    /// no row counts as more than one.
+    /// Returns the number of independent rows that determine a mean as well as each joint's rows:
+    /// `N γ_0 / Σ_l γ_l`. This is the mean of the spectrum divided by its value at frequency 0,
+    /// limited to the number of rows. Errors with negative correlation determine a mean better than
+    /// independent ones, but no row counts as more than one.
     pub fn effective_rows_per_joint(&self) -> Vec<f64> {
         let length = self.filter.fourier.length() as f64;
         self.joints
@@ -212,8 +214,8 @@ impl<'a> ResidualSpectrum<'a> {
             .collect()
     }
 
-    /// Tests every joint for whiteness. The test uses the autocorrelations without the filter's own
-    /// colour, over as many independent samples as rows times the passband.
+    /// Tests every joint for whiteness. The test uses the autocorrelations without the colour of
+    /// the filter. The number of independent samples is the number of rows times the passband.
     pub fn ljung_box_per_joint(&self) -> Vec<LjungBox> {
         let samples = self.filter.independent_rows(self.rows);
         self.joints

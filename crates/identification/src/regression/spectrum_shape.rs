@@ -1,18 +1,19 @@
-//! Shape of a power spectrum from few numbers: linear prediction on a part of the band.
+//! Smooth shape of a power spectrum, described by few coefficients: linear prediction on a part of
+//! the frequency band.
 
 use super::limits::RegressionLimits;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
-/// Highest tried order.
+/// Highest order that is tried.
 const MAX_ORDER: usize = 24;
 
 /// Number of autocorrelations in the test for whiteness.
 const TESTED_LAG_COUNT: usize = 12;
 
-/// Number of values of a spectrum that are computed side by side.
+/// Number of values of a spectrum that are computed in parallel.
 const VALUES_AT_ONCE: usize = WIDTH;
 
-/// Number of groups of lags from 0 that are computed side by side.
+/// Number of groups of lags, starting from 0, that are computed in parallel.
 const LAG_GROUPS: usize = (if MAX_ORDER > TESTED_LAG_COUNT { MAX_ORDER } else { TESTED_LAG_COUNT }
     + 1)
 .div_ceil(VALUES_AT_ONCE);
@@ -77,27 +78,28 @@ impl PassBand {
     }
 }
 
-/// Smooth spectrum on a band, `g(φ) = σ²/|1 + Σ a_i e^{−jiφ}|²`, with the band stretched to 0 ≤ φ ≤
-/// π (selective linear prediction, Makhoul, *Proc. IEEE* 63, 1975, section V).
+/// Smooth spectrum on a band, `g(φ) = σ²/|1 + Σ a_i e^{−jiφ}|²`. The band is mapped to 0 ≤ φ ≤ π
+/// (selective linear prediction, Makhoul, *Proc. IEEE* 63, 1975, section V).
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SmoothSpectrum {
-    /// a_1 … a_p; empty for a flat spectrum.
+    /// Coefficients a_1 … a_p; empty for a flat spectrum.
     coefficients: Vec<f64>,
-    /// σ².
+    /// Level σ².
     level: f64,
-    /// r_1, r_2, … of the band, as many as the test for whiteness uses.
+    /// Autocorrelations r_1, r_2, … of the band, as many as the test for whiteness uses.
     pub(super) autocorrelations: Vec<f64>,
 }
 
 impl SmoothSpectrum {
-    /// A flat spectrum.
+    /// Creates a flat spectrum.
     pub(super) fn flat(level: f64) -> Self {
         Self { coefficients: Vec::new(), level, autocorrelations: Vec::new() }
     }
 
-    /// Fits a periodogram at equal steps from one end of the band to the other, which comes from
-    /// `samples` independent samples. The order has the smallest corrected information criterion
-    /// (Hurvich & Tsai, *Biometrika* 76, 1989), `n ln σ_p² + n (n + p)/(n − p − 2)`.
+    /// Fits a periodogram with equal steps from one end of the band to the other. `samples` is the
+    /// number of independent samples of the record. The order is the one with the smallest
+    /// corrected information criterion (Hurvich & Tsai, *Biometrika* 76, 1989), `n ln σ_p² + n (n +
+    /// p)/(n − p − 2)`.
     pub(super) fn fit(band: &PassBand, periodogram: &[f64], samples: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
@@ -141,13 +143,13 @@ impl SmoothSpectrum {
         Self { coefficients, level, autocorrelations }
     }
 
-    /// g(0).
+    /// Returns g(0).
     pub(super) fn at_zero(&self) -> f64 {
         let sum = 1.0 + self.coefficients.iter().sum::<f64>();
         self.level / (sum * sum)
     }
 
-    /// Returns g(φ) at the φ of the band.
+    /// Returns g(φ) at the angles φ of the band.
     pub(super) fn values(&self, band: &PassBand) -> Vec<f64> {
         let mut values = Vec::with_capacity(band.directions.len() * VALUES_AT_ONCE);
         with_vector_instructions(

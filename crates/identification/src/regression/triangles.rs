@@ -1,5 +1,5 @@
-//! Triangles of each joint's rows, and their solution (Golub & Van Loan, *Matrix Computations*,
-//! section 5.3).
+//! Triangular factors of each joint's rows, and least squares with them (Golub & Van Loan, *Matrix
+//! Computations*, section 5.3).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,14 +7,14 @@ use super::error::RegressionError;
 use super::observation_matrix::ObservationMatrix;
 use super::rank;
 
-/// Triangles T_j of the rows of each joint in X and y, `[X_j y_j] = Q_j T_j`. With weights per
-/// joint, an equation needs only these (Golub & Van Loan, section 5.1.9 on factoring rows in
-/// blocks).
+/// Triangular factors T_j of the rows of each joint in X and y, `[X_j y_j] = Q_j T_j`. An equation
+/// with one weight per joint can be solved from these factors alone (Golub & Van Loan, section
+/// 5.1.9 on factoring rows in blocks).
 #[derive(Clone, Debug)]
 pub(super) struct Triangles(Vec<DMatrix<f64>>);
 
 impl Triangles {
-    /// Creates the triangles from X (r × b) and y (r), r = n N.
+    /// Computes the triangular factors of X (r × b) and y (r), r = n N.
     pub(super) fn new(matrix: &ObservationMatrix, measurements: &DVector<f64>) -> Self {
         let (columns, rows) = (matrix.ncols(), matrix.rows_per_joint());
         Self(
@@ -41,7 +41,8 @@ impl Triangles {
         )
     }
 
-    /// Stacks the triangles, each times a factor: `[X y]` with fewer rows.
+    /// Stacks the triangular factors, each multiplied by a factor. The result represents the
+    /// weighted `[X y]` with fewer rows.
     pub(super) fn scaled(&self, factors: &[f64]) -> DMatrix<f64> {
         let rows: usize = self.0.iter().map(DMatrix::nrows).sum();
         let columns = self.0.first().map_or(0, DMatrix::ncols);
@@ -56,7 +57,8 @@ impl Triangles {
         stacked
     }
 
-    /// Solves least squares with each joint's `rows / n` rows times its weight.
+    /// Solves least squares with a weight for the rows of each joint. `rows` is the number of rows
+    /// of all joints.
     pub(super) fn factor(
         &self,
         rows: usize,

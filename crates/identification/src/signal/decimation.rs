@@ -13,13 +13,13 @@ use super::sections::SecondOrderSections;
 use super::zero_phase_decimation::ZeroPhaseDecimator;
 use didim_dynamics::numeric::{Lanes, WIDTH};
 
-/// Parallel filter F_p of equation 6, applied without phase, and the factor n_d.
+/// Parallel filter F_p of equation 6, applied with zero phase, and the decimation factor n_d.
 ///
 /// The same filter is applied to both sides of the equation, so the equation still holds. It
-/// removes the model error and makes the kept samples nearly independent.
+/// removes noise and model errors above its cut-off and makes the kept samples nearly independent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
-    /// None leaves every signal as it is.
+    /// `None` leaves every signal unchanged.
     filter: Option<(SecondOrderSections, ZeroPhaseDecimator)>,
     factor: usize,
     cutoff_ratio: f64,
@@ -112,10 +112,11 @@ impl ParallelDecimation {
     /// Filters m signals over all `samples` of a record and returns the
     /// [`kept`](Self::kept_samples) ones (kept × m).
     ///
-    /// `read` writes a [`Group`] of each of the m signals, starting at a sample. Values that it
-    /// writes beyond the record do not count. It is called in order and once for a sample, so that
-    /// the unfiltered signals need not be in memory together. The bits of a signal do not depend on
-    /// the other signals. Except for rounding, they are those of [`filter`](Self::filter).
+    /// `read` writes a [`Group`] of each of the m signals, starting at a given sample. Values that
+    /// `read` writes beyond the record are ignored. It is called in ascending order and once per
+    /// sample, so that the unfiltered signals need not all be in memory. The result of one signal
+    /// does not depend on the other signals, to the last bit. Except for rounding, it equals that
+    /// of [`filter`](Self::filter).
     ///
     /// # Errors
     /// Those of [`SecondOrderSections::filter_zero_phase`], with the first sample that has a bad
@@ -149,10 +150,11 @@ impl ParallelDecimation {
         Ok(rows)
     }
 
-    /// Does the same as [`decimate_groups`](Self::decimate_groups), and also returns for each kept
-    /// sample the growth of the filtered signal from the sample before to the one after. Times half
-    /// the sample rate, it is its [`central_difference`](super::central_difference). Beyond both
-    /// ends, a signal continues as in the filters, by its mirror image about the last value.
+    /// Does the same as [`decimate_groups`](Self::decimate_groups) and also returns differences.
+    /// The difference at a kept sample is the filtered value of the next sample minus that of the
+    /// previous one. Half the sample rate times this difference is the
+    /// [`central_difference`](super::central_difference). Beyond both ends of the record, a signal
+    /// continues as in the filters: point-mirrored about its last value.
     ///
     /// # Errors
     /// Those of [`decimate_groups`](Self::decimate_groups).
@@ -184,7 +186,7 @@ impl ParallelDecimation {
         counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor)
     }
 
-    /// Does the same as [`decimate_groups`](Self::decimate_groups) for signals that are known one
+    /// Does the same as [`decimate_groups`](Self::decimate_groups) for signals that are read one
     /// sample at a time.
     ///
     /// # Errors
@@ -227,7 +229,7 @@ impl ParallelDecimation {
     }
 }
 
-/// Returns the kept rows of these samples and signals behind a filter. The differences are empty
+/// Returns the kept rows of these samples and signals after a filter. The differences are empty
 /// unless requested.
 fn filter_and_keep(
     (filter, decimator): &(SecondOrderSections, ZeroPhaseDecimator),

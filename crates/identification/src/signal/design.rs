@@ -23,8 +23,8 @@ pub fn butterworth_low_pass(
     Ok(low_pass(order, cutoff_ratio, PoleEllipse { real: 1.0, imaginary: 1.0 }, 1.0))
 }
 
-/// Designs a Chebyshev type I low-pass filter. The gain is within `ripple_db` up to the cut-off and
-/// leaves that band there for good.
+/// Designs a Chebyshev type I low-pass filter. The gain varies within `ripple_db` up to the cut-off
+/// and decreases monotonically above it.
 ///
 /// The response is that of SciPy's `cheby1(order, ripple_db, cutoff_ratio)`; an even order has the
 /// gain −`ripple_db` at zero frequency.
@@ -96,8 +96,8 @@ fn low_pass(
             }
         })
         .collect();
-    // The least damped section is last, so that no section before it can be driven far beyond the
-    // signal.
+    // The section with the least damping is last, so that no earlier section amplifies a signal
+    // much more than the complete filter.
     sections.reverse();
     if let Some(first) = sections.first_mut() {
         first.b = first.b.map(|b| gain * b);

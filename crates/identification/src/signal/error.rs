@@ -69,7 +69,8 @@ pub enum SignalError {
 }
 
 impl SignalError {
-    /// Returns the same error for a signal that is the part of another from this sample on.
+    /// Returns the same error with its index counted in a longer signal, of which the filtered
+    /// signal is the part from this sample on.
     #[must_use]
     pub(crate) fn later_by(self, samples: usize) -> Self {
         match self {

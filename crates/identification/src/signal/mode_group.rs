@@ -15,15 +15,16 @@ struct Weights {
     of_difference: ComplexLanes,
 }
 
-/// Some of a filter's modes, over n samples.
+/// Group of a filter's modes, over n samples.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ModeGroup {
     pub(super) pole: ComplexLanes,
-    /// pⁿ.
+    /// Power pⁿ of the pole.
     pub(super) pole_power: ComplexLanes,
-    /// Contribution of both passes' amplitude to a real signal.
+    /// Contribution of the two-pass amplitude to a real signal.
     pub(super) amplitude: ComplexLanes,
-    /// The same for the difference between the samples after and before: p − 1/p times the share.
+    /// The same contribution to the difference between the next and the previous sample: (p − 1/p)
+    /// times the amplitude.
     pub(super) slope: ComplexLanes,
     /// Weights of the first half of the samples.
     weights: Vec<Weights>,

@@ -5,23 +5,23 @@ use nalgebra::Complex;
 
 use super::sections::SecondOrderSections;
 
-/// One pole p, or one of a conjugate pair, which represents both.
+/// Pole p that is real, or one pole of a conjugate pair that represents both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mode {
     pub(super) pole: Complex<f64>,
-    /// 1 − p, which keeps all its digits if p is nearly 1.
+    /// 1 − p, stored separately to keep its precision if p is close to 1.
     one_minus_pole: Complex<f64>,
-    /// r: the pole's contribution to one pass.
+    /// Amplitude r of the pole in one pass.
     one_pass_amplitude: Complex<f64>,
-    /// c: its contribution to both passes.
+    /// Amplitude c of the pole in a forward and a backward pass.
     two_pass_amplitude: Complex<f64>,
-    /// H(1/p).
+    /// Response H(1/p).
     mirrored_response: Complex<f64>,
-    /// 2 for a pair.
+    /// Number of represented poles: 1, or 2 for a pair.
     poles: f64,
 }
 
-/// A filter by its poles (partial fractions of Oppenheim & Schafer, *Discrete-Time Signal
+/// Filter represented by its poles (partial fractions of Oppenheim & Schafer, *Discrete-Time Signal
 /// Processing*, section 3.3):
 ///
 /// ```text
@@ -30,9 +30,9 @@ pub(super) struct Mode {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Modes {
-    /// K.
+    /// Gain K.
     direct_gain: f64,
-    /// g_0.
+    /// Central coefficient g_0 of both passes.
     pub(super) centre_gain: f64,
     pub(super) modes: Vec<Mode>,
 }
@@ -97,8 +97,8 @@ impl Modes {
         terms.sum()
     }
 
-    /// Returns `g_0 − Σ c/p`. Direct contribution of sample k + 1 to y[k+1] − y[k−1], in addition
-    /// to that of the modes.
+    /// Returns `g_0 − Σ c/p`. This is the direct contribution of sample k + 1 to y[k+1] − y[k−1],
+    /// in addition to that of the modes.
     pub(super) fn flank_gain(&self) -> f64 {
         self.centre_gain
             - self.modes.iter().map(|mode| (mode.real_amplitude() / mode.pole).re).sum::<f64>()
@@ -114,9 +114,9 @@ impl Modes {
                 .sum::<f64>()
     }
 
-    /// Returns the states in which the backward pass begins: as if the forward one, which ends with
-    /// `states`, had then given `held` forever. A backward pass of the samples alone that begins
-    /// with these states has the same result.
+    /// Returns the states with which the backward pass starts. They correspond to a forward pass
+    /// that ends with `states` and then outputs `end_value` forever. A backward pass over the
+    /// samples alone that starts with these states has the same result.
     pub(super) fn backward_states(
         &self,
         end_value: f64,
@@ -142,19 +142,19 @@ impl Mode {
         self.one_minus_pole.inv()
     }
 
-    /// Returns the contribution of c to a real signal. For a pair of poles it is twice that of one
-    /// pole, of which the real part is taken.
+    /// Returns the contribution of c to a real signal. For a conjugate pair it is twice that of one
+    /// pole; the caller takes the real part.
     pub(super) fn real_amplitude(&self) -> Complex<f64> {
         self.two_pass_amplitude * self.poles
     }
 
-    /// Returns p − 1/p, by the distance of p from 1.
+    /// Returns p − 1/p, computed from 1 − p to keep its precision.
     pub(super) fn step_across(&self) -> Complex<f64> {
         -self.one_minus_pole * (2.0 - self.one_minus_pole) / self.pole
     }
 }
 
-/// Returns 1 − p p' by the distances of both from 1.
+/// Returns 1 − p p', computed from q = 1 − p and `other` = 1 − p' to keep its precision.
 fn one_less_product(q: Complex<f64>, other: Complex<f64>) -> Complex<f64> {
     q + other - q * other
 }

@@ -1,4 +1,4 @@
-//! Samples of a record that filters read once, in order, some of them at a time.
+//! Record whose samples are read once, in order, and kept in memory in sections.
 
 use super::error::SignalError;
 use super::zero_phase::OddPadding;
@@ -7,8 +7,9 @@ use didim_dynamics::numeric::{Lanes, WIDTH};
 /// Consecutive samples of one signal.
 pub type Group = Lanes<WIDTH>;
 
-/// Function that writes a [`Group`] of every signal, from a sample on; samples beyond the record do
-/// not count. It is no type parameter, because each type would compile the filters anew.
+/// Function that writes a [`Group`] of every signal, starting at a given sample; samples beyond the
+/// record are ignored. It is not a type parameter, because the filters would then be compiled for
+/// each type.
 pub(super) type Source<'a> = &'a mut dyn FnMut(usize, &mut [Group]);
 
 /// Section of a record in memory, signal after signal.
@@ -16,7 +17,7 @@ pub(super) struct Record<'a> {
     source: Source<'a>,
     pub(super) samples: usize,
     pub(super) signals: usize,
-    /// Number of samples of each continuation.
+    /// Number of samples of the continuation at each end.
     pub(super) padding: usize,
     /// First sample of each signal in this section.
     first_sample: usize,
@@ -28,7 +29,7 @@ pub(super) struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Opens the record with a capacity of this number of samples at once.
+    /// Opens the record. `capacity` is the largest number of samples in a section.
     pub(super) fn open_signals(
         samples: usize,
         signals: usize,
@@ -73,13 +74,13 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Returns the section of every signal, followed by values that do not count.
+    /// Returns the section of every signal; values after the section are not valid.
     pub(super) fn section_slices(&self) -> impl Iterator<Item = &[f64]> {
         self.values.chunks_exact(self.stride)
     }
 
-    /// Checks the wanted number of samples. The error names the first sample with a value that is
-    /// not finite.
+    /// Checks the first `wanted` samples of the section. The error names the first sample with a
+    /// value that is not finite.
     pub(super) fn check_finite(&self, wanted: usize) -> Result<(), SignalError> {
         let bad = |signal: &[f64]| signal[..wanted].iter().position(|value| !value.is_finite());
         match self.section_slices().filter_map(bad).min() {

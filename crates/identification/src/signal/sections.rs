@@ -38,8 +38,8 @@ impl Section {
     ///                             w'  = (b0 + b1 + b2) x + w − (1 + a1 + a2) y
     /// ```
     ///
-    /// At a low cut-off z2 is nearly −z1. Their sum, the slope of the output, would be lost in the
-    /// rounding of both. So the sum is stored instead.
+    /// At a low cut-off z2 is nearly −z1. Rounding of both would lose their sum, which is the slope
+    /// of the output. So w is stored instead of z2.
     #[inline(always)]
     pub(super) fn step<T: Scalar>(&self, x: T, z1: &mut T, w: &mut T) -> T {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
@@ -68,7 +68,7 @@ impl SecondOrderSections {
         Self { sections, order }
     }
 
-    /// Number of poles.
+    /// Returns the number of poles.
     pub fn order(&self) -> usize {
         self.order
     }

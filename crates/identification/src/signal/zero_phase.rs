@@ -31,10 +31,11 @@ impl SecondOrderSections {
         OddPadding::for_order(self.order())
     }
 
-    /// Filters `signal` in place, forward then backward: no phase, squared magnitude.
+    /// Filters `signal` in place, forward then backward, so that the phase is zero and the
+    /// magnitude squared.
     ///
-    /// Equal to SciPy's `sosfiltfilt(sos, x, padtype="odd", padlen=padding.samples)`: each pass
-    /// starts from the state that a constant input of the first padded value would settle to.
+    /// Equals SciPy's `sosfiltfilt(sos, x, padtype="odd", padlen=padding.samples)`: each pass
+    /// starts from the settled state for a constant input of the first padded value.
     ///
     /// # Errors
     /// [`SignalError::TooShort`] unless the signal is longer than the padding,
@@ -49,8 +50,8 @@ impl SecondOrderSections {
     }
 
     /// Applies [`filter_zero_phase`](Self::filter_zero_phase) to `L` signals at once, interleaved
-    /// by sample. Every lane has the same bits as alone. A few lanes take barely longer than one,
-    /// because the recursion waits for its own result.
+    /// by sample. The result of each signal is the same as alone, to the last bit. A few signals
+    /// take barely longer than one, because the recursion waits for its own result.
     ///
     /// # Errors
     /// Those of one signal; a bad value in any lane rejects all.

@@ -8,9 +8,9 @@
 //! constant weights. The backward pass does the same from the other side. The weights of both sides
 //! are mirrored, so that sums and differences of mirrored samples need half of the products.
 //!
-//! The backward pass begins before the record has ended. It starts so many blocks ahead that the
-//! modes have then lost the effect of their initial states. So the memory does not grow with the
-//! record.
+//! The backward pass starts before the whole record has been read. It starts far enough ahead that
+//! the modes have then lost the effect of their initial states. So the required memory does not
+//! depend on the length of the record.
 
 use core::ops::Range;
 
@@ -27,8 +27,8 @@ use didim_dynamics::numeric::{WIDTH, with_vector_instructions};
 /// Largest share of its initial state that a mode may keep after the start of the backward pass.
 const MAX_INITIAL_SHARE: f64 = 1e-18;
 
-/// Ratio of the blocks in a backward pass to the blocks that it needs to begin. All but one of
-/// these parts are new.
+/// Number of blocks in one backward pass, relative to the number of blocks that it needs for
+/// settling. All but one of these parts produce new results.
 const BACKWARD_BLOCK: usize = 5;
 
 /// Filter that is evaluated, forward and backward, at one sample of each block.
@@ -36,7 +36,7 @@ const BACKWARD_BLOCK: usize = 5;
 pub(super) struct ZeroPhaseDecimator {
     modes: Modes,
     flank_gain: f64,
-    /// Number of samples of a block without its first, which is the kept one.
+    /// Number of samples between two kept samples.
     samples: usize,
     groups: Vec<ModeGroup>,
     /// Number of blocks after which no mode depends on its initial state.
@@ -60,8 +60,8 @@ impl ZeroPhaseDecimator {
         Self { flank_gain: modes.flank_gain(), modes, samples, groups, memory_blocks: memory }
     }
 
-    /// Returns the number of samples that a section of a record has to hold: a block, or the
-    /// remainder at the end.
+    /// Returns the largest number of samples of a section: a block, or the remainder at the end of
+    /// the record.
     pub(super) fn capacity(&self, padding: usize) -> usize {
         self.samples + 1 + padding + 1
     }
@@ -88,7 +88,7 @@ impl ZeroPhaseDecimator {
         with_differences: bool,
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let (factor, count) = (self.samples + 1, self.groups.len());
-        // The last block leaves the samples that the continuation mirrors.
+        // The last block is followed by the samples that the continuation mirrors.
         let blocks = (record.samples - record.padding - 1) / factor;
         record.advance(0, record.padding + 1);
         let starts =
@@ -136,7 +136,7 @@ impl ZeroPhaseDecimator {
                                 .product(&state.step(&of.pole, sample))
                                 .sum_with(&sums);
                             passed.backward_contributions.push(mirrored);
-                            // No weight hides a value that is not finite.
+                            // A value that is not finite must be detected even if its weight is 0.
                             finite &= sums.re.0[0].is_finite();
                         }
                         passed.first_samples.push(sample);
@@ -162,7 +162,7 @@ impl ZeroPhaseDecimator {
         Ok([rows.output, rows.differences])
     }
 
-    /// Filters the samples behind the last block and their continuation.
+    /// Filters the samples after the last block and their continuation.
     fn filter_ends(
         &self,
         record: &Record<'_>,
@@ -186,9 +186,9 @@ impl ZeroPhaseDecimator {
         }
     }
 
-    /// Runs the backward pass from before block `from` to the first block that only the forward
-    /// pass has covered. It adds the results before block `end`. `states` are those behind the
-    /// first sample of block `from`, including that sample.
+    /// Runs the backward pass from just before block `from` to the first block that only the
+    /// forward pass has processed. Adds the results of the blocks before `end`. `states` are the
+    /// states after the first sample of block `from`, including that sample.
     fn go_back(
         &self,
         passed: &ForwardPass,
@@ -291,7 +291,7 @@ impl ZeroPhaseDecimator {
     }
 }
 
-/// Results of the wanted blocks.
+/// Results of the requested blocks.
 struct OutputRows {
     output: DMatrix<f64>,
     /// Without columns unless requested.
@@ -314,9 +314,9 @@ impl OutputRows {
     }
 }
 
-/// Blocks that the forward pass has covered and the backward pass has not.
+/// Blocks that the forward pass has processed and the backward pass has not.
 struct ForwardPass {
-    /// The first of them.
+    /// First of these blocks.
     first_block: usize,
     /// First sample of each block, unfiltered, and the contribution of its other samples to the
     /// backward pass.

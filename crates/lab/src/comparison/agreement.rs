@@ -14,18 +14,18 @@ pub const INTERVAL_DEVIATIONS: f64 = 3.0;
 pub struct Agreement {
     /// The method of the estimates.
     pub estimates: Trial,
-    /// The method of the intervals, which are its estimates ± 3 σ.
+    /// The method of the intervals. An interval is an estimate of this method ± 3 σ.
     pub intervals: Trial,
     /// Number of estimates that both results have.
     pub compared: usize,
     /// Number of these estimates within the intervals.
     pub inside: usize,
-    /// Names of the other estimates.
+    /// Names of the compared parameters whose estimates lie outside the intervals.
     pub outside: Vec<String>,
 }
 
 impl Agreement {
-    /// Compares every ordered pair of results.
+    /// Returns the agreement of every ordered pair of results.
     pub(super) fn of_pairs(results: &[MethodResult]) -> Vec<Self> {
         let estimates_found: Vec<(Trial, &Estimate)> = results
             .iter()
@@ -58,7 +58,8 @@ impl Agreement {
     }
 }
 
-/// Returns true if a value lies within 3 σ of an estimate; false for a value that is not a number.
+/// Returns true if a value lies within 3 σ of an estimate. Returns false if the value is not a
+/// number.
 pub(crate) fn lies_in(value: f64, interval: &ParameterEstimate) -> bool {
     (value - interval.value).abs() <= INTERVAL_DEVIATIONS * interval.standard_deviation
 }

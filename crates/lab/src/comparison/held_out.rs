@@ -10,24 +10,24 @@ use didim::analysis::identify::cross_validate_measurement;
 /// Prediction errors of one method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// The method, after the decimation filter.
+    /// The method. It runs after the decimation filter.
     pub method: Method,
     /// Number of consecutive blocks; each is predicted with the estimate from the others.
     pub blocks: usize,
-    /// The errors of these predictions.
+    /// Errors of the predictions of the held-out blocks.
     pub held_out: Option<TorqueErrors>,
-    /// The errors of predictions of the same samples with the estimate from all samples.
+    /// Errors of predictions of the same samples with the estimate from all samples.
     pub in_sample: Option<TorqueErrors>,
-    /// Reason if there are no errors.
+    /// Reason why there are no errors; `None` if there are errors.
     pub failure: Option<String>,
 }
 
-/// ‖y − Xθ‖ / ‖y‖ along the measured motion, all blocks together.
+/// Relative torque errors ‖y − Xθ‖ / ‖y‖ along the measured motion, for all blocks together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TorqueErrors {
-    /// Over all joints.
+    /// Error over all joints.
     pub relative_error: f64,
-    /// One entry per joint.
+    /// Errors of the joints, one entry per joint.
     pub relative_error_per_joint: Vec<f64>,
 }
 

@@ -14,14 +14,14 @@ pub struct ComparisonInput<'a> {
     pub cell: &'a Cell,
     /// The measurement.
     pub measurement: &'a Measurement,
-    /// The samples that count; the others are margin for the edges of the filters.
+    /// Range of the samples that count. The other samples are margin for the edges of the filters.
     pub counted_samples: &'a Range<usize>,
-    /// The true parameters of a simulated arm.
+    /// Names and values of the true parameters of a simulated arm.
     pub truth: Option<&'a [(String, f64)]>,
 }
 
 impl ComparisonInput<'_> {
-    /// Returns the cell with all methods in one framework.
+    /// Returns the cell with its options set for one framework.
     pub(super) fn cell_in(&self, framework: Framework) -> Cell {
         let mut cell = self.cell.clone();
         cell.options.simulation.decimated = framework == Framework::Decimated;

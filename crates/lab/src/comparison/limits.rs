@@ -10,7 +10,7 @@ use super::method_comparison::Comparison;
 use super::published::check_names;
 use super::trial::{Framework, Trial};
 
-/// Limits of a file.
+/// Content of a file of limits.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -22,17 +22,17 @@ pub struct Limits {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
-    /// The figure.
+    /// The limited figure.
     pub figure: Figure,
     /// The method.
     pub method: Method,
     /// The framework; decimated by default.
     #[serde(default = "default_framework")]
     pub framework: Framework,
-    /// The method to compare with; the figure is then a ratio. The default for estimates is
-    /// IDIM-LS.
+    /// Method to compare with. `inside` and `mean-deviation` compare the estimates of the two
+    /// methods; their default is IDIM-LS. Any other figure is divided by the figure of this method.
     pub against: Option<Method>,
-    /// Parameters, for figures of estimates; all by default.
+    /// Names of the parameters for `inside` and `mean-deviation`; all parameters by default.
     pub parameters: Option<Vec<String>>,
     /// Minimum of the figure.
     pub at_least: Option<f64>,
@@ -50,15 +50,17 @@ pub enum Figure {
     MeanDeviation,
     /// Largest singular value of the observation matrix, without weights.
     LargestSingularValue,
-    /// The smallest.
+    /// Smallest singular value of the observation matrix, without weights.
     SmallestSingularValue,
-    /// Their ratio.
+    /// Ratio of the largest to the smallest singular value of the observation matrix, without
+    /// weights.
     ConditionNumber,
-    /// Durbin–Watson statistic divided by that of white noise after the filter, mean over the
-    /// joints: 1 for such noise, towards 0 with positive correlation.
+    /// Durbin–Watson statistic, mean over the joints, divided by its expected value for white noise
+    /// after the decimation filter. The figure is 1 for this noise and tends to 0 with positive
+    /// correlation.
     DurbinWatson,
-    /// Probability that white noise after the filter is as correlated as the residuals; the
-    /// smallest value of all joints.
+    /// Probability that white noise after the decimation filter is as correlated as the residuals;
+    /// the smallest value of all joints.
     Whiteness,
     /// Closed-loop simulations per iteration step.
     SimulationsPerStep,
@@ -77,7 +79,7 @@ fn default_framework() -> Framework {
 pub struct LimitOutcome<'a> {
     /// The limit.
     pub limit: &'a Limit,
-    /// The figure; `None` if a method has no result with it.
+    /// Value of the figure; `None` if a required method has no result with this figure.
     pub found: Option<f64>,
 }
 
@@ -92,10 +94,11 @@ impl LimitOutcome<'_> {
 }
 
 impl Limits {
-    /// Reads the text of a file for an arm with these parameters and for the methods to run.
+    /// Parses limits from TOML. Checks them against the arm's parameter names (`available`) and the
+    /// trials that will run.
     ///
     /// # Errors
-    /// The problem and its place, for people.
+    /// A message that names the problem and its place in the file.
     pub fn from_toml(text: &str, available: &[String], trials: &[Trial]) -> Result<Self, String> {
         let limits: Self = toml::from_str(text).map_err(|error| error.to_string())?;
         if limits.limits.is_empty() {

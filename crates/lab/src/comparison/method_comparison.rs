@@ -18,9 +18,10 @@ pub struct Comparison {
     pub schema: u32,
     /// The robot's name.
     pub robot: String,
-    /// All methods in a fixed order, the reference first.
+    /// Results of all methods in a fixed order, the reference first.
     pub methods: Vec<MethodResult>,
-    /// For each pair of results, the number of estimates of one that lie within 3 σ of the other.
+    /// Agreement of each pair of results: the number of estimates of one result that lie within 3 σ
+    /// of the other result's estimates.
     pub agreement: Vec<Agreement>,
     /// Prediction errors of each method on held-out samples.
     pub held_out: Vec<HeldOut>,
@@ -28,24 +29,24 @@ pub struct Comparison {
     pub truth: Option<Vec<TrueParameter>>,
 }
 
-/// A parameter of a simulated arm.
+/// True value of a parameter of a simulated arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrueParameter {
-    /// The field's name.
+    /// Name of the parameter.
     pub name: String,
-    /// SI unit; empty if no method has the parameter.
+    /// SI unit; empty if no method has identified the parameter.
     pub unit: &'static str,
-    /// SI value.
+    /// True value in SI units.
     pub value: f64,
 }
 
 impl Comparison {
-    /// Returns the result of a method, if it ran and has one.
+    /// Returns the estimate of a method, if the method ran and has a result.
     pub fn estimate(&self, trial: Trial) -> Option<&Estimate> {
         self.methods.iter().find(|result| result.trial == trial)?.estimate.as_ref()
     }
 
-    /// Returns the reference for the others: the result of IDIM-LS.
+    /// Returns the estimate of the reference method, IDIM-LS.
     pub fn reference(&self) -> Option<&Estimate> {
         self.estimate(Trial::REFERENCE)
     }
@@ -56,8 +57,8 @@ impl Comparison {
         Some(truth.value)
     }
 
-    /// Returns the names of a result's parameters whose true value lies outside their 3 σ; `None`
-    /// if the truth or the result is not known.
+    /// Returns the names of a result's parameters whose true value lies outside 3 σ of the
+    /// estimate; `None` if the truth or the result is not known.
     pub fn outside_of_truth(&self, trial: Trial) -> Option<Vec<&str>> {
         self.truth.as_ref()?;
         let parameters = self.estimate(trial)?.parameters.iter();

@@ -1,8 +1,9 @@
-//! All methods on one experiment, side by side.
+//! Comparison of all methods on one experiment.
 //!
-//! [`compare`] identifies with each method, after the decimation filter and, where it matters,
-//! without it. The result is a [`Comparison`], which [`report`](crate::report) renders.
-//! [`Published`] figures can be shown next to it, and [`Limits`] define the required outcome.
+//! [`compare`] identifies with each method after the decimation filter and, if requested, again
+//! without the filter for the methods that have a strict framework. The result is a [`Comparison`],
+//! which [`report`](crate::report) renders. [`Published`] figures can be shown next to the results,
+//! and [`Limits`] define the required outcome.
 
 mod agreement;
 mod held_out;

@@ -11,7 +11,7 @@ use super::trial::{Framework, Trial};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// The publication.
+    /// Citation of the publication.
     pub source: String,
     /// The figures of every method.
     pub methods: Vec<PublishedFigures>,
@@ -23,9 +23,9 @@ pub struct Published {
 pub struct PublishedFigures {
     /// The method.
     pub method: Method,
-    /// Its framework.
+    /// The framework of the method.
     pub framework: Framework,
-    /// Value (SI) and relative standard deviation \[%\] of each parameter, under the names of this
+    /// Value (SI) and relative standard deviation \[%\] of each parameter, by its name in this
     /// project.
     #[serde(default)]
     pub estimates: BTreeMap<String, (f64, f64)>,
@@ -35,7 +35,7 @@ pub struct PublishedFigures {
     pub condition_number: Option<f64>,
     /// Computing time \[min\].
     pub time_min: Option<f64>,
-    /// Mean relative errors of the simulation over the axes.
+    /// Relative errors of the simulation, mean over the joints.
     pub errors: Option<PublishedErrors>,
 }
 
@@ -43,9 +43,9 @@ pub struct PublishedFigures {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedSingularValues {
-    /// Largest.
+    /// Largest singular value.
     pub max: f64,
-    /// Smallest.
+    /// Smallest singular value.
     pub min: f64,
 }
 
@@ -55,22 +55,23 @@ impl From<PublishedSingularValues> for SingularValues {
     }
 }
 
-/// Mean relative errors over the axes.
+/// Relative errors of the simulation, mean over the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedErrors {
-    /// ‖q − q_s‖ / ‖q‖ \[%\].
+    /// Position error ‖q − q_s‖ / ‖q‖ \[%\].
     pub position_percent: f64,
-    /// ‖τ − τ_s‖ / ‖τ‖ \[%\].
+    /// Torque error ‖τ − τ_s‖ / ‖τ‖ \[%\].
     pub torque_percent: f64,
 }
 
 impl Published {
-    /// Reads the text of a file for an arm with these parameters.
+    /// Parses published figures from TOML. Checks them against the arm's parameter names
+    /// (`available`).
     ///
     /// # Errors
-    /// The problem and its place, for people: an unknown parameter name, or a figure that is no
-    /// number.
+    /// A message that names the problem and its place in the file: an unknown parameter name, or a
+    /// figure that is not a number.
     pub fn from_toml(text: &str, available: &[String]) -> Result<Self, String> {
         let published: Self = toml::from_str(text).map_err(|error| error.to_string())?;
         for of in &published.methods {
@@ -106,7 +107,7 @@ impl Published {
 /// Checks that every name is a parameter of the arm.
 ///
 /// # Errors
-/// The first unknown name, and the known names.
+/// A message with the first unknown name and the known names.
 pub(super) fn check_names<'a>(
     available: &[String],
     names: impl IntoIterator<Item = &'a String>,

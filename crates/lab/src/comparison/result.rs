@@ -13,13 +13,14 @@ pub struct MethodResult {
     pub trial: Trial,
     /// The result, if there is one.
     pub estimate: Option<Estimate>,
-    /// Reason if there is no result.
+    /// Reason why there is no result; `None` if there is one.
     pub failure: Option<String>,
     /// Kind of failure, if it is known.
     pub failure_kind: Option<Failure>,
-    /// Duration \[ms\]; it differs from run to run and is not part of a result file.
+    /// Duration of the identification \[ms\]. It differs from run to run and is not part of a
+    /// result file.
     pub elapsed_ms: f64,
-    /// Measurement against model.
+    /// Fit of the model to the measurement, for the drawings.
     #[serde(skip)]
     pub fit: Option<Fit>,
 }

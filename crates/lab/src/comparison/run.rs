@@ -16,11 +16,13 @@ use super::result::MethodResult;
 use super::trial::{Framework, Trial, title};
 use didim::analysis::identify::identify_measurement;
 
-/// Maximum entries of an observation matrix without decimation: 128 MB, of which a method holds
-/// several at once. The paper's experiment has a third of it.
+/// Maximum number of entries of an observation matrix without decimation. Such a matrix takes 128
+/// MB, and a method holds several of them at once. The matrix of the paper's experiment has a third
+/// of these entries.
 const MAX_ENTRIES: usize = 1 << 24;
 
-/// Maximum number of methods that run at once, for any number of cores: each may hold a gigabyte.
+/// Maximum number of tasks that run at once, for any number of cores, because each task may need a
+/// gigabyte of memory.
 const MAX_PARALLEL_TASKS: usize = 4;
 
 /// One task of a comparison.
@@ -50,7 +52,8 @@ pub enum Progress {
     Ended(Task),
 }
 
-/// Returns the tasks of a comparison, in order. Fewer than two blocks give no held-out tasks.
+/// Returns the tasks of a comparison, in order. With fewer than two blocks there are no held-out
+/// tasks.
 pub fn list_tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
     let held_out = trials
         .iter()
@@ -59,11 +62,12 @@ pub fn list_tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
     trials.iter().copied().map(Task::Identify).chain(held_out).collect()
 }
 
-/// Identifies with every method, and again without each of `blocks` parts of the samples, to
-/// predict that part. A failed method gives a result with the cause and without an estimate.
+/// Identifies with every trial, then cross-validates each method: the method identifies without
+/// each of `blocks` blocks of the samples and predicts that block. A failed method gives a result
+/// with the cause of the failure and without an estimate.
 ///
-/// The methods run on the available cores; their number does not affect the results. `progress` is
-/// called from the threads of the methods.
+/// The tasks run on the available cores. The number of cores does not affect the results.
+/// `progress` is called from the threads of the tasks.
 pub fn compare(
     input: ComparisonInput<'_>,
     trials: &[Trial],
@@ -72,8 +76,8 @@ pub fn compare(
 ) -> Comparison {
     let tasks = list_tasks(trials, blocks);
     let done: Vec<Mutex<Option<TaskResult>>> = tasks.iter().map(|_| Mutex::default()).collect();
-    // The last tasks start first. They take longest: many identifications, or one without
-    // decimation.
+    // The last tasks start first, because they take longest: they have many identifications, or one
+    // without decimation.
     let remaining = AtomicUsize::new(tasks.len());
     let work = || {
         while let Ok(tasks_left) =
@@ -158,7 +162,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
     MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
 }
 
-/// Returns a reason if the memory is certain to be insufficient.
+/// Returns a reason to refuse a trial if its observation matrix would exceed `MAX_ENTRIES`.
 fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let cell = input.cell;
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);

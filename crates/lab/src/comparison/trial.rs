@@ -1,4 +1,4 @@
-//! Methods and the rows they run on.
+//! Trials: a method, and the rows of the equation that it solves.
 
 use std::fmt;
 
@@ -10,11 +10,11 @@ pub fn title(method: Method) -> String {
     method.name().to_uppercase()
 }
 
-/// Meaning of the rows of an equation.
+/// Samples that become rows of the equation that a method solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Framework {
-    /// One sample in N, after the decimation filter.
+    /// One of every N samples, after the decimation filter.
     Decimated,
     /// Every sample: the paper's strict output error framework.
     Strict,
@@ -25,12 +25,12 @@ pub enum Framework {
 pub struct Trial {
     /// The method.
     pub method: Method,
-    /// Its rows.
+    /// The framework, which determines the rows of the equation.
     pub framework: Framework,
 }
 
 impl Trial {
-    /// Reference for the others.
+    /// Reference for the other trials.
     pub const REFERENCE: Self = Self { method: Method::IdimLs, framework: Framework::Decimated };
 }
 
@@ -41,8 +41,9 @@ impl fmt::Display for Trial {
     }
 }
 
-/// Returns the trials for a choice of methods: the reference, then the others. If requested, those
-/// that the paper also has in the strict framework follow.
+/// Returns the trials of the chosen methods and of the reference, which is always included. If
+/// `strict` is true, the trials in the strict framework follow, for the methods that the paper also
+/// has in this framework.
 pub fn trials(methods: &[Method], strict: bool) -> Vec<Trial> {
     let reference = Trial::REFERENCE.method;
     let chosen = |method: &Method| *method == reference || methods.contains(method);

@@ -1,10 +1,11 @@
-//! Agreement of the methods.
+//! Tables of the agreement of the methods.
 
 use super::table::{Cell, Table};
 use super::view::View;
 use crate::comparison::{Agreement, Trial};
 
-/// Returns the number of estimates of each method that lie within 3 σ of each other method.
+/// Returns the table with the number of estimates of each method that lie within 3 σ of the
+/// estimates of each other method.
 pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
     let trials = trials(view);
     if trials.len() < 2 {
@@ -50,7 +51,8 @@ fn against_truth(view: &View<'_>, trial: Trial) -> Cell {
     })
 }
 
-/// Returns the names of the parameters whose true value lies outside 3 σ, if it is known.
+/// Returns the table with the names of the parameters whose true value lies outside 3 σ of the
+/// estimate, if the truth is known.
 pub(super) fn outside_of_truth(view: &View<'_>) -> Option<Table> {
     let rows: Vec<Vec<Cell>> = trials(view)
         .into_iter()
@@ -68,7 +70,8 @@ pub(super) fn outside_of_truth(view: &View<'_>) -> Option<Table> {
     })
 }
 
-/// Returns the names of the estimates outside the reference's intervals.
+/// Returns the table with the names of the parameters whose estimates lie outside the reference's
+/// intervals.
 pub(super) fn outside(view: &View<'_>) -> Option<Table> {
     let rows: Vec<Vec<Cell>> = view
         .comparison

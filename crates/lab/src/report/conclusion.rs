@@ -3,11 +3,12 @@
 use super::view::View;
 use crate::comparison::{Agreement, Framework, MethodResult, Trial, title};
 
-/// Largest difference of equal errors, as a fraction of the torque.
+/// Maximum difference of two errors that count as equal, as a fraction of the torque.
 const TIE_TOLERANCE: f64 = 1e-3;
 
-/// Names the methods that agree with IDIM-LS in every parameter, those that predict best, and those
-/// without a result. Methods without the decimation filter are for comparison only.
+/// Returns a sentence about the methods: those that agree with IDIM-LS in every parameter, those
+/// that differ from it, those that predict best, and those without a result. Trials without the
+/// decimation filter are not considered.
 pub(super) fn conclusion_sentence(view: &View<'_>) -> Option<String> {
     let comparison = view.comparison;
     let (found, none): (Vec<_>, Vec<_>) =
@@ -46,7 +47,8 @@ fn methods_clause(which: &[&MethodResult], one: &str, several: &str) -> Option<S
     (!which.is_empty()).then(|| format!("{names} {said}"))
 }
 
-/// Names the methods with the smallest held-out error, if more than one has such an error.
+/// Returns a clause that names the methods with the smallest held-out error, if more than one
+/// method has a held-out error.
 fn best_predictors(view: &View<'_>) -> Option<String> {
     let held_out = view.comparison.held_out.iter();
     let errors: Vec<(String, f64)> = held_out

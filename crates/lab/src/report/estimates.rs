@@ -7,7 +7,7 @@ use super::view::{Column, View, framework_name};
 use crate::comparison::{Framework, lies_in};
 use didim::report::estimate::short_value;
 
-/// Maximum digits of a value, because many columns are side by side.
+/// Maximum number of digits of a value; it is small because the table has many columns.
 const DIGITS: usize = 5;
 
 pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
@@ -75,7 +75,8 @@ fn estimate_text(p: &ParameterEstimate) -> String {
     format!("{} ({})", short_value(p, DIGITS), percent_text(p.relative_standard_deviation, 2))
 }
 
-/// Formats like the paper: at least two decimals of a value, three digits of a percentage.
+/// Formats a value and a percentage as the paper does: the value with at least two decimals, the
+/// percentage with three digits.
 fn value_and_percent(value: f64, percent: f64) -> String {
     let two = format!("{value:.2}");
     let value = match two.parse::<f64>() {

@@ -1,5 +1,5 @@
-//! The residuals' autocorrelations of every method as one self-contained SVG file: the paper's
-//! Figures 1 to 3.
+//! Autocorrelations of the residuals of every method as one self-contained SVG file, as in the
+//! paper's Figures 1 to 3.
 
 use std::fmt::Write as _;
 
@@ -13,17 +13,18 @@ const PANEL_WIDTH: f64 = 150.0;
 const PANEL_HEIGHT: f64 = 84.0;
 /// Free space around the curves of a panel, on each side.
 const CURVE_MARGIN: f64 = 6.0;
-/// Width of the method names, left of their panels.
+/// Width of the method names on the left of the panels.
 const LABEL_WIDTH: f64 = 112.0;
 /// Height of the heading, its explanation and the joint names.
 const HEADER_HEIGHT: f64 = 76.0;
-/// The autocorrelation at the lower and upper end of a panel.
+/// Autocorrelation at the lower end of a panel; `AXIS_HIGH` is the autocorrelation at its upper
+/// end.
 const AXIS_LOW: f64 = -0.5;
 const AXIS_HIGH: f64 = 1.0;
-/// The paper's intervals.
+/// Half-width of the band in standard deviations, as in the paper.
 const BAND_DEVIATIONS: f64 = 2.0;
 
-/// The colours follow the reader's light or dark setting; a printer gets the light ones.
+/// The colours follow the reader's light or dark setting; a printer gets the light colours.
 const STYLE: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--band:#d6e4f0;--stem:#33658f}\
     text{fill:var(--ink);font:12px system-ui,sans-serif}.paper{fill:var(--paper)}\
     .heading{font-size:17px;font-weight:600}.title{font-weight:600}.faint{opacity:.75}\
@@ -112,7 +113,8 @@ fn draw_panel(svg: &mut String, residual: &[f64], fit: &Fit) {
             svg,
             r#"<rect class="band" x="{:.1}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
             x - 0.5 * step,
-            // A little wider, so that no gap shows between neighbours.
+            // The bar is slightly wider than its step, so that no gap is visible between adjacent
+            // bars.
             step + 0.2,
             bottom - top
         );

@@ -7,7 +7,8 @@ use super::table::{Cell, Table, number_text, percent_text};
 use super::view::{Column, View, framework_name};
 use crate::comparison::{Framework, PublishedFigures, mean};
 
-/// Row: its name, its value in a result, and its published value.
+/// Row of the table: its name, the function for its value in a result, and the function for its
+/// published value.
 type Row = (&'static str, fn(&Estimate) -> Option<String>, fn(&PublishedFigures) -> Option<String>);
 
 const FIGURE_ROWS: &[Row] = &[

@@ -1,5 +1,5 @@
-//! A comparison as tables and figures: aligned in the terminal, Markdown for documents, and HTML in
-//! the report.
+//! Output of a comparison as tables and figures: aligned text for the terminal, Markdown for
+//! documents, and HTML for the report.
 
 mod agreement;
 mod conclusion;

@@ -5,20 +5,20 @@ use didim::text::significant_digits;
 /// Table before its conversion to text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Its heading.
+    /// Heading of the table.
     pub title: String,
     /// Explanation for the reader.
     pub note: String,
     /// One heading per column.
     pub header: Vec<String>,
-    /// The rows; the first cell of each is its name.
+    /// The rows; the first cell of a row is the name of the row.
     pub rows: Vec<Vec<Cell>>,
 }
 
 /// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
-    /// Its text.
+    /// Text of the cell.
     pub text: String,
     /// True if the cell is marked.
     pub is_marked: bool,
@@ -37,13 +37,14 @@ impl From<&str> for Cell {
 }
 
 impl Cell {
-    /// A missing value.
+    /// Returns the cell for a missing value.
     pub(super) fn missing() -> Self {
         Self::from("–")
     }
 }
 
-/// Formats a number with `digits` significant digits; a dash for a value that is not a number.
+/// Formats a number with `digits` significant digits. Returns a dash for a value that is not
+/// finite.
 pub(super) fn number_text(value: f64, digits: usize) -> String {
     if value.is_finite() { significant_digits(value, digits) } else { "–".to_owned() }
 }

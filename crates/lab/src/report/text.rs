@@ -6,8 +6,8 @@ use super::{Cell, Judgement, Table, View, conclusion};
 use crate::comparison::LimitOutcome;
 use didim::text::align_table;
 
-/// Returns the comparison for a terminal with lines of `line` characters: the verdicts first, then
-/// every table, aligned. Marked cells have an asterisk.
+/// Returns the comparison as text for a terminal with lines of `line` characters: the verdicts
+/// first, then every table, with aligned columns. Marked cells have an asterisk.
 pub fn terminal(view: &View<'_>, line: usize) -> String {
     let mut text = String::new();
     let judgements = view.judgements();
@@ -37,7 +37,7 @@ pub fn terminal(view: &View<'_>, line: usize) -> String {
     text
 }
 
-/// Returns the comparison for a document: a section of headings, sentences and tables.
+/// Returns the comparison as Markdown for a document, with headings, sentences and tables.
 pub fn markdown(view: &View<'_>) -> String {
     let mut text = String::from("## Verdicts\n\n| method | verdict |\n|:---|:---|\n");
     for of in &view.judgements() {
@@ -95,7 +95,8 @@ fn aligned_table(table: &Table, columns: usize) -> String {
             })
             .collect();
     }
-    // If a column has a mark, its other cells leave space for one.
+    // If a cell of a column is marked, the other cells of the column get a space in place of the
+    // mark.
     let has_mark = |column: usize| {
         table.rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.is_marked))
     };
@@ -125,7 +126,8 @@ fn aligned_table(table: &Table, columns: usize) -> String {
     )
 }
 
-/// Breaks a sentence into terminal lines, with space for the text before it.
+/// Breaks a sentence into lines of at most `columns` characters. Each line begins after `before`
+/// characters, which the text in front of the sentence takes.
 fn wrap_sentence(text: &str, before: usize, columns: usize) -> String {
     let mut lines = String::new();
     let mut width = before;

@@ -15,7 +15,7 @@ pub struct View<'a> {
     pub published: Option<&'a Published>,
     /// The outcomes of the limits.
     pub outcomes: &'a [LimitOutcome<'a>],
-    /// True if run times are shown; they differ from run to run.
+    /// True if durations are shown. They differ from run to run.
     pub shows_times: bool,
 }
 

@@ -9,38 +9,38 @@ use didim::files::TextError;
 /// Reason why a plan cannot be carried out. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// A file cannot be read: check path and permissions, and that it is text.
+    /// A file cannot be read. Check its path and permissions, and that it is a text file.
     #[error("{}: {source}", file.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Why.
+        /// Reason why the file cannot be read.
         source: TextError,
     },
-    /// Not TOML, or a key is missing, unknown or of the wrong type.
+    /// The file is not TOML, or a key is missing, unknown or of the wrong type.
     #[error("{}: {source}", file.display())]
     Format {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
         /// The parser's message, with line and key.
         source: Box<toml::de::Error>,
     },
-    /// A value that makes no sense, or that does not fit the arm.
+    /// A value is invalid or does not fit the arm.
     #[error("{}: `{key}`: {problem}", file.display())]
     Value {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The key.
+        /// Key of the value.
         key: String,
-        /// The problem, and the allowed values.
+        /// Problem of the value, and the allowed values.
         problem: String,
     },
     /// The cell that the plan names is invalid.
     #[error("{}: `cell`: {source}", file.display())]
     Cell {
-        /// The plan.
+        /// Path of the plan.
         file: PathBuf,
-        /// The problem of the cell.
+        /// Error of the cell file.
         source: Box<CellError>,
     },
 }
@@ -51,23 +51,25 @@ impl PlanError {
     }
 }
 
-/// Reason why a study stopped. Its folder has the runs that were done before.
+/// Reason why a study or a merge failed. The folder of a study keeps the runs that were completed
+/// before.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// A file of the study cannot be read or written: check path, permissions and space.
+    /// A file of the study cannot be read or written. Check its path, its permissions and the free
+    /// disk space.
     #[error("{}: {source}; name a folder that can be written", file.display())]
     File {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The system's error.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A part of the study cannot be read: check its folder.
+    /// The runs of one part of the study cannot be read. Check the folder of the part.
     #[error("{}: {source}; name a folder that `didim study --shard` has written", file.display())]
     Part {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The system's error.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// Another process writes to the same folder.
@@ -76,7 +78,7 @@ pub enum StudyError {
         file.display()
     )]
     Busy {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
     /// The folder holds the runs of another study.
@@ -86,63 +88,64 @@ pub enum StudyError {
         file.display()
     )]
     OtherStudy {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The part that differs.
+        /// Name of the header's first entry that differs.
         what: &'static str,
-        /// Value in the file.
+        /// Value in the existing file.
         there: String,
-        /// Requested value.
+        /// Value of the requested study.
         here: String,
     },
-    /// The first line of the file is not that of a study.
+    /// The first line of the file is not the header of a study.
     #[error(
         "{}: its first line is not that of a study; choose another folder, or remove it",
         file.display()
     )]
     NotAStudy {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// A line does not belong to a study.
+    /// A line of the file cannot be parsed as a run.
     #[error("{}: line {line}: {problem}; remove that line, or the file", file.display())]
     Line {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// Problem of the line.
         problem: String,
     },
-    /// The folders belong to different divisions of the study.
+    /// The folders belong to different divisions of the study, such as one into four parts and one
+    /// into eight.
     #[error(
         "{}: is one of {parts} parts, the others of {others}; name folders of one division",
         folder.display()
     )]
     OtherDivision {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// Number of parts in its division.
+        /// Number of parts in the division of this folder.
         parts: u32,
         /// Number of parts in the division of the first folder.
         others: u32,
     },
-    /// Two results of one run differ: the processors had different vector instructions, or a folder
-    /// was edited.
+    /// Two folders have different results of the same run: the processors had different vector
+    /// instructions, or a folder was edited.
     #[error(
         "{}: {run}: differs from the same run in {}; run both parts on processors with the same \
          vector instructions, or leave one folder out",
         folder.display(), other.display()
     )]
     Differ {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// The folder that had the run first.
+        /// Path of the folder in which the run was found first.
         other: PathBuf,
-        /// The run: method, seed, levels.
+        /// Method, seed and levels of the run.
         run: String,
     },
-    /// Parts that are incomplete, each with its number of missing runs.
+    /// Some parts of the study are incomplete.
     #[error(
         "nothing is merged, runs are missing: {}; run these parts, or name their folders too",
         parts
@@ -152,7 +155,7 @@ pub enum StudyError {
             .join(", ")
     )]
     Missing {
-        /// The parts.
+        /// Incomplete parts, each with its number of missing runs.
         parts: Vec<(Shard, usize)>,
     },
     /// A record of the study could not be written as JSON.

@@ -13,25 +13,27 @@ use super::{Run, Shard, Store, StudyError};
 /// Interval of progress reports while no run ends.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
-/// One arm of a grid cell with one seed, and the methods that have not run on it yet.
+/// Experiment of one grid cell with one seed, and the methods that still have to be run on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Job {
-    /// Number in the order of the study, independent of the runs done.
+    /// Number of the experiment in the order of the study. It does not depend on the completed
+    /// runs.
     pub(super) number: u64,
     cell: usize,
     seed: u64,
     pub(super) methods: Vec<usize>,
 }
 
-/// Message of a thread.
+/// Message of a worker thread.
 enum Event {
     Simulated(Duration),
-    /// Method, run, and its duration.
+    /// Index of the method, the run, and the duration of the run.
     Identified(usize, Run, Duration),
 }
 
-/// Runs the runs of a part that are not in `done` on `threads` threads, and stores each when it
-/// ends. After `stop` no further run begins. A run depends only on its cell and its seed.
+/// Executes the runs of a part that are not in `done`, on `threads` threads. Each run is stored
+/// when it ends. Once `stop` is true, no further run begins. A run depends only on its grid cell,
+/// its method and its seed.
 ///
 /// # Errors
 /// [`StudyError`], if a run cannot be stored.
@@ -71,7 +73,7 @@ pub fn execute(
                 Ok(Event::Simulated(time)) => progress.add_simulation(time),
                 Ok(Event::Identified(method, run, time)) => {
                     if let Err(error) = store.add(&run) {
-                        // The threads end when the receiver is gone.
+                        // The threads end when the receiver is dropped.
                         halt.store(true, Ordering::Relaxed);
                         return Err(error);
                     }
@@ -86,7 +88,7 @@ pub fn execute(
     Ok(progress)
 }
 
-/// Does one job; returns `false` when the receiver is gone.
+/// Does one job. Returns `false` if the study was stopped or the receiver was dropped.
 fn do_job(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() -> bool) -> bool {
     let cell = &grid.cells[job.cell];
     let begin = Instant::now();
@@ -103,8 +105,8 @@ fn do_job(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() 
     listened
 }
 
-/// Returns the remaining jobs of a part, with the first seed of every cell first. An interrupted
-/// study has then covered all cells.
+/// Returns the remaining jobs of a part in the order of their seeds, so that an interrupted study
+/// has few seeds in many grid cells, not many seeds in few.
 pub(super) fn remaining_jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
     let key = |run: &Run| (run.levels.clone(), run.method.clone(), run.seed);
     let done: BTreeSet<_> = done.iter().map(key).collect();

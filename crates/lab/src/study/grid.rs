@@ -1,4 +1,4 @@
-//! Cells of the grid: every level of each axis, combined with every level of all others.
+//! Cells of the grid: every level of each axis, combined with every level of all other axes.
 
 use std::path::Path;
 
@@ -14,34 +14,34 @@ use didim::cell::Cell;
 use didim::files::read_text;
 use didim::text::sha256;
 
-/// Scenario name, and the motion that replaces its own.
+/// Name of a scenario, and the random motion that replaces the scenario's own, if there is one.
 type Motion = (String, Option<RandomMoves>);
 
-/// Cell of the grid: an arm and the cell that identifies it.
+/// Cell of the grid: a simulated arm, and the cell file's content for its identification.
 #[derive(Debug)]
 pub struct GridCell {
-    /// Level of each axis.
+    /// Index of the level on each axis, in the order of the plan.
     pub levels: Vec<usize>,
-    /// The arm.
+    /// Scenario with the simulated arm.
     pub scenario: Scenario,
-    /// Known robot, options and controller.
+    /// Nominal robot, options and controller that the identification assumes.
     pub cell: Cell,
     /// Index of the arm's motion in [`Grid::reference_torques`].
     pub motion: usize,
 }
 
-/// A plan that fits its arm.
+/// Plan that was checked against its arm, with all cells of the grid.
 #[derive(Debug)]
 pub struct Grid {
-    /// The plan.
+    /// Plan of the study.
     pub plan: Plan,
-    /// All cells; the last axis varies fastest.
+    /// All cells of the grid; the last axis varies fastest.
     pub cells: Vec<GridCell>,
-    /// The torque along each motion.
+    /// Reference torque of each distinct motion.
     pub reference_torques: Vec<ReferenceTorque>,
-    /// Hash of the cell's files.
+    /// SHA-256 of the files of the plan's `cell`.
     pub cell_sha256: String,
-    /// Hash of everything simulated and of the known controllers.
+    /// SHA-256 of the simulated scenarios and of the controllers that the identification assumes.
     pub scenario_sha256: String,
 }
 
@@ -107,13 +107,13 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Returns the names of a cell's levels.
+    /// Returns the names of the levels of a grid cell.
     pub fn level_names(&self, cell: &GridCell) -> Vec<String> {
         names(&self.plan, &cell.levels).map(|(_, level)| level.to_owned()).collect()
     }
 }
 
-/// Returns the name of an invalid grid cell for a message.
+/// Returns the axes and levels of a grid cell as text for an error message.
 fn key_of(plan: &Plan, levels: &[usize]) -> String {
     let names = names(plan, levels).map(|(axis, level)| format!("{axis} = {level}"));
     let names: Vec<String> = names.collect();
@@ -141,7 +141,8 @@ fn combine_levels(plan: &Plan, levels: &[usize]) -> Level {
     levels.fold(Level::default(), Level::combine)
 }
 
-/// Checks that each key belongs to one axis: two values for a key would have no defined order.
+/// Checks that only one axis sets each key. If two axes set the same key, it is undefined which
+/// value applies.
 fn check_keys(plan: &Plan) -> Result<(), (String, String)> {
     let mut owners: Vec<(&str, &str)> = Vec::new();
     for axis in &plan.axis {
@@ -168,7 +169,8 @@ fn check_keys(plan: &Plan) -> Result<(), (String, String)> {
     Ok(())
 }
 
-/// Reads a shipped scenario, or a file relative to the plan, for the cell's robot.
+/// Reads a scenario for the cell's robot: a shipped one by its name, or a file relative to the
+/// plan.
 fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, String> {
     let scenario = match didim_sim::shipped(name) {
         Some(scenario) => scenario,

@@ -1,4 +1,5 @@
-//! Heat maps: a coloured cell with a number per cell of the grid, and a panel per method.
+//! Heat maps with one panel per method. A panel has a coloured field with a number for each cell of
+//! the grid.
 
 use std::fmt::Write as _;
 
@@ -7,7 +8,7 @@ use super::measure::{MEASURES, Measure};
 use super::summary::{CellSummary, Summary};
 use didim::text::escape;
 
-/// Maximum width, unless a panel is wider.
+/// Maximum width of a figure \[px\], unless a single panel is wider.
 const MAX_WIDTH: f64 = 860.0;
 /// Height above the panels: heading, explanation, legend.
 const HEADER_HEIGHT: f64 = 108.0;
@@ -18,8 +19,9 @@ const PANEL_GAP: f64 = 20.0;
 /// Approximate width of a character.
 const CHARACTER_WIDTH: f64 = 6.6;
 
-/// Lightness falls from class to class, so that the map is readable without colour; on a dark
-/// background it rises. A number has the text colour that contrasts with its class.
+/// Style sheet of the figures. The lightness decreases from class to class, so that the map is
+/// readable without colour; on a dark background the lightness increases. A number has the text
+/// colour that contrasts with its class.
 const COLOURS: &str = "svg{--paper:#fff;--ink:#1d2530}text{font:12px \
 system-ui,sans-serif;fill:var(--ink)}.paper{fill:var(--paper)}.heading{font-size:17px;\
     font-weight:600}.title{font-weight:600}.faint{opacity:.75}.none{fill:none;stroke:var(--ink);\
@@ -38,18 +40,18 @@ pub fn heat_maps(grid: &Grid, summary: &Summary) -> Vec<(&'static str, String)> 
 }
 
 /// Layout of the grid's cells: the rows are the levels of the axis with the most levels, the
-/// columns those of all other axes.
+/// columns are the combinations of the levels of all other axes.
 struct Layout<'a> {
     grid: &'a Grid,
-    /// Axis of the rows, if there is one.
+    /// Index of the axis whose levels are the rows; `None` if the plan has no axis.
     row_axis: Option<usize>,
-    /// Other axes, outermost first.
+    /// Indices of the other axes, outermost first.
     column_axes: Vec<usize>,
     rows: usize,
     columns: usize,
     label_width: f64,
     column_width: f64,
-    /// Width of all columns, or of the longest method name.
+    /// Width of all columns together, or of the longest method name if it is wider.
     panel_width: f64,
     panels_abreast: usize,
 }
@@ -59,7 +61,8 @@ impl<'a> Layout<'a> {
     fn new(grid: &'a Grid) -> Self {
         let axes = &grid.plan.axis;
         let levels = |axis: usize| axes[axis].level.len();
-        // The first axis with the most levels.
+        // The first axis with the most levels: `max_by_key` returns the last maximum, so `rev` is
+        // needed.
         let row_axis = (0..axes.len()).rev().max_by_key(|axis| levels(*axis));
         let column_axes: Vec<usize> = (0..axes.len()).filter(|a| Some(*a) != row_axis).collect();
         let columns: usize = column_axes.iter().map(|axis| levels(*axis)).product();
@@ -160,7 +163,8 @@ impl<'a> Layout<'a> {
         svg + "</svg>\n"
     }
 
-    /// Draws the levels of the column axes, and the axis names on the left.
+    /// Draws the level names of the column axes. `first` is true for the leftmost panel, which also
+    /// gets the axis names on its left.
     #[expect(clippy::cast_precision_loss, reason = "columns are few")]
     fn column_names(&self, svg: &mut String, first: bool) {
         let mut span = self.columns;
@@ -213,7 +217,7 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Draws the classes, and the mark for a missing result.
+/// Draws the legend: the classes, and the mark for a missing result.
 #[expect(clippy::cast_precision_loss, reason = "seven classes")]
 fn legend(svg: &mut String, measure: &Measure) {
     let each = 68.0;

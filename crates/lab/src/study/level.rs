@@ -1,4 +1,5 @@
-//! Changes that a level makes: to the simulated arm, or to the known controller.
+//! Changes that a level makes to the simulated arm, or to the controller that the identification
+//! assumes.
 
 use didim_dynamics::control::ControlError;
 use didim_dynamics::simulation::{NoiseConfig, Unmodelled};
@@ -8,7 +9,7 @@ use serde::Deserialize;
 
 use didim::cell::Cell;
 
-/// Level of an axis. Keys that it leaves out keep their values from the scenario and the cell.
+/// Level of an axis. A key that the level leaves out keeps its value from the scenario or the cell.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
@@ -21,25 +22,25 @@ pub struct Level {
     /// Another motion of the same length, drawn at random.
     #[serde(default)]
     pub random_moves: Option<RandomMoves>,
-    /// All random disturbances; the run gives the seed.
+    /// All random disturbances. The seed comes from the run.
     #[serde(default)]
     pub noise: Option<Noise>,
     /// Effects of the arm that its model does not contain.
     #[serde(default)]
     pub unmodelled: Option<Unmodelled>,
-    /// Payload of the arm that is not declared.
+    /// Payload of the simulated arm that the cell does not declare.
     #[serde(default)]
     pub payload: Option<Payload>,
-    /// Bandwidth of the arm's controller and of the controller that the cell describes, divided by
-    /// that in the files.
+    /// Factor on the bandwidth of the simulated arm's controller and of the cell's controller,
+    /// relative to the bandwidth in their files.
     #[serde(default)]
     pub bandwidth: Option<f64>,
-    /// Bandwidth of the described controller divided by that of the arm's controller. Other values
-    /// than 1 make the description wrong.
+    /// Bandwidth of the cell's controller divided by the bandwidth of the simulated arm's
+    /// controller. With a value other than 1, the identification assumes a wrong controller.
     #[serde(default)]
     pub described_bandwidth: Option<f64>,
-    /// Torque gain of the described controller divided by that of the arm's controller, with the
-    /// same meaning.
+    /// Torque gain of the cell's controller divided by the torque gain of the simulated arm's
+    /// controller. With a value other than 1, the identification assumes a wrong controller.
     #[serde(default)]
     pub described_gain: Option<f64>,
 }
@@ -48,22 +49,25 @@ pub struct Level {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Noise of each motor's measured angle, before the encoder's grid \[rad\].
+    /// Standard deviation of the noise of each motor's measured angle, before quantization by the
+    /// encoder \[rad\].
     #[serde(default)]
     pub motor_position_rad: Option<Vec<f64>>,
-    /// Torque on each joint that the command does not contain \[N·m\].
+    /// Standard deviation of the disturbance torque on each joint, which the command does not
+    /// contain \[N·m\].
     #[serde(default)]
     pub disturbance_torque_nm: Option<Vec<f64>>,
-    /// Time in which the autocorrelation of the disturbance falls to 1/e \[s\]; white by default.
+    /// Time in which the autocorrelation of the disturbance falls to 1/e \[s\]. By default the
+    /// disturbance is white.
     #[serde(default)]
     pub disturbance_correlation_s: Option<f64>,
-    /// Noise of each joint's logged torque \[N·m\].
+    /// Standard deviation of the noise of each joint's logged torque \[N·m\].
     #[serde(default)]
     pub torque_measurement_nm: Option<Vec<f64>>,
 }
 
 impl Level {
-    /// Returns the keys that are set, without the name.
+    /// Returns the names of the keys that are set, without `name`.
     pub(super) fn keys_set(&self) -> impl Iterator<Item = &'static str> {
         [
             ("scenario", self.scenario.is_some()),
@@ -79,7 +83,7 @@ impl Level {
         .filter_map(|(key, present)| present.then_some(key))
     }
 
-    /// Combines this level with one of another axis, which has other keys.
+    /// Combines this level with a level of another axis. The two levels set different keys.
     pub(super) fn combine(self, other: &Self) -> Self {
         Self {
             name: self.name,
@@ -94,7 +98,7 @@ impl Level {
         }
     }
 
-    /// Returns a controller factor that is not positive, if there is one.
+    /// Returns the key and the value of a controller factor that is not positive, if there is one.
     pub(super) fn wrong_factor(&self) -> Option<(&'static str, f64)> {
         let factors = [
             ("bandwidth", self.bandwidth),
@@ -119,10 +123,10 @@ impl Level {
         }
     }
 
-    /// Returns the arm of this level, with the motion of the scenario.
+    /// Returns the scenario with the simulated arm of this level. The motion does not change.
     ///
     /// # Errors
-    /// [`ScenarioError`] if something does not fit the arm.
+    /// [`ScenarioError`] if a value of the level does not fit the arm.
     pub(super) fn simulated_arm(&self, mut scenario: Scenario) -> Result<Scenario, ScenarioError> {
         if let Some(noise) = &self.noise {
             scenario = scenario.with_noise(NoiseConfig {
@@ -145,7 +149,7 @@ impl Level {
         }
     }
 
-    /// Returns the cell that identifies the arm, with the controller that it assumes for the arm.
+    /// Returns the cell for the identification, with the controller that it assumes for the arm.
     ///
     /// # Errors
     /// [`ControlError`] if a factor is not positive.

@@ -1,4 +1,4 @@
-//! The study as a document and as a table for the terminal.
+//! Output of a study as a Markdown document and as a table for the terminal.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use super::measure::MEASURES;
 use super::summary::{CellSummary, Summary};
 use didim::text::{align_table, significant_digits};
 
-/// Columns after those of the axes and the method.
+/// Headings of the columns that follow the axes and the method.
 const COLUMNS: [&str; 11] = [
     "runs",
     "converged",
@@ -29,7 +29,7 @@ pub fn table(summary: &Summary) -> String {
     align_table(&header, &summary.cells.iter().map(row).collect::<Vec<_>>())
 }
 
-/// Returns the document: the runs, the heat maps, the table.
+/// Returns the Markdown document with the runs, the heat maps and the table.
 pub fn markdown(grid: &Grid, summary: &Summary) -> String {
     let plan = &grid.plan;
     let mut text = format!("# {}\n\n", plan.name);

@@ -1,23 +1,24 @@
-//! Displayed figures of a study: each figure of a grid cell that has a heat map.
+//! Figures of a grid cell that are displayed as heat maps.
 
 use super::summary::CellSummary;
 use didim::text::significant_digits;
 
 /// Figure of the runs of one method in one cell of the grid.
 pub(super) struct Measure {
-    /// Name of its file.
+    /// File name of the heat map.
     pub(super) file: &'static str,
-    /// Description with the unit.
+    /// Title of the heat map, with the unit of the figure.
     pub(super) title: &'static str,
-    /// Its meaning.
+    /// Meaning of the figure.
     pub(super) meaning: &'static str,
-    /// The figure; `None` if there is no result.
+    /// Function that returns the figure; `None` if there is no result.
     pub(super) value: fn(&CellSummary) -> Option<f64>,
-    /// Its classes.
+    /// Classes of the figure.
     pub(super) scale: &'static Scale,
 }
 
-/// Seven classes of values: a value is in the first class whose bound it does not exceed.
+/// Seven classes of values: a value is in the first class whose bound it does not exceed. The last
+/// class has no bound.
 pub(super) struct Scale {
     pub(super) bounds: [f64; 6],
     /// Names of the classes in the legend.
@@ -104,7 +105,7 @@ impl Scale {
     pub(super) fn format_value(&self, value: f64) -> String {
         match self.digits {
             Some(digits) if value < 100.0 => significant_digits(value, digits),
-            // 99.9 % of the runs must not read as all of them, and 0.1 % not as none.
+            // A share of 99.9 % must not be displayed as 100 %, nor a share of 0.1 % as 0 %.
             None if value > 99.0 && value < 100.0 => "99".to_owned(),
             None if value > 0.0 && value < 1.0 => "<1".to_owned(),
             _ if value >= 1e5 => format!("{value:.0e}"),

@@ -9,14 +9,14 @@ use super::grid::Grid;
 use super::shard::Shard;
 use super::{Header, Run, Store, StudyError};
 
-/// Key that distinguishes a run of a study from the others: levels, method, seed.
+/// Key that identifies a run within a study: level names, method name and seed.
 type Key = (Vec<String>, String, u64);
 
 fn run_key(run: &Run) -> Key {
     (run.levels.clone(), run.method.clone(), run.seed)
 }
 
-/// Run, its line, and the folder that had it first.
+/// Run, its line in the file, and the folder in which it was found first.
 struct FoundRun {
     run: Run,
     line: String,
@@ -24,7 +24,7 @@ struct FoundRun {
 }
 
 impl FoundRun {
-    /// Checks that the same run in another folder is equal.
+    /// Checks that the same run in another folder has the same result.
     fn check_equal(&self, run: &Run, folder: &Path) -> Result<(), StudyError> {
         if self.run == *run {
             return Ok(());
@@ -35,13 +35,13 @@ impl FoundRun {
     }
 }
 
-/// Merges the runs of several folders into `out`. The result equals the folder of a study on one
-/// machine. Folders may come in any order and more than once, and `out` may already have runs. Runs
-/// that occur twice have to be equal.
+/// Merges the runs of several folders into `out`. Then `out` equals the folder of a study that ran
+/// on one machine. The folders may be listed in any order and more than once, and `out` may already
+/// contain runs. Two results of the same run have to be equal.
 ///
 /// # Errors
-/// [`StudyError`]: a folder is of another study, or divided in another way; two runs differ; parts
-/// are missing. Nothing is written then.
+/// [`StudyError`]: a folder belongs to another study or another division, two results of the same
+/// run differ, or runs are missing. Nothing is written in these cases.
 pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, StudyError> {
     let header = Header::from_grid(grid);
     let mut runs_found: BTreeMap<Key, FoundRun> = BTreeMap::new();
@@ -80,7 +80,7 @@ pub fn merge(grid: &Grid, folders: &[PathBuf], out: &Path) -> Result<Vec<Run>, S
     Ok(runs)
 }
 
-/// Returns the parts with missing runs, and the number of these runs.
+/// Returns each part that has missing runs, with the number of its missing runs.
 fn missing_parts(grid: &Grid, there: &[Run], division: Shard) -> Vec<(Shard, usize)> {
     let mut missing = BTreeMap::new();
     for Job { number, methods, .. } in remaining_jobs(grid, there, Shard::COMPLETE) {

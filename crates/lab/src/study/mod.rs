@@ -3,16 +3,17 @@
 //!
 //! | step | type or function |
 //! |---|---|
-//! | the plan as typed: methods, axes, levels | [`Plan`] |
-//! | every level of each axis, combined with every level of all others | [`Grid`] |
-//! | one arm, one seed, one method, compared with the truth | [`Run`] |
+//! | plan file: methods, axes, levels | [`Plan`] |
+//! | every level of each axis, combined with every level of all other axes | [`Grid`] |
+//! | result of one method for one arm and one seed, compared with the true parameters | [`Run`] |
 //! | the runs on disk, so that a study can be continued | [`Store`] |
 //! | the remaining runs, on several threads | [`execute()`] |
 //! | parts of the runs for several machines, and their merge | [`Shard`], [`merge()`] |
 //! | the results | [`Summary`], [`markdown()`], [`heat_maps`] |
 //!
-//! A run is a function of its grid cell and its seed. Every file except `runs.jsonl` is a function
-//! of the set of runs. Neither depends on the number of threads or on interruptions.
+//! A run is a function of its grid cell, its method and its seed. Every file except `runs.jsonl` is
+//! a function of the set of runs. Neither the runs nor these files depend on the number of threads
+//! or on interruptions.
 
 mod error;
 mod execute;

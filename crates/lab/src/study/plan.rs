@@ -1,4 +1,4 @@
-//! The plan as typed: methods, axes, and number of runs.
+//! Plan file of a study: methods, axes, and number of runs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,32 +9,33 @@ use super::PlanError;
 use super::level::Level;
 use didim::files::read_text;
 
-/// Content of the file. Unknown keys are errors.
+/// Content of a plan file. Unknown keys are errors.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Name of the study.
     pub name: String,
-    /// Cell for the identification, relative to the plan.
+    /// Cell file for the identification; the path is relative to the plan.
     pub cell: PathBuf,
     /// Scenario to simulate: a shipped scenario's name, or a file relative to the plan.
     pub scenario: String,
-    /// Maximum number of runs, because a full factorial grows fast.
+    /// Maximum number of runs. A plan with more runs is refused, because the number of combinations
+    /// of levels grows fast.
     #[serde(default = "Plan::default_max_runs")]
     pub max_runs: u64,
-    /// Limit of the root mean square of the parameter deviations from the truth \[standard
-    /// deviations\]. A result above it is wrong. A correct model has 1, or 1 ± 0.13 with 28
-    /// parameters.
+    /// Limit of the root mean square of the parameters' deviations from their true values
+    /// \[standard deviations\]. A result above this limit counts as wrong. The expected value for a
+    /// correct model is 1; with 28 parameters its standard deviation is 0.13.
     #[serde(default = "Plan::default_largest_rms_deviation")]
     pub largest_rms_deviation: f64,
     /// The compared methods.
     pub method: Vec<MethodPlan>,
-    /// Varied quantities; every level of each is combined with every level of all others.
+    /// Varied quantities. Every level of each axis is combined with every level of all other axes.
     #[serde(default)]
     pub axis: Vec<AxisPlan>,
 }
 
-/// `[[method]]`
+/// Table `[[method]]` of the plan.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MethodPlan {
@@ -43,27 +44,28 @@ pub struct MethodPlan {
     /// Name in tables; the method's own name by default.
     #[serde(default)]
     pub name: Option<String>,
-    /// Runs in each cell of the grid, with seeds starting at 1.
+    /// Number of runs in each cell of the grid; the seeds start at 1.
     pub seeds: u64,
-    /// Parameters of the first simulation; the cell's by default.
+    /// Choice of the parameters for the first simulation; the cell's setting by default.
     #[serde(default)]
     pub start: Option<Start>,
     /// Relative change of each nominal parameter for the nominal start. The seed determines the
     /// sign of each change.
     #[serde(default)]
     pub nominal_deviation: Option<f64>,
-    /// DIDIM iterations at the start of CLIE and CLOE; the cell's by default.
+    /// Number of DIDIM iterations at the start of CLIE and CLOE; the cell's setting by default.
     #[serde(default)]
     pub didim_steps: Option<u32>,
-    /// True if rows pass the decimation filter; the cell's setting by default.
+    /// True if the rows of the regression pass the decimation filter; the cell's setting by
+    /// default.
     #[serde(default)]
     pub decimated: Option<bool>,
-    /// Filter of the positions; the cell's by default.
+    /// Filter of the positions; the cell's setting by default.
     #[serde(default)]
     pub position_filter: Option<PositionFilter>,
 }
 
-/// `[[axis]]`
+/// Table `[[axis]]` of the plan.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisPlan {
@@ -108,8 +110,9 @@ impl Plan {
         self.cell_count().saturating_mul(seeds)
     }
 
-    /// Returns the part of the plan that determines a run, without the number of runs and their
-    /// evaluation. A study may be continued with more seeds.
+    /// Returns the plan as text, without the number of runs and without the limit for wrong
+    /// results. Two plans with the same text have the same runs, so a study can be continued with
+    /// more seeds.
     pub(super) fn identity(&self) -> String {
         let mut plan = self.clone();
         (plan.max_runs, plan.largest_rms_deviation) = (0, 0.0);

@@ -33,10 +33,10 @@ impl Times {
     }
 }
 
-/// Completed and remaining runs.
+/// Progress of a study: completed and remaining runs, with their durations.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Number of runs of the study.
+    /// Number of planned runs in the executed part of the study.
     pub runs: u64,
     simulations: Times,
     methods: Vec<Times>,
@@ -64,29 +64,30 @@ impl Progress {
         }
     }
 
-    /// Returns the number of completed runs, including those from before.
+    /// Returns the number of completed runs, including the runs of earlier executions.
     pub fn completed_runs(&self) -> u64 {
         let remaining: usize = self.methods.iter().map(|times| times.remaining_runs).sum();
         self.runs.saturating_sub(remaining as u64)
     }
 
-    /// Returns the number of added runs.
+    /// Returns the number of runs that this execution has completed.
     pub fn added_runs(&self) -> u64 {
         self.methods.iter().map(|times| u64::from(times.done_runs)).sum()
     }
 
-    /// Returns the mean time of a simulation of the arm.
+    /// Returns the mean duration of a simulation of the arm; `None` before the first simulation.
     pub fn simulation_time(&self) -> Option<Duration> {
         self.simulations.mean()
     }
 
-    /// Returns the mean time of each method's run, in the order of the plan.
+    /// Returns the mean duration of a run of each method, in the order of the plan.
     pub fn method_times(&self) -> impl Iterator<Item = Option<Duration>> {
         self.methods.iter().map(Times::mean)
     }
 
-    /// Returns the remaining time, from the times so far: methods differ, and the slow ones may
-    /// have fewer seeds. It is unknown until each has run once.
+    /// Returns the estimated remaining time. The estimate uses the mean duration of each method,
+    /// because slow methods may have fewer seeds than fast ones. It is `None` until a simulation
+    /// and a run of each remaining method have ended.
     pub fn remaining(&self) -> Option<Duration> {
         let times = std::iter::once(&self.simulations).chain(&self.methods);
         let total: Duration = times.map(Times::remaining_runs_time).sum::<Option<Duration>>()?;

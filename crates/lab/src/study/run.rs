@@ -18,9 +18,9 @@ use didim_formats::Measurement;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// Level of each axis, by name.
+    /// Name of the level on each axis.
     pub levels: Vec<String>,
-    /// Method, under its name in the plan.
+    /// Name of the method in the plan.
     pub method: String,
     /// Seed of the noise.
     pub seed: u64,
@@ -28,23 +28,24 @@ pub struct Run {
     pub outcome: Outcome,
 }
 
-/// A result, or the reason for its absence.
+/// Outcome of a run: a result, or the reason why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The method gave a result.
     Result(Box<TruthComparison>),
-    /// It gave none.
+    /// The run gave no result.
     Failed {
-        /// The kind of failure.
+        /// Name of the kind of failure.
         cause: String,
-        /// As text.
+        /// Error message.
         message: String,
     },
 }
 
 impl Outcome {
-    /// Returns the kind of failure of the method, with or without a result.
+    /// Returns the name of the kind of failure, if there is one. A method that ended in a local
+    /// minimum has both a result and a failure.
     pub fn failure(&self) -> Option<&str> {
         match self {
             Self::Result(judged) => judged.failure.as_deref(),
@@ -53,39 +54,39 @@ impl Outcome {
     }
 }
 
-/// Comparison of a result with the truth. z is (estimate − truth)/σ of a parameter, with the
-/// corrected σ.
+/// Comparison of a result with the true parameters. The deviation z of a parameter is (estimate −
+/// truth)/σ, with σ corrected for coloured residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TruthComparison {
-    /// Verdict on the result.
+    /// True if the verdict on the result is `applicable`.
     pub applicable: bool,
-    /// Failure of a method that still has a result: a local minimum.
+    /// Name of the failure of a method that nevertheless gave a result: a local minimum.
     pub failure: Option<String>,
-    /// First reason against the use of the result.
+    /// First reason of the verdict against the use of the result.
     pub first_reason: Option<String>,
-    /// Closed-loop simulations.
+    /// Number of closed-loop simulations.
     pub simulations: u32,
-    /// Linear least-squares steps.
+    /// Number of linear least-squares steps.
     pub iterations: u32,
-    /// ‖y − Xθ‖ / ‖y‖.
+    /// Relative error ‖y − Xθ̂‖ / ‖y‖ of the fit.
     pub relative_error: f64,
-    /// Root mean square of z.
+    /// Root mean square of z over the parameters.
     pub rms_deviation: f64,
-    /// Fraction of |z| ≤ 2.
+    /// Fraction of the parameters with |z| ≤ 2.
     pub within_2: f64,
-    /// Fraction of |z| ≤ 3.
+    /// Fraction of the parameters with |z| ≤ 3.
     pub within_3: f64,
-    /// Parameter with the largest |z|.
+    /// Name of the parameter with the largest |z|.
     pub largest_deviation_of: String,
-    /// Its z.
+    /// Deviation z of this parameter.
     pub largest_deviation: f64,
     /// Root mean square of (estimate − truth)/truth over the parameters that contribute at least 5
     /// % of the torque.
     pub rms_relative_error: f64,
-    /// Largest magnitude of these relative errors.
+    /// Largest magnitude of the relative errors of these parameters.
     pub largest_relative_error: f64,
-    /// ‖X(θ̂ − θ)‖ / ‖Xθ‖ along the planned motion, without noise.
+    /// Torque deviation ‖X(θ̂ − θ)‖ / ‖Xθ‖ along the planned motion, without noise; θ is the truth.
     pub torque_deviation: f64,
 }
 
@@ -139,13 +140,13 @@ impl TruthComparison {
     }
 }
 
-/// Measurement of a cell's arm with this seed, as its drives log it.
+/// Simulated measurement of the arm of a grid cell with one seed, as the arm's drives log it.
 pub(super) struct Simulated {
     measurement: Measurement,
     counted_samples: Range<usize>,
 }
 
-/// Simulates the arm of a cell of the grid.
+/// Simulates the arm of a grid cell with a seed for its noise.
 pub(super) fn simulate_cell(cell: &GridCell, seed: u64) -> Result<Simulated, SimulatedError> {
     let scenario = cell.scenario.clone().with_seed(seed);
     simulate(&scenario, &cell.cell)
@@ -163,7 +164,7 @@ pub(super) fn run(
     let failed =
         |cause: &str, message: String| Outcome::Failed { cause: cause.to_owned(), message };
     let outcome = match record {
-        // The simulated arm did not follow its controller.
+        // The simulation of the arm failed.
         Err(error) => failed("no-record", error.to_string()),
         Ok(Simulated { measurement, counted_samples: counted }) => {
             let run_cell = with_options(&cell.cell, method, seed);

@@ -5,8 +5,8 @@ use core::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// One of several equal parts, as `0/4` to `3/4`. Its runs are a function of the plan's grid alone:
-/// more seeds move no run to another part.
+/// One of several equal parts of a study, written as `0/4` to `3/4`. Only the grid of the plan
+/// determines the part of a run, so additional seeds do not move a run to another part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Shard {
@@ -14,18 +14,18 @@ pub struct Shard {
     of: u32,
 }
 
-/// Text that names no part. The message shows the correct form.
+/// Error for a text that does not name a part. The message shows the correct form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a part of a study is I/N, with N from 1 to {} and I from 0 to N − 1", Shard::MAX_PARTS)]
 pub struct NotAShard;
 
 impl Shard {
-    /// All runs.
+    /// Part that contains all runs.
     pub const COMPLETE: Self = Self { index: 0, of: 1 };
-    /// The most parts.
+    /// Maximum number of parts.
     const MAX_PARTS: u32 = 100_000;
 
-    /// True if it contains all runs.
+    /// Returns true if the part contains all runs.
     pub fn is_whole(&self) -> bool {
         *self == Self::COMPLETE
     }

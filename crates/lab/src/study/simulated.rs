@@ -1,4 +1,5 @@
-//! Record of the simulated arm without a bus: the log of its drives, in full precision.
+//! Simulation of an arm without a bus. The record has the signals that the drives log, in full
+//! precision.
 
 use std::ops::Range;
 
@@ -17,24 +18,24 @@ pub enum SimulatedError {
          cell or a scenario of the same robot"
     )]
     OtherRobot {
-        /// The scenario's.
+        /// Name of the scenario's robot.
         simulated: String,
-        /// The cell's.
+        /// Name of the cell's robot.
         described: String,
     },
     /// The scenario's controller and the cell's bus have different periods. Choose a cell with the
-    /// scenario's rate.
+    /// sample rate of the scenario.
     #[error(
         "the scenario's controller has {simulated_hz} samples/s, the cell's bus {cell_hz}; choose \
          a cell of the scenario's rate"
     )]
     OtherRate {
-        /// The scenario's \[Hz\].
+        /// Sample rate of the scenario's controller \[Hz\].
         simulated_hz: f64,
-        /// The cell's \[Hz\].
+        /// Sample rate of the cell's bus \[Hz\].
         cell_hz: f64,
     },
-    /// The cell's margins make no sense at this rate.
+    /// The window margins of the cell are invalid at this sample rate.
     #[error(transparent)]
     Window(#[from] WindowOptionError),
     /// The arm cannot be simulated.
@@ -42,11 +43,12 @@ pub enum SimulatedError {
     Scenario(#[from] ScenarioError),
 }
 
-/// Simulates a scenario's experiment and returns its record as the cell would cut it. The motion
-/// counts; the margins of the cell's window surround it.
+/// Simulates a scenario's experiment. Returns the measurement, and the range of the samples that
+/// count, which are those of the motion. The arm rests before and after the motion for the margins
+/// of the cell's window.
 ///
 /// # Errors
-/// [`SimulatedError`], each variant with its remedy.
+/// [`SimulatedError`], if the scenario does not fit the cell or cannot be simulated.
 pub fn simulate(
     scenario: &Scenario,
     cell: &Cell,
@@ -60,7 +62,7 @@ pub fn simulate(
     Ok((measurement, before..before + scenario.samples()))
 }
 
-/// Checks that scenario and cell are for one robot.
+/// Checks that the scenario and the cell are for the same robot.
 pub fn check_robot(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
     let (simulated, described) = (scenario.robot().name(), cell.robot.name());
     if simulated == described {
@@ -70,7 +72,7 @@ pub fn check_robot(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedErro
     Err(SimulatedError::OtherRobot { simulated, described })
 }
 
-/// Checks that scenario and cell are for one robot and one rate.
+/// Checks that the scenario and the cell have the same robot and the same sample rate.
 pub(crate) fn check_fit(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
     check_robot(scenario, cell)?;
     let simulated_hz = scenario.controller().timing.sample_period_s().recip();

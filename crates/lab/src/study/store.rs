@@ -1,4 +1,5 @@
-//! The runs on disk, one line of JSON each. Stored runs are not repeated.
+//! Runs of a study on disk, in a file with one JSON line per run. A continued study does not repeat
+//! the stored runs.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -22,19 +23,20 @@ pub struct Header {
     pub version: String,
     /// Name of the study.
     pub study: String,
-    /// Hash of the plan without its numbers of seeds, because a study may be continued with more.
+    /// Hash of the plan without its numbers of seeds, because a study may be continued with more
+    /// seeds.
     pub plan_sha256: String,
     /// Hash of the cell's files.
     pub cell_sha256: String,
-    /// Hash of the simulated arms and the known controllers.
+    /// Hash of the simulated arms and of the controllers that the identification assumes.
     pub scenario_sha256: String,
-    /// Part of the runs.
+    /// Part of the study to which the runs belong.
     #[serde(default = "Header::complete_shard", skip_serializing_if = "Shard::is_whole")]
     pub shard: Shard,
 }
 
 impl Header {
-    /// Returns the header of a grid.
+    /// Creates the header for the study of a grid.
     pub fn from_grid(grid: &Grid) -> Self {
         Self {
             schema: SCHEMA,
@@ -51,7 +53,8 @@ impl Header {
         Shard::COMPLETE
     }
 
-    /// Returns the first difference: its name and both values.
+    /// Returns the first entry that differs from `here`: its name, the value of `self`, and the
+    /// value of `here`.
     fn first_difference(&self, here: &Self) -> Option<(&'static str, String, String)> {
         let (schema, own_schema) = (self.schema.to_string(), here.schema.to_string());
         let (shard, own_shard) = (self.shard.to_string(), here.shard.to_string());
@@ -70,7 +73,7 @@ impl Header {
     }
 }
 
-/// `runs.jsonl` of a study's folder, open and locked.
+/// File `runs.jsonl` in the folder of a study, opened and locked.
 #[derive(Debug)]
 pub struct Store {
     file: File,
@@ -78,8 +81,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the runs of a folder and returns the existing ones. A missing folder is created. An
-    /// incomplete last line is removed.
+    /// Opens the file of runs in a folder, and returns it with the existing runs. A missing folder
+    /// is created. An incomplete last line is removed.
     ///
     /// # Errors
     /// [`StudyError`]: the folder cannot be used, belongs to another study, or is damaged.
@@ -109,13 +112,14 @@ impl Store {
             return Ok((store, Vec::new()));
         }
         let runs = read_lines(&store.path, lines, header)?;
-        // Only after the check that the file belongs to this study.
+        // The file is truncated only after the check that it belongs to this study.
         store.truncate(length as u64)?;
         Ok((store, runs))
     }
 
-    /// Reads the runs of a folder without adding any. Returns the part of the study that it has,
-    /// whichever that is, and each run with its line. An incomplete last line is skipped.
+    /// Reads the runs of a folder without adding any. Returns the part of the study that the folder
+    /// contains, and each run with its line. Any part of the study is accepted. An incomplete last
+    /// line is skipped.
     ///
     /// # Errors
     /// [`StudyError`]: the folder cannot be read, belongs to another study, or is damaged.
@@ -143,14 +147,14 @@ impl Store {
         self.append(run)
     }
 
-    /// Adds the line of a run bit for bit: numbers that are parsed and written again may differ in
-    /// the last digit.
+    /// Adds the line of a run without a change. Numbers that are parsed and formatted again may
+    /// differ in the last digit.
     pub(super) fn add_line(&mut self, line: &str) -> Result<(), StudyError> {
         let written = self.file.write_all(line.as_bytes());
         written.map_err(|source| StudyError::File { file: self.path.clone(), source })
     }
 
-    /// Cuts the file to `length` bytes.
+    /// Truncates the file to `length` bytes.
     fn truncate(&mut self, length: u64) -> Result<(), StudyError> {
         let cut = self.file.set_len(length);
         cut.map_err(|source| StudyError::File { file: self.path.clone(), source })
@@ -162,7 +166,7 @@ impl Store {
 }
 
 /// Returns the number of bytes up to the end of the last complete line. An incomplete line may end
-/// within a character.
+/// within a multi-byte character.
 fn whole_lines(bytes: &[u8]) -> usize {
     bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1)
 }
@@ -171,7 +175,7 @@ fn line_of(record: &impl Serialize) -> Result<String, StudyError> {
     Ok(serde_json::to_string(record)? + "\n")
 }
 
-/// Parses the header and then the runs from complete lines.
+/// Parses complete lines: the first line as the header, the others as runs.
 fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<Vec<Run>, StudyError> {
     let wrong = |line: usize, error: serde_json::Error| StudyError::Line {
         file: path.to_path_buf(),

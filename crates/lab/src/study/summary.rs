@@ -8,17 +8,18 @@ use super::grid::Grid;
 use super::run::{Outcome, Run, TruthComparison};
 use super::store::Header;
 
-/// Figures of a complete study. They do not depend on the order of the runs.
+/// Results of a study. They do not depend on the order of the runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// Study of the runs.
+    /// Header that identifies the study.
     #[serde(flatten)]
     pub header: Header,
     /// Number of existing runs.
     pub runs: usize,
     /// Number of runs in the plan.
     pub planned: u64,
-    /// Limit of the rms of the deviations \[standard deviations\]; a result above it is wrong.
+    /// Limit of the root mean square of z \[standard deviations\]. A result above this limit counts
+    /// as wrong.
     pub largest_rms_deviation: f64,
     /// Names of the axes.
     pub axes: Vec<String>,
@@ -26,38 +27,38 @@ pub struct Summary {
     pub cells: Vec<CellSummary>,
 }
 
-/// The runs of one method in one cell of the grid.
+/// Summary of the runs of one method in one cell of the grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
-    /// Level of each axis.
+    /// Name of the level on each axis.
     pub levels: Vec<String>,
-    /// Method, under its name in the plan.
+    /// Name of the method in the plan.
     pub method: String,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
     /// Number of runs with a result.
     pub results: usize,
-    /// Number of results that the method does not consider a local minimum.
+    /// Number of runs without a failure. A local minimum is a failure, although it gives a result.
     pub converged: usize,
     /// Number of results that the verdict calls applicable.
     pub applicable: usize,
     /// Number of wrong results.
     pub wrong: usize,
-    /// Number of wrong results that the verdict calls applicable: its misses.
+    /// Number of wrong results that the verdict calls applicable.
     pub wrongly_accepted: usize,
-    /// Number of wrong results that it refuses.
+    /// Number of wrong results that the verdict refuses.
     pub rightly_refused: usize,
-    /// Number of results that are not wrong and that it refuses.
+    /// Number of results that are not wrong but that the verdict refuses.
     pub wrongly_refused: usize,
     /// Number of runs that did not converge, by cause.
     pub failures: BTreeMap<String, usize>,
-    /// First reason of the first refused result.
+    /// First reason of the verdict on the first refused result, in the order of the seeds.
     pub first_reason: Option<String>,
     /// Figures of the results; `None` if there is no result.
     pub figures: Option<Figures>,
 }
 
-/// Figures over the results of one method in one cell of the grid.
+/// Figures over the results of one method in one cell of the grid. [`TruthComparison`] defines z.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
     /// Median of the torque deviation ‖X(θ̂ − θ)‖ / ‖Xθ‖.
@@ -66,17 +67,18 @@ pub struct Figures {
     pub torque_deviation_95: f64,
     /// Root mean square of z over all parameters and results.
     pub rms_deviation: f64,
-    /// Fraction of |z| ≤ 2.
+    /// Fraction of the parameters with |z| ≤ 2, mean over the results.
     pub within_2: f64,
-    /// Fraction of |z| ≤ 3.
+    /// Fraction of the parameters with |z| ≤ 3, mean over the results.
     pub within_3: f64,
-    /// Parameter with the largest |z| of all results.
+    /// Name of the parameter with the largest |z| of all results.
     pub largest_deviation_of: String,
-    /// Its z.
+    /// Deviation z of this parameter.
     pub largest_deviation: f64,
-    /// Root mean square of the relative errors of the large parameters.
+    /// Root mean square of the relative errors of the parameters that contribute at least 5 % of
+    /// the torque.
     pub rms_relative_error: f64,
-    /// Largest of these relative errors.
+    /// Largest magnitude of these relative errors.
     pub largest_relative_error: f64,
     /// Median of ‖y − Xθ‖ / ‖y‖.
     pub relative_error_median: f64,
@@ -85,7 +87,7 @@ pub struct Figures {
 }
 
 impl Summary {
-    /// Computes the figures of a plan's runs. Runs outside the plan do not count.
+    /// Computes the results of a plan from its runs. Runs that are not in the plan do not count.
     pub fn new(grid: &Grid, runs: &[Run]) -> Self {
         let mut by_cell: HashMap<(&[String], &str), Vec<&Run>> = HashMap::new();
         for run in runs {
@@ -99,7 +101,7 @@ impl Summary {
                 let mut own_runs =
                     by_cell.get(&(levels.as_slice(), method.name())).cloned().unwrap_or_default();
                 own_runs.retain(|run| (1..=method.seeds).contains(&run.seed));
-                // The rounding of sums depends on their order.
+                // The rounding error of a sum depends on the order of its terms.
                 own_runs.sort_by_key(|run| run.seed);
                 cells.push(CellSummary::new(levels.clone(), method.name(), limit, &own_runs));
             }
@@ -148,7 +150,7 @@ impl CellSummary {
         }
     }
 
-    /// Returns a number of runs as a fraction of all \[%\]; `None` if there are no runs.
+    /// Returns a number of runs as a share of all runs \[%\]; `None` if there are no runs.
     #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
     pub fn percent_of_runs(&self, count: usize) -> Option<f64> {
         (self.runs > 0).then(|| 100.0 * count as f64 / self.runs as f64)
@@ -190,15 +192,14 @@ impl Figures {
     }
 }
 
-/// Returns the middle value, or the mean of the two middle values. Needs at least one value, in
-/// ascending order.
+/// Returns the median of `sorted`, which needs at least one value and ascending order.
 fn median(sorted: &[f64]) -> f64 {
     let half = sorted.len() / 2;
     if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
 }
 
-/// Returns the smallest value that 95 % do not exceed. Needs at least one value, in ascending
-/// order.
+/// Returns the smallest value of `sorted` that at least 95 % of its values do not exceed. `sorted`
+/// needs at least one value and ascending order.
 fn percentile_95(sorted: &[f64]) -> f64 {
     sorted[(95 * sorted.len()).div_ceil(100) - 1]
 }

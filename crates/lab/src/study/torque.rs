@@ -1,4 +1,4 @@
-//! Model error in terms of torque.
+//! Error of estimated parameters in terms of torque.
 
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
@@ -6,7 +6,8 @@ use didim_dynamics::trajectory::Reference as _;
 use didim_identification::identification::ParameterEstimate;
 use didim_sim::Scenario;
 
-/// Minimum fraction of the torque along the motion that a large parameter contributes.
+/// Minimum contribution of a large parameter to the torque along the motion, as a fraction of this
+/// torque.
 const LARGE_SHARE: f64 = 0.05;
 
 /// Torque of an arm along its planned motion, computed from its base parameters.
@@ -14,9 +15,9 @@ const LARGE_SHARE: f64 = 0.05;
 pub struct ReferenceTorque {
     names: Vec<String>,
     truth: Vec<f64>,
-    /// Columns of X, one after the other; a row per joint and instant.
+    /// Columns of the observation matrix X. Each column has an entry for each joint and instant.
     columns: Vec<Vec<f64>>,
-    /// ‖X θ‖.
+    /// Norm ‖X θ‖ of the torque with the true parameters.
     torque_norm: f64,
 }
 
@@ -79,7 +80,7 @@ impl ReferenceTorque {
     }
 }
 
-/// ‖Σ_k X_k θ_k‖.
+/// Returns ‖Σ_k X_k θ_k‖ for the columns X_k and the factors θ_k.
 fn norm_of_sum(columns: &[Vec<f64>], factors: &[f64]) -> f64 {
     let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
     for (column, factor) in columns.iter().zip(factors) {

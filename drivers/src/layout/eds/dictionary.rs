@@ -7,7 +7,7 @@ use super::ini::{self, Entry, Section, Sections};
 use super::number;
 use crate::layout::Encoding;
 
-/// Value of an object, and its place in the file.
+/// Value of an object, and its position in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Value {
     pub(in crate::layout) number: u64,
@@ -21,7 +21,7 @@ pub(in crate::layout) struct Value {
 pub(in crate::layout) struct Dictionary<'a> {
     pub(in crate::layout) file: &'a Path,
     pub(in crate::layout) node: u8,
-    /// True if it is a DCF, whose `ParameterValue` applies.
+    /// True if the file is a DCF, whose entries `ParameterValue` apply.
     is_dcf: bool,
     sections: Sections<'a>,
 }
@@ -38,12 +38,13 @@ impl<'a> Dictionary<'a> {
         Ok(dictionary)
     }
 
-    /// Returns the node that a DCF was made for, if the file contains it.
+    /// Returns the number of the node for which a DCF was made, if the file contains it.
     pub(in crate::layout) fn commissioned_node(
         text: &'a str,
         file: &'a Path,
     ) -> Result<Option<u8>, EdsError> {
-        // Use any node: no number of the file is relative to it here.
+        // Any number of the node serves, because none of the values that are read here depends on
+        // it.
         let dictionary = Self { file, node: 1, is_dcf: true, sections: ini::parse(text, file)? };
         let Some(found) = dictionary.made_for()? else { return Ok(None) };
         match u8::try_from(found.number) {
@@ -56,7 +57,8 @@ impl<'a> Dictionary<'a> {
         }
     }
 
-    /// Returns the node of a DCF; the standard spells the section's name this way.
+    /// Returns the number of the node for which a DCF was made. The standard spells
+    /// the name of its section with one m; both spellings are accepted.
     fn made_for(&self) -> Result<Option<Value>, EdsError> {
         let section = ["devicecomissioning", "devicecommissioning"]
             .into_iter()
@@ -66,7 +68,7 @@ impl<'a> Dictionary<'a> {
         self.parse_number(section, "NodeID", entry).map(Some)
     }
 
-    /// Checks that a DCF belongs to this node.
+    /// Checks that a DCF was made for this node.
     fn check_node(&self) -> Result<(), EdsError> {
         let Some(found) = self.made_for()? else { return Ok(()) };
         if found.number == u64::from(self.node) {
@@ -85,7 +87,7 @@ impl<'a> Dictionary<'a> {
             || self.sections.contains_key(&format!("{index:04x}sub0"))
     }
 
-    /// Returns the existing indices from `first` to `last`, ascending.
+    /// Returns the indices of the existing objects from `first` to `last`, in ascending order.
     pub(in crate::layout) fn existing_indices(
         &self,
         first: u16,
@@ -94,14 +96,15 @@ impl<'a> Dictionary<'a> {
         (first..=last).filter(|index| self.has_object(*index))
     }
 
-    /// Returns the value of an object, if the file gives one.
+    /// Returns the value of an object, or `None` if the file does not contain it.
     pub(in crate::layout) fn value(&self, index: u16, sub: u8) -> Result<Option<Value>, EdsError> {
         if let Some(section) = self.section(index, sub) {
             return self.value_in(section);
         }
         let Some(parent) = self.sections.get(&format!("{index:04x}")) else { return Ok(None) };
         let Some(count) = parent.get("compactsubobj") else { return Ok(None) };
-        // The values of compact sub-objects are in one section, under their numbers in decimal.
+        // One section contains the values of all compact sub-objects, with their decimal numbers as
+        // keys.
         let count = self.parse_number(parent, "CompactSubObj", count)?;
         if sub == 0 {
             return Ok(Some(count));
@@ -116,7 +119,7 @@ impl<'a> Dictionary<'a> {
         }
     }
 
-    /// Returns a value that must be present.
+    /// Returns the value of an object that the file must contain.
     pub(in crate::layout) fn required_value(
         &self,
         index: u16,
@@ -190,7 +193,7 @@ impl<'a> Dictionary<'a> {
         }
     }
 
-    /// Returns the section of a sub-object; an object without sub-objects is its own sub-object 0.
+    /// Returns the section of a sub-object. An object without sub-objects is its own sub-object 0.
     fn section(&self, index: u16, sub: u8) -> Option<&Section<'a>> {
         let section = self.sections.get(&format!("{index:04x}sub{sub:x}"));
         section.or_else(|| {

@@ -2,44 +2,44 @@
 
 use std::path::PathBuf;
 
-/// Reason why an EDS or a DCF gives no plan. Every variant names the file as the layout names it;
-/// lines count from 1.
+/// Reason why an EDS or a DCF cannot be compiled to a plan. Every variant names the file as the
+/// layout names it. Lines count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EdsError {
     /// A line does not match the format.
     #[error("{}: line {line}: {reason}", file.display())]
     Line {
-        /// The file.
+        /// Path of the device file.
         file: PathBuf,
-        /// The line.
+        /// Line number in the file.
         line: usize,
-        /// The problem and its correction.
+        /// Problem with the line, and its correction.
         reason: String,
     },
     /// An entry has a value that cannot be used.
     #[error("{}: line {line}, [{section}] {key}: {reason}", file.display())]
     Entry {
-        /// The file.
+        /// Path of the device file.
         file: PathBuf,
-        /// The line.
+        /// Line number in the file.
         line: usize,
-        /// The section.
+        /// Section of the entry.
         section: String,
-        /// The key.
+        /// Key of the entry.
         key: String,
-        /// The problem and its correction.
+        /// Problem with the value, and its correction.
         reason: String,
     },
     /// A section or one of its keys is missing.
     #[error("{}: [{section}] has no {key}; {remedy}", file.display())]
     Missing {
-        /// The file.
+        /// Path of the device file.
         file: PathBuf,
-        /// The section.
+        /// The missing section, or the section of the missing key.
         section: String,
         /// The missing key.
         key: &'static str,
-        /// The remedy.
+        /// Remedy for the missing entry.
         remedy: &'static str,
     },
     /// No PDO carries an object of the layout.
@@ -49,31 +49,31 @@ pub enum EdsError {
         file.display(), AttachedText(.mapped)
     )]
     NotMapped {
-        /// The file.
+        /// Path of the device file.
         file: PathBuf,
-        /// The key of the layout.
+        /// Key of the layout that names the object.
         key: &'static str,
-        /// TPDO or RPDO.
+        /// Kind of PDO: TPDO or RPDO.
         direction: &'static str,
-        /// The node.
+        /// Number of the node.
         node: u8,
-        /// The object, `6064:00`.
+        /// Name of the object, such as `6064:00`.
         object: String,
-        /// The mapped objects.
+        /// Objects that the PDOs of this kind carry.
         mapped: Vec<String>,
     },
     /// A PDO carries the object but cannot be used.
     #[error("{}: [{section}], {pdo} of node {node}: {reason}", file.display())]
     Pdo {
-        /// The file.
+        /// Path of the device file.
         file: PathBuf,
-        /// The section.
+        /// Section of the device file with the problem.
         section: String,
-        /// The PDO.
+        /// Name of the PDO.
         pdo: String,
-        /// The node.
+        /// Number of the node.
         node: u8,
-        /// The problem and its correction.
+        /// Problem with the PDO, and its correction.
         reason: String,
     },
 }

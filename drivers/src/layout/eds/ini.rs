@@ -1,7 +1,7 @@
 //! Lines of a device file: sections, and entries `key=value` (CiA 306-1).
 //!
-//! Names are compared without regard to case. Sections other than dictionary objects are skipped,
-//! except a few that are requested by name.
+//! Names are compared without regard to case. The sections of dictionary objects are read, and a
+//! few others that are requested by name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,14 +11,15 @@ use super::error::EdsError;
 /// The longest device file that is read \[bytes\].
 pub const MAX_DEVICE_FILE_BYTES: usize = 8 << 20;
 
-/// One `key=value` with its line.
+/// One entry `key=value`, with its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Entry<'a> {
     pub(super) value: &'a str,
     pub(super) line: usize,
 }
 
-/// One section: its name as written, its line, its entries by their names in lower case.
+/// One section: its name as written in the file, its line, and its entries by their names in lower
+/// case.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Section<'a> {
     pub(super) name: &'a str,
@@ -27,19 +28,19 @@ pub(super) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// Returns an entry if it is not empty. `key` is in lower case.
+    /// Returns an entry, or `None` if it is missing or empty. `key` is in lower case.
     pub(super) fn get(&self, key: &str) -> Option<Entry<'a>> {
         self.entries.get(key).copied().filter(|entry| !entry.value.is_empty())
     }
 }
 
-/// Every section by its name in lower case.
+/// All sections of a file by their names in lower case.
 pub(super) type Sections<'a> = BTreeMap<String, Section<'a>>;
 
-/// Reads all lines.
+/// Parses all lines of a file.
 ///
 /// # Errors
-/// [`EdsError::Line`] if a line does not match the format or repeats another.
+/// [`EdsError::Line`] if a line does not match the format, or repeats a section or an entry.
 pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Sections<'a>, EdsError> {
     let refuse = |line, reason: String| EdsError::Line { file: file.to_owned(), line, reason };
     if text.len() > MAX_DEVICE_FILE_BYTES {

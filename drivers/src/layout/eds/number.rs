@@ -2,7 +2,8 @@
 
 /// Returns the value of a number for a node, or a description of the error.
 ///
-/// A decimal number has no leading zero: some tools read it as octal, others do not.
+/// A decimal number must not have a leading zero, because some tools would read it as octal and
+/// others would not.
 pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
     let text = text.trim();
     let compact: String = text.chars().filter(|c| !c.is_whitespace()).collect();

@@ -4,19 +4,19 @@ use super::dictionary::{Dictionary, name};
 use super::error::EdsError;
 use crate::frame::FrameId;
 
-/// The longest PDO on classic CAN \[bits\].
+/// Largest size of a PDO on classic CAN \[bits\].
 const MAX_BITS: u64 = 64;
-/// Bit 31 of a COB-ID: the PDO does not exist.
+/// Bit 31 of a COB-ID; if it is set, the PDO does not exist.
 const INVALID_BIT: u64 = 1 << 31;
-/// Bit 29 of a COB-ID: the identifier has 29 bits.
+/// Bit 29 of a COB-ID; if it is set, the identifier has 29 bits.
 const EXTENDED_ID_BIT: u64 = 1 << 29;
 
-/// Sender of a PDO.
+/// Direction of a PDO, given by its sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) enum Direction {
-    /// The node.
+    /// The node sends the PDO (TPDO).
     Transmit,
-    /// Its controller.
+    /// The controller of the node sends the PDO (RPDO).
     Receive,
 }
 
@@ -28,7 +28,7 @@ impl Direction {
         }
     }
 
-    /// Returns the indices of the first communication and the first mapping object.
+    /// Returns the index of the first communication object and that of the first mapping object.
     fn first_objects(self) -> (u16, u16) {
         match self {
             Self::Transmit => (0x1800, 0x1A00),
@@ -37,7 +37,7 @@ impl Direction {
     }
 }
 
-/// An object of the dictionary.
+/// Index and sub-index of an object of the dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Object {
     pub(in crate::layout) index: u16,
@@ -45,7 +45,7 @@ pub(in crate::layout) struct Object {
 }
 
 impl Object {
-    /// Parses `6064:00`, index and sub-index in hexadecimal.
+    /// Parses an object such as `6064:00`, with index and sub-index in hexadecimal.
     pub(in crate::layout) fn parse(text: &str) -> Option<Self> {
         let (index, sub) = text.split_once(':')?;
         let hex = |text: &str| text.bytes().all(|b| b.is_ascii_hexdigit());
@@ -75,13 +75,13 @@ pub(in crate::layout) struct Mapped {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Pdo {
     pub(in crate::layout) direction: Direction,
-    /// From 0.
+    /// Number of the PDO, from 0.
     number: u16,
     pub(in crate::layout) mapped: Vec<Mapped>,
     bits: u64,
 }
 
-/// Time and identifier with which a PDO is sent.
+/// Transmission of a PDO: its time and its identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::layout) struct Transmission {
     pub(in crate::layout) id: FrameId,
@@ -92,7 +92,7 @@ const NO_SETTINGS_REMEDY: &str =
     "the layout needs the identifier and the transmission type; take a DCF that has them";
 
 impl Pdo {
-    /// Returns every PDO of a direction that maps something.
+    /// Returns every PDO of a direction that maps at least one object.
     pub(in crate::layout) fn read_all(
         dictionary: &Dictionary<'_>,
         direction: Direction,
@@ -112,7 +112,8 @@ impl Pdo {
     ) -> Result<Self, EdsError> {
         let index = direction.first_objects().1 + number;
         let mut pdo = Self { direction, number, mapped: Vec::new(), bits: 0 };
-        // Nothing is mapped without a number of entries, or with the number of a multiplexed PDO.
+        // The PDO maps nothing if the number of entries is missing, or if it marks a multiplexed
+        // PDO.
         let Some(count) = dictionary.value(index, 0)? else { return Ok(pdo) };
         let Ok(count @ 1..=64) = u8::try_from(count.number) else { return Ok(pdo) };
         for sub in 1..=count {
@@ -132,7 +133,7 @@ impl Pdo {
                 );
                 return Err(dictionary.value_error(&entry, reason));
             }
-            // Objects below 1000h are types: they mark gaps of their size without meaning.
+            // Objects with an index below 1000h are data types. They mark gaps of their size.
             let object = Object { index: u16::from_be_bytes([high, low]), sub_index: sub };
             pdo.mapped.push(Mapped { object, first_bit: pdo.bits, bits });
             pdo.bits += bits;
@@ -140,25 +141,26 @@ impl Pdo {
         Ok(pdo)
     }
 
-    /// `TPDO1`
+    /// Returns the name of the PDO, such as `TPDO1`.
     pub(in crate::layout) fn name(&self) -> String {
         format!("{}{}", self.direction.name(), self.number + 1)
     }
 
-    /// Returns the length of its frames \[bytes\].
+    /// Returns the length of the PDO's frames \[bytes\].
     pub(in crate::layout) fn bytes(&self) -> u8 {
         u8::try_from(self.bits.div_ceil(8)).unwrap_or(u8::MAX)
     }
 
-    /// Returns the position of an object in the PDO.
+    /// Returns the position of an object in the PDO, or `None` if the PDO does not carry it.
     pub(in crate::layout) fn find(&self, object: Object) -> Option<Mapped> {
         self.mapped.iter().copied().find(|mapped| mapped.object == object)
     }
 
-    /// Returns how the PDO is sent. A value has an instant only if the SYNC gives it one.
+    /// Returns the transmission of a PDO that is synchronous. Only the SYNC gives a value its
+    /// instant.
     ///
     /// # Errors
-    /// The PDO does not exist, or is sent by events.
+    /// Returns a description if the PDO does not exist, or if an event triggers it.
     pub(in crate::layout) fn synchronous_transmission(
         &self,
         dictionary: &Dictionary<'_>,
@@ -191,10 +193,10 @@ impl Pdo {
         }
     }
 
-    /// Returns the frame that carries the PDO, regardless of the time.
+    /// Returns the transmission of the PDO, regardless of the time at which it is sent.
     ///
     /// # Errors
-    /// The PDO does not exist.
+    /// Returns a description if the PDO does not exist.
     pub(in crate::layout) fn transmission(
         &self,
         dictionary: &Dictionary<'_>,
@@ -224,7 +226,7 @@ impl Pdo {
     }
 }
 
-/// Returns the identifier in a COB-ID.
+/// Returns the identifier that a COB-ID contains.
 pub(in crate::layout) fn identifier(cob_id: u64) -> Result<FrameId, String> {
     let number = u32::try_from(cob_id & 0x1FFF_FFFF).unwrap_or(u32::MAX);
     if cob_id > u64::from(u32::MAX) {

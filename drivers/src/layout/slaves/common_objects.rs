@@ -1,10 +1,10 @@
-//! Encodings of objects of the drive profile, for files that do not contain them.
+//! Encodings of objects of the drive profile, for files that do not contain the encodings.
 
 use super::super::eds::Object;
 use super::super::field::Encoding;
 
-/// Returns the encoding of an object of CiA 402. Returns `None` for others: the vendor decides if
-/// their highest bit is a sign. The objects of the axes of one slave are 800h apart.
+/// Returns the encoding of an object of CiA 402, or `None` for other objects. For those, the vendor
+/// decides if the highest bit is a sign. The objects of the axes of one slave are 800h apart.
 pub(in crate::layout) fn encoding_of(object: Object) -> Option<Encoding> {
     if !(0x6000..0xA000).contains(&object.index) || object.sub_index != 0 {
         return None;

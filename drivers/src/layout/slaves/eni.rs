@@ -1,4 +1,4 @@
-//! ENI files (ETG.2100): the configured network of the master.
+//! ENI files (ETG.2100), which contain the network as configured in the master.
 
 use std::path::Path;
 
@@ -10,16 +10,16 @@ use super::super::spec::SlaveSpec;
 use super::{Area, Command, Network, NetworkError, Slave};
 use crate::ethercat::{ARMW, FRMW, LRD, LRW, LWR, SYSTEM_TIME};
 
-/// An ENI file, and its name for errors.
+/// An ENI file, and its name for error messages.
 struct Eni<'a> {
     file: &'a Path,
 }
 
-/// Relevant kinds of cyclic datagrams.
+/// Kind of a cyclic datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Kind {
     ProcessData(Command),
-    /// Time of the distributed clock.
+    /// Datagram with the time of the distributed clock.
     Clock,
     Other,
 }
@@ -66,8 +66,8 @@ pub(in crate::layout) fn read_eni(
 }
 
 impl Eni<'_> {
-    /// Returns the process data of a slave in one direction: its PDOs in the order of its sync
-    /// managers.
+    /// Returns the process data of a slave in one direction. Its PDOs are in the order of the
+    /// slave's sync managers.
     fn slave_area(
         &self,
         slave: Node<'_, '_>,
@@ -131,7 +131,7 @@ impl Eni<'_> {
         Ok(Area::from_entries(entries, Ok(start.into())))
     }
 
-    /// Returns the datagrams of process data that are sent in OP, in the order of sending.
+    /// Returns the datagrams of process data that the master sends in OP, in the order of sending.
     fn commands(&self, config: Node<'_, '_>) -> Result<Vec<Command>, NetworkError> {
         let mut commands = Vec::new();
         for frame in children(config, "Cyclic").flat_map(|cyclic| children(cyclic, "Frame")) {
@@ -186,7 +186,7 @@ impl Eni<'_> {
         child(node, tag).ok_or_else(|| self.value_error(node, format!("has no {tag}")))
     }
 
-    /// Parses a decimal number, or a hexadecimal one like `#x6064`.
+    /// Parses a decimal number, or a hexadecimal number such as `#x6064`.
     fn parse_number<T: TryFrom<u64>>(&self, node: Node<'_, '_>) -> Result<T, NetworkError> {
         let text = text_of(node);
         let parsed = match text.strip_prefix("#x").or_else(|| text.strip_prefix("0x")) {
@@ -206,7 +206,7 @@ impl Eni<'_> {
     }
 }
 
-/// Returns the encoding of a data type, or `None` for types that are no number.
+/// Returns the encoding of a data type, or `None` if its values are not numbers.
 fn data_type(name: &str) -> Option<Encoding> {
     match name {
         "SINT" | "INT" | "DINT" | "LINT" => Some(Encoding::Signed),

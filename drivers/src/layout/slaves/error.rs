@@ -4,35 +4,35 @@ use std::path::PathBuf;
 
 use crate::ethercat::CaptureError;
 
-/// Reason why an ENI file, or a start-up, gives no plan. Every variant names the file as the layout
-/// names it.
+/// Reason why an ENI file, or a capture of the start-up, cannot be compiled to a plan. Every
+/// variant names the file as the layout names it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
-    /// The file is not XML, or not an ENI.
+    /// The file is not XML, or it is not an ENI file.
     #[error("{}: {problem}; export the ENI file of the master's configuration", file.display())]
     NotEni {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Message of the parser, with its line.
+        /// Message of the parser, with the line.
         problem: String,
     },
     /// A value of the ENI cannot be used.
     #[error("{}: line {line}, {element}: {problem}; export the ENI file anew", file.display())]
     Value {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
         /// Line number, from 1.
         line: u32,
-        /// The element.
+        /// Name of the element.
         element: String,
-        /// The problem.
+        /// Problem with the value.
         problem: String,
     },
-    /// No such slave.
+    /// The network has no slave with this name or address.
     #[error("{}: there is no slave {wanted}; it has {}; correct `slaves`, or take the file of this \
         arm", file.display(), ListedNames(.found))]
     NoSlave {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
         /// Name or address that the layout requires.
         wanted: String,
@@ -46,29 +46,29 @@ pub enum NetworkError {
         file.display(), ListedNames(.mapped)
     )]
     NotMapped {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The key of the layout.
+        /// Key of the layout that names the object.
         key: &'static str,
-        /// Inputs or outputs, and the slave.
+        /// Inputs or outputs, with the name of the slave.
         whose: String,
-        /// The object, `6077:00`.
+        /// Name of the object, such as `6077:00`.
         object: String,
-        /// The mapped objects.
+        /// Objects that these process data carry.
         mapped: Vec<String>,
     },
-    /// The start-up does not contain data that a slave needs.
+    /// The capture of the start-up does not contain data that a slave needs.
     #[error(
         "{}: the capture does not hold {what} of slave {slave}; record from before the master \
          starts until the drives run, or name the ENI file in place of `startup`",
         file.display()
     )]
     NotLearnt {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The slave.
+        /// Name or address of the slave.
         slave: String,
-        /// The missing part.
+        /// Data that are missing.
         what: String,
     },
     /// No cyclic datagram covers the process data of a slave.
@@ -78,16 +78,16 @@ pub enum NetworkError {
         file.display()
     )]
     NotCyclic {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Inputs or outputs.
+        /// Direction of the process data: inputs or outputs.
         direction: &'static str,
-        /// The slave.
+        /// Name or address of the slave.
         slave: String,
         /// The remedy.
         remedy: &'static str,
     },
-    /// The expected working counter is missing.
+    /// The ENI file does not contain the expected working counter of a cyclic datagram.
     #[error(
         "{}: the cyclic datagram at address {address:#010X} has no expected working counter (Cnt). \
         Without it, inputs of a drive that did not answer look like good ones. Let the master \
@@ -95,27 +95,27 @@ pub enum NetworkError {
         file.display()
     )]
     NoCounter {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The logical address.
+        /// Logical address of the datagram.
         address: u32,
     },
-    /// An object cannot be read with its mapping.
+    /// An object cannot be read as it is mapped.
     #[error("{}: {object} of slave {slave}: {problem}", file.display())]
     Object {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// The slave.
+        /// Name or address of the slave.
         slave: String,
-        /// The object.
+        /// Name of the object.
         object: String,
-        /// The problem and its remedy.
+        /// Problem with the object, and its remedy.
         problem: String,
     },
     /// The capture cannot be read.
     #[error("{problem}")]
     Capture {
-        /// The problem, with the file and the remedy.
+        /// Problem with the capture, with the file and the remedy.
         problem: String,
     },
 }

@@ -1,9 +1,10 @@
 //! EtherCAT slaves: the contents of their process data, and the cyclic datagrams that carry them.
 //!
 //! An ENI file contains both, as configured in the master. A capture of the start-up contains both,
-//! as the master sent them to the slaves. Either is read to a [`Network`], and `compile_slaves`
-//! next to this module makes the same plan from it as from a DBC file. A device description (ESI)
-//! lists the possible settings of a slave, not the master's choice, and is not read.
+//! as the master sent them to the slaves. Either is read to a [`Network`]. The neighbouring module
+//! `compile_slaves` makes a plan from the network, of the same form as a plan from a DBC file. A
+//! device description (ESI) lists the possible settings of a slave, not the master's choice, and is
+//! not read.
 
 mod common_objects;
 mod eni;
@@ -19,17 +20,18 @@ use super::eds::Object;
 use super::field::Encoding;
 use super::spec::SlaveSpec;
 
-/// Data of a network that a layout needs: the slaves that it names, in the order of the axes.
+/// Data of a network that a layout needs: the slaves that the layout names, in the order of the
+/// axes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Network {
     pub(super) slaves: Vec<Slave>,
     pub(super) commands: Vec<Command>,
 }
 
-/// One slave.
+/// One EtherCAT slave of the network.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slave {
-    /// Readable label: its name, or its address.
+    /// Label of the slave for messages: its name, or its address.
     pub(super) name: String,
     pub(super) inputs: Area,
     pub(super) outputs: Area,
@@ -39,18 +41,19 @@ pub(super) struct Slave {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Area {
     pub(super) entries: Vec<Entry>,
-    /// First bit in the process image, or the reason why it is unknown, with the remedy.
+    /// First bit of the area in the process image. The error is the reason why it is unknown, with
+    /// the remedy.
     pub(super) first_bit: Result<u64, NetworkError>,
 }
 
-/// An object of an area.
+/// An object in the process data of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub(super) object: Object,
-    /// Offset from the first bit of its area.
+    /// First bit of the object, from the first bit of its area.
     pub(super) first_bit: u64,
     pub(super) bits: u64,
-    /// Encoding given in the file.
+    /// Encoding of the object, if the file gives it.
     pub(super) encoding: Option<Encoding>,
 }
 
@@ -59,25 +62,25 @@ pub(super) struct Entry {
 pub(super) struct Command {
     pub(super) command: u8,
     pub(super) address: u32,
-    /// \[bytes\]
+    /// Length of the data \[bytes\].
     pub(super) length: u16,
-    /// First bit in the image of the inputs, and in that of the outputs.
+    /// First bit of the datagram in the image of the inputs, and in the image of the outputs.
     pub(super) input_bit: u64,
     pub(super) output_bit: u64,
-    /// Working counter if every slave takes part.
+    /// Value of the working counter if every slave takes part.
     pub(super) expected_counter: Option<u16>,
-    /// True if its frame also carries the time of the distributed clock.
+    /// True if the frame of this datagram also carries the time of the distributed clock.
     pub(super) carries_clock: bool,
 }
 
 impl Area {
-    /// Creates an area from the entries of PDOs, one after the other, and its position.
+    /// Creates an area from its position and the entries of PDOs, in their order.
     fn from_entries(
         mapped: impl IntoIterator<Item = (Object, u64, Option<Encoding>)>,
         first_bit: Result<u64, NetworkError>,
     ) -> Self {
         let mut bits = 0;
-        // Objects below 1000h are gaps.
+        // Objects with an index below 1000h are gaps.
         let entries = mapped
             .into_iter()
             .map(|(object, own, encoding)| {

@@ -1,5 +1,6 @@
-//! Network read from a master's start-up messages to its slaves. It consists of PDO assignment and
-//! mapping by SDO (ETG.1000, part 6; ETG.1020), FMMUs, and the cyclic datagrams that follow.
+//! Reads a network from the messages that a master sends to its slaves at start-up. They are the
+//! PDO assignment and mapping by SDO (ETG.1000, part 6; ETG.1020), the FMMUs, and the cyclic
+//! datagrams that follow.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -13,7 +14,7 @@ use crate::ethercat::{
     MAILBOX_START,
 };
 
-/// Largest number of stored objects of all slaves, and of cyclic datagrams.
+/// Largest number of stored objects of all slaves, and largest number of stored cyclic datagrams.
 const MAX_OBJECTS: usize = 1 << 16;
 const MAX_COMMANDS: usize = 256;
 
@@ -22,35 +23,35 @@ const COE_PROTOCOL: u8 = 3;
 const SDO_REQUEST: u16 = 2;
 const SDO_RESPONSE: u16 = 3;
 
-/// Objects that assign the outputs and the inputs of a slave.
+/// Objects that assign PDOs to the outputs and to the inputs of a slave.
 const OUTPUT_ASSIGNMENT: u16 = 0x1C12;
 const INPUT_ASSIGNMENT: u16 = 0x1C13;
 
-/// A memory management unit: the place of its slave in logical memory.
+/// Setting of a memory management unit: the range of logical memory that a slave reads or writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Fmmu {
     address: u32,
     bytes: u16,
-    /// True if it covers complete bytes.
+    /// True if the unit covers complete bytes.
     is_byte_aligned: bool,
     is_read: bool,
     is_written: bool,
 }
 
-/// Data seen so far.
+/// Settings read from the capture until now.
 #[derive(Default)]
 struct LearntNetwork {
-    /// Latest value by station, index, sub-index.
+    /// Latest value by station, index and sub-index.
     objects: BTreeMap<(u16, u16, u8), u32>,
     /// Downloads that the slave has not confirmed, by station.
     open_downloads: BTreeMap<u16, SdoTransfer>,
     fmmus: BTreeMap<(u16, u16), Fmmu>,
-    /// Command, address and length; true if the clock is sent with them. In the order of first
-    /// appearance.
+    /// Cyclic datagrams in the order of their first appearance: command, address and length. The
+    /// last value is true if the same frame carries the time of the distributed clock.
     commands: Vec<(u8, u32, u16, bool)>,
 }
 
-/// Values of one SDO: of one sub-index, or of all from it on.
+/// Values that one SDO transfers: those of one sub-index, or of all sub-indices from it on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct SdoTransfer {
     index: u16,
@@ -59,7 +60,7 @@ struct SdoTransfer {
     data: Vec<u8>,
 }
 
-/// Reads the slaves that a layout names, and the cyclic datagrams.
+/// Reads the slaves that a layout names, and the cyclic datagrams, from a capture.
 pub(in crate::layout) fn learn_network<R: BufRead>(
     mut capture: Capture<R>,
     wanted: &[SlaveSpec],
@@ -246,8 +247,8 @@ impl LearntNetwork {
         Ok(Slave { name, inputs, outputs })
     }
 
-    /// Returns the contents of the assigned PDOs, with the number of bits in place of the first
-    /// bit. The error names the missing data.
+    /// Returns the contents of the assigned PDOs. `first_bit` of the result holds their number of
+    /// bits, because their position is not known here. The error names the missing data.
     fn assigned_area(&self, station: u16, assignment: u16) -> Result<Area, String> {
         let value = |index: u16, sub: u8| self.objects.get(&(station, index, sub)).copied();
         let need = |index, sub| value(index, sub).ok_or_else(|| format!("{index:04X}:{sub:02X}"));
@@ -266,8 +267,8 @@ impl LearntNetwork {
         Ok(Area::from_entries(mapped, Ok(bits)))
     }
 
-    /// Returns the first bit in logical memory of an area of `bits` bits, if one unit covers
-    /// exactly this area.
+    /// Returns the first bit in logical memory of an area of `bits` bits, if one memory management
+    /// unit covers exactly this area.
     fn logical_address(&self, station: u16, bits: u64, reads: bool) -> Option<u64> {
         let of_station = self.fmmus.range((station, 0)..=(station, u16::MAX)).map(|(_, unit)| unit);
         let mut fitting = of_station.filter(|unit| {
@@ -296,8 +297,8 @@ impl LearntNetwork {
             .collect()
     }
 
-    /// Returns the expected working counter. Each slave counts once for its inputs and once for its
-    /// outputs, twice for the outputs if one datagram carries both.
+    /// Returns the expected working counter of a datagram. Each slave counts once for its inputs
+    /// and once for its outputs. If one datagram carries both, the outputs count twice.
     fn expected_counter(&self, command: u8, address: u32, length: u16) -> u16 {
         let end = u64::from(address) + u64::from(length);
         let mut by_station: BTreeMap<u16, (u16, u16)> = BTreeMap::new();
@@ -319,12 +320,12 @@ impl LearntNetwork {
     }
 }
 
-/// Returns true for objects that describe PDOs.
+/// Returns true for the indices of objects that describe PDOs.
 fn is_kept(index: u16) -> bool {
     matches!(index, OUTPUT_ASSIGNMENT | INPUT_ASSIGNMENT | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
 }
 
-/// Returns the data of a transfer in one message, or `None` for a segmented one.
+/// Returns the data of a transfer in one message, or `None` for a segmented transfer.
 fn data_of(command: u8, data: &[u8]) -> Option<&[u8]> {
     let (is_expedited, has_size) = (command & 2 != 0, command & 1 != 0);
     if is_expedited {

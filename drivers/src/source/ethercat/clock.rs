@@ -1,11 +1,12 @@
-//! Stamps of cycles, by the distributed clock if the frames carry it.
+//! Stamps of EtherCAT cycles, from the distributed clock if the frames carry it.
 
-/// Largest drift between the distributed clock and the capture from one cycle to the next \[ns\].
-/// If it is exceeded, one of them was set.
+/// Smallest difference between the distributed clock and the capture in the time from one cycle to
+/// the next \[ns\] that is not drift. A larger difference means that one of the two clocks was set.
 const MIN_SEPARATION_NS: u64 = 500_000_000;
 
-/// Continues the first stamp of the capture by the distributed clock, whose ticks are those of the
-/// drives. Uses the capture if that clock is missing or was set.
+/// Clock for the stamps of cycles. It begins with the first stamp of the capture and continues with
+/// the distributed clock, by which the drives run. If the distributed clock is missing or was set,
+/// the clock continues with the stamps of the capture.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CycleClock {
     latest_cycle: Option<LatestCycle>,
@@ -15,7 +16,7 @@ pub(super) struct CycleClock {
 struct LatestCycle {
     stamp_ns: u64,
     captured_ns: u64,
-    /// Time of the distributed clock, and its number of bits.
+    /// Time of the distributed clock \[ns\], and its number of bits.
     system_time: Option<(u64, u8)>,
 }
 
@@ -27,7 +28,8 @@ impl CycleClock {
             let captured = captured_ns.saturating_sub(latest.captured_ns);
             let passed = match (latest.system_time, system) {
                 (Some((before, bits)), Some((now, also))) if bits == also => {
-                    // 32 bits wrap every 4.3 s: a time ahead by half of that is behind.
+                    // A time of 32 bits wraps every 4.3 s. An advance by more than half its range
+                    // means that the clock went back.
                     let mask = u64::MAX >> (64 - bits);
                     let passed = now.wrapping_sub(before) & mask;
                     (passed <= mask / 2 && passed.abs_diff(captured) < MIN_SEPARATION_NS)

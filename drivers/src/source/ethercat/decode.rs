@@ -1,4 +1,4 @@
-//! Conversion of packets to the frames of a plan: a pure state machine.
+//! State machine that converts packets to the frames of a plan.
 
 use std::collections::VecDeque;
 
@@ -10,15 +10,15 @@ use crate::layout::{
     AL_STATUS_BITS, AssembledFrame, ProcessData, ProcessDatagram, SYNC_FRAME, WRONG_COUNTER,
 };
 
-/// Converts packets to frames. Nothing is allocated after [`Decoder::new`].
+/// Converter of packets to frames. Nothing is allocated after [`Decoder::new`].
 #[derive(Debug)]
 pub(super) struct Decoder {
     plan: ProcessData,
-    /// Index of the latest outgoing datagram, per datagram of the plan.
+    /// Index that the master gave to the latest outgoing datagram, for each datagram of the plan.
     sent_indices: Vec<Option<u8>>,
-    /// Frames of the outgoing outputs, per datagram of the plan.
+    /// Frames with the latest outgoing outputs, for each datagram of the plan.
     sent_outputs: Vec<Vec<Frame>>,
-    /// Last AL status of all slaves.
+    /// Latest AL status, combined by OR over all slaves.
     al_status: u8,
     clock: CycleClock,
     ready_frames: VecDeque<Frame>,
@@ -43,7 +43,7 @@ impl Decoder {
         }
     }
 
-    /// Returns true if the distributed clock continues the stamps.
+    /// Returns true if the distributed clock gives the stamps after the first one.
     pub(super) fn has_clock(&self) -> bool {
         self.plan.clock
     }
@@ -52,13 +52,14 @@ impl Decoder {
         self.traffic
     }
 
-    /// Returns the next frame that is ready.
+    /// Removes and returns the next frame that is ready, or returns `None`.
     pub(super) fn poll_frame(&mut self) -> Option<Frame> {
         self.ready_frames.pop_front()
     }
 
-    /// Takes one packet, captured at `captured_ns`. Poll all frames before the next call: remaining
-    /// ones are dropped. Returns false if the packet is neither outgoing nor contains process data.
+    /// Takes one packet, which was captured at `captured_ns`. Poll all frames before the next call,
+    /// which drops the remaining ones. Returns false if the packet is neither an outgoing EtherCAT
+    /// frame nor contains process data of the plan.
     pub(super) fn handle_packet(&mut self, packet: &[u8], captured_ns: u64) -> bool {
         self.ready_frames.clear();
         self.traffic.packets += 1;
@@ -68,7 +69,7 @@ impl Decoder {
             ethernet.datagrams().for_each(|datagram| self.goes_out(&datagram));
             return true;
         }
-        // Data of the complete frame may follow the process data.
+        // The clock and the status may follow the process data, so read the complete frame first.
         let (mut system, mut state) = (None, 0);
         for datagram in ethernet.datagrams() {
             self.traffic.count_returned(&datagram);
@@ -96,7 +97,7 @@ impl Decoder {
             self.traffic.used_datagrams += 1;
             let frames = 1 + plan.inputs.len() + plan.outputs.len();
             if self.ready_frames.len() + frames > self.ready_frames.capacity() {
-                // The same datagram again in one frame.
+                // The frame contains the same datagram again.
                 continue;
             }
             if number == 0 {
@@ -116,7 +117,8 @@ impl Decoder {
         stamp_ns.is_some()
     }
 
-    /// Keeps the outputs until they return: only then the slaves are known to have them.
+    /// Stores the outputs of an outgoing datagram. They become frames only when the datagram
+    /// returns, because only then the slaves have received them.
     fn goes_out(&mut self, datagram: &Datagram<'_>) {
         let Some((number, plan)) = self.plan.find(datagram) else { return };
         if let (Some(frames), Some(sent)) =
@@ -131,7 +133,7 @@ impl Decoder {
 }
 
 impl ProcessData {
-    /// Returns the plan's datagram that matches this one, with its number.
+    /// Returns the datagram of the plan that matches a received one, and its index in the plan.
     fn find(&self, datagram: &Datagram<'_>) -> Option<(usize, &ProcessDatagram)> {
         self.datagrams.iter().enumerate().find(|(_, plan)| {
             plan.command == datagram.command
@@ -141,7 +143,8 @@ impl ProcessData {
     }
 }
 
-/// Returns a frame of a datagram's data, led by the state of the network if it has one.
+/// Returns a frame assembled from the data of a datagram. If there is a state of the network, it is
+/// the first byte.
 fn build_frame(gathered: &AssembledFrame, data: &[u8], state: Option<u8>) -> Frame {
     let mut payload = [0; MAX_PAYLOAD];
     if let (Some(state), Some(first)) = (state, payload.first_mut()) {

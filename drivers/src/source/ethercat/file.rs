@@ -1,4 +1,4 @@
-//! A capture as a source: read at the speed of the caller, in constant memory.
+//! Source for a capture. It reads at the speed of the caller, in constant memory.
 
 use core::time::Duration;
 use std::fs::File;
@@ -17,17 +17,17 @@ use crate::source::{
 /// Name of the only interface of a capture.
 const INTERFACE_NAME: &str = "ethercat";
 
-/// Process data of a capture (pcap, pcapng), as frames of a layout.
+/// Source of the process data of a capture (pcap, pcapng), as frames of a layout.
 ///
-/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence). A
-/// capture without process data is an error at its end.
+/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence). If
+/// the capture contains no process data of the layout, the source reports an error at its end.
 #[derive(Debug)]
 pub struct CaptureSource<R = BufReader<File>> {
     capture: Capture<R>,
     decoder: Decoder,
     interfaces: Vec<InterfaceName>,
     has_ended: bool,
-    /// Error for the next call, after the frames before it.
+    /// Error that the next call returns, after the frames that precede it.
     failure: Option<EthercatError>,
     counters: SourceCounters,
 }
@@ -36,17 +36,18 @@ impl CaptureSource {
     /// Opens a capture for a layout.
     ///
     /// # Errors
-    /// [`EthercatError::NoPlan`], [`EthercatError::Capture`].
+    /// [`EthercatError::NoPlan`] if the layout is not for EtherCAT; [`EthercatError::Capture`] if
+    /// the capture cannot be read.
     pub fn open(path: &Path, layout: Option<&CompiledLayout>) -> Result<Self, EthercatError> {
         Self::new(Capture::open(path)?, layout)
     }
 }
 
 impl<R: BufRead> CaptureSource<R> {
-    /// Creates a source like [`CaptureSource::open`], from any reader.
+    /// Creates a source from any reader, like [`CaptureSource::open`].
     ///
     /// # Errors
-    /// [`EthercatError::NoPlan`].
+    /// [`EthercatError::NoPlan`] if the layout is not for EtherCAT.
     pub fn new(
         capture: Capture<R>,
         layout: Option<&CompiledLayout>,
@@ -64,7 +65,7 @@ impl<R: BufRead> CaptureSource<R> {
         })
     }
 
-    /// Reads the next packet; returns false at the end.
+    /// Reads the next packet. Returns false at the end of the capture.
     fn advance(&mut self) -> Result<bool, EthercatError> {
         if let Some(packet) = self.capture.next_packet()? {
             let used = self.decoder.handle_packet(packet.bytes, packet.stamp_ns);

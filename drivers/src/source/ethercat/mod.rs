@@ -1,4 +1,4 @@
-//! EtherCAT as a source: process data of captures and of a tap, as the frames of their layout.
+//! Sources for EtherCAT. They read the process data of captures and taps, as frames of a layout.
 
 mod clock;
 mod decode;

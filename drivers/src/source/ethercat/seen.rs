@@ -1,23 +1,23 @@
-//! Contents of a capture, to explain why the required data are missing.
+//! Counts of a capture's contents. They explain why the required data are missing.
 
 use core::fmt;
 
 use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX_START};
 
-/// Counts of the packets and datagrams seen.
+/// Numbers of the packets, frames and datagrams that were received.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TrafficSummary {
-    /// Packets of any kind.
+    /// Number of packets of any kind.
     pub packets: u64,
-    /// Complete frames of EtherCAT.
+    /// Number of complete EtherCAT frames.
     pub frames: u64,
-    /// Frames that returned from the slaves.
+    /// Number of EtherCAT frames that returned from the slaves.
     pub returned_frames: u64,
-    /// Returned datagrams of process data (LRD, LWR, LRW).
+    /// Number of returned datagrams with process data (LRD, LWR, LRW).
     pub process_datagrams: u64,
-    /// Returned datagrams of process data that the layout uses.
+    /// Number of returned datagrams with process data that the layout uses.
     pub used_datagrams: u64,
-    /// Returned datagrams to and from mailboxes.
+    /// Number of returned datagrams to and from mailboxes.
     pub mailbox_datagrams: u64,
 }
 
@@ -35,7 +35,7 @@ impl TrafficSummary {
     }
 }
 
-/// Missing data, with the remedy.
+/// Writes which data are missing, and the remedy.
 impl fmt::Display for TrafficSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {

@@ -1,4 +1,4 @@
-//! A tap on the wire as a source: a packet socket that receives and cannot send.
+//! Source for a tap on the wire: a packet socket that receives and cannot send.
 
 use core::time::Duration;
 use std::io;
@@ -22,16 +22,16 @@ use crate::source::{
     InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
 };
 
-/// Process data received on an interface, as frames of a layout.
+/// Source of the process data on an interface, as frames of a layout.
 ///
-/// An interface that goes down or vanishes is reported once by an error and counted. It is silent
-/// until it is back; then it is used again automatically.
+/// If the interface goes down or vanishes, the source reports it once by an error and counts it.
+/// The source receives nothing until the interface is back, and then uses it again without a call.
 pub struct TapSource {
     interface: [InterfaceName; 1],
     opened: Option<OpenedSocket>,
     /// True if packets can arrive.
     is_up: bool,
-    /// Time of the next attempt to open it, while it is closed.
+    /// Time of the next attempt to open the interface, while its socket is closed.
     retry: Retry,
     wanted_bytes: u32,
     granted_bytes: u32,
@@ -51,10 +51,10 @@ struct OpenedSocket {
 }
 
 impl TapSource {
-    /// Opens an interface for receiving, with a receive buffer of the given size in bytes.
+    /// Opens an interface for receiving, with the requested size of the receive buffer \[bytes\].
     ///
     /// # Errors
-    /// [`EthercatError`]: every variant gives the remedy.
+    /// [`EthercatError`]; every variant names the remedy.
     pub fn open(
         interface: InterfaceName,
         layout: &CompiledLayout,
@@ -80,7 +80,7 @@ impl TapSource {
         })
     }
 
-    /// Returns the size of the granted receive buffer \[bytes\].
+    /// Returns the granted size of the receive buffer \[bytes\].
     pub fn receive_buffer_bytes(&self) -> u32 {
         self.granted_bytes
     }
@@ -156,7 +156,8 @@ impl Listening for TapSource {
                     self.counters.queue_drops += self.drops.advance(total);
                 }
                 let captured_ns = if self.decoder.has_clock() {
-                    // The distributed clock counts; this is only its starting point.
+                    // This time is only the starting point of the stamps. The distributed clock
+                    // gives the following stamps.
                     monotonic_ns()
                 } else {
                     let stamp = stamp_ns(&message, &mut self.hardware_clock);
@@ -222,7 +223,8 @@ impl Source for TapSource {
         &self.interface
     }
 
-    /// The distributed clock is not a clock of this computer.
+    /// Returns [`StampClock::Own`] if the distributed clock gives the stamps, because this clock is
+    /// not a clock of the computer.
     fn stamp_clock(&self) -> StampClock {
         if self.decoder.has_clock() { StampClock::Own } else { StampClock::Realtime }
     }

@@ -1,4 +1,4 @@
-//! Little-endian fields of a record; no length in it is trusted.
+//! Little-endian fields of a record. Every length in a record is checked before use.
 
 /// Remaining bytes of a record.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl<'a> ByteReader<'a> {
         self.take_array().map(u64::from_le_bytes)
     }
 
-    /// Returns the bytes after their length in 32 bits.
+    /// Returns a block of bytes whose length precedes it in 32 bits.
     pub(super) fn take_block(&mut self) -> Option<&'a [u8]> {
         let length = usize::try_from(self.take_u32()?).ok()?;
         self.take(length)
@@ -42,14 +42,14 @@ impl<'a> ByteReader<'a> {
     }
 }
 
-/// Fields before a chunk's records.
+/// Fields of a chunk before its records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ChunkHead<'a> {
     pub(super) start: u64,
     pub(super) end: u64,
     pub(super) crc: u32,
     pub(super) compression: &'a str,
-    /// Size of the following records \[bytes\].
+    /// Size of the records that follow \[bytes\].
     pub(super) length: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Meaning of the records of a file.
+//! Content of a file, from the records that were read until now.
 
 use super::bytes::ByteReader;
 use super::error::Corruption;
@@ -7,22 +7,24 @@ use super::{TOPIC_PREFIX, joint_states, message, op};
 use crate::frame::Frame;
 use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
 
-/// Data from the records so far.
+/// Content of a file, from the records that were read until now.
 #[derive(Debug)]
 pub(super) struct FileContent {
     info: Option<McapInfo>,
-    /// Identifiers in this file of this program's schema.
+    /// Identifiers that the file gives to the schema of this program's frames.
     schemas: Vec<u16>,
-    /// Channels with that schema, and their interface if it counts.
+    /// Channels of frames, each with its interface, or `None` if the frames of this interface are
+    /// skipped.
     channels: Vec<(u16, Option<u8>)>,
     /// Channels with data that this program derived from the frames.
     derived_channels: Vec<u16>,
     interfaces: Vec<InterfaceName>,
-    /// True if `interfaces` was given, instead of growing with the file.
+    /// True if the caller chose `interfaces`. Otherwise every interface of the file is added to
+    /// them.
     has_fixed_interfaces: bool,
-    /// Sequence of the last frame.
+    /// Sequence number of the last frame.
     pub(super) sequence: Option<u32>,
-    /// Frames missing before the last one and not counted yet.
+    /// Number of frames that are missing before the last frame and not counted yet.
     pub(super) missing_frames: u64,
     pub(super) counters: SourceCounters,
 }
@@ -52,7 +54,7 @@ impl FileContent {
         &self.interfaces
     }
 
-    /// Takes a record, of the file or of a chunk.
+    /// Takes a record of the file or of a chunk. Returns a frame if the record contains one.
     pub(super) fn handle_record(
         &mut self,
         opcode: u8,
@@ -64,7 +66,7 @@ impl FileContent {
             op::METADATA if self.info.is_none() => {
                 self.info = McapInfo::read(body);
                 if let (Some(info), false) = (&self.info, self.has_fixed_interfaces) {
-                    // Interfaces of earlier channels, if there are any, keep their numbers.
+                    // Interfaces of earlier channels keep their numbers.
                     for name in &info.interfaces {
                         index_of(&mut self.interfaces, *name, false)?;
                     }
@@ -96,7 +98,7 @@ impl FileContent {
             return Ok(());
         }
         let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
-        // A channel may be declared again.
+        // A file may declare the same channel again.
         if !ours || self.channels.iter().any(|(available, _)| *available == id) {
             return Ok(());
         }
@@ -141,7 +143,7 @@ fn parse_schema<'a>(bytes: &mut ByteReader<'a>) -> Option<(u16, &'a str, &'a str
     Some((bytes.take_u16()?, bytes.take_text()?, bytes.take_text()?))
 }
 
-/// Returns the number of an interface, or `None` if it does not count.
+/// Returns the number of an interface, or `None` if its frames are skipped.
 fn index_of(
     interfaces: &mut Vec<InterfaceName>,
     name: InterfaceName,

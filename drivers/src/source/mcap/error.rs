@@ -14,17 +14,17 @@ pub enum McapError {
         path = path.display()
     )]
     Open {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
         /// Error of the system.
         source: std::io::Error,
     },
-    /// Reading or repairing failed.
+    /// Reading or repairing the file failed.
     #[error("{path}, byte {offset}: cannot read further: {source}", path = path.display())]
     Read {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// Offset of the record's first byte.
+        /// Offset of the record's first byte in the file.
         offset: u64,
         /// Error of the system.
         source: std::io::Error,
@@ -32,23 +32,23 @@ pub enum McapError {
     /// The file does not begin like a recording. Name a recording of this program.
     #[error("{path} is not an MCAP file: it does not begin like one", path = path.display())]
     NotMcap {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
     },
     /// A record is damaged.
     #[error("{path}, byte {offset}: {what}", path = path.display())]
     Damaged {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// Offset of the record in the file; for a message, that of its chunk.
+        /// Offset of the record in the file, or for a message the offset of its chunk \[bytes\].
         offset: u64,
-        /// The corruption.
+        /// Kind of damage.
         what: Corruption,
     },
 }
 
 impl McapError {
-    /// Returns true if the following data can still be read: the rest of a damaged chunk is
+    /// Returns true if the data after the error can still be read. The rest of a damaged chunk is
     /// skipped.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Damaged { what, .. } if what.is_in_chunk())
@@ -58,15 +58,15 @@ impl McapError {
 /// Kind of damage of a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Corruption {
-    /// No record has this opcode or this length: the following records cannot be found.
+    /// No record has this opcode or this length, so the following records cannot be found.
     #[error(
         "no record has opcode 0x{opcode:02X} and {length} bytes: the file is damaged from here on; \
          cut it here"
     )]
     Record {
-        /// The opcode.
+        /// Opcode of the record.
         opcode: u8,
-        /// Declared length \[bytes\].
+        /// Length that the record declares \[bytes\].
         length: u64,
     },
     /// The CRC of a chunk does not match.
@@ -78,15 +78,15 @@ pub enum Corruption {
     /// The fields of a record contradict each other.
     #[error("the {0} is malformed: its chunk is not used; copy the file again")]
     Malformed(&'static str),
-    /// Such a frame cannot exist.
+    /// A message contains a frame that cannot exist.
     #[error("no frame: {0}")]
     Impossible(#[from] FrameError),
-    /// The topic names no interface.
+    /// The topic of a channel does not name an interface.
     #[error(
         "the topic `{0}` names no interface: expected /can/ and a name of at most 15 characters"
     )]
     Topic(String),
-    /// More interfaces than a source can have.
+    /// The file has more interfaces than a source can have.
     #[error("more than {MAX_INTERFACES} interfaces in one recording")]
     TooManyInterfaces,
 }

@@ -1,4 +1,4 @@
-//! Description of a file by itself: the metadata record `didim`.
+//! Description of a recording in the file itself: the metadata record `didim`.
 
 use std::collections::BTreeMap;
 
@@ -21,17 +21,17 @@ const RUN_KEY: &str = "run";
 /// Origin of the frames, and the time base of their stamps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct McapInfo {
-    /// Version of the program.
+    /// Version of the program that wrote the file.
     pub version: String,
     /// Name of the cell.
     pub cell: String,
-    /// Hash of its configuration.
+    /// Hash of the cell's configuration.
     pub configuration: String,
-    /// Run of the recorder: stamps and sequences of two runs are unrelated.
+    /// Identifier of the recorder's run. Stamps and sequence numbers of two runs are unrelated.
     pub recorder_run: String,
-    /// `log_time` minus stamp \[ns\], modulo 2⁶⁴.
+    /// Difference between `log_time` and the stamp of a message \[ns\], modulo 2⁶⁴.
     pub offset_ns: i64,
-    /// Interfaces, in the order of their indices in frames.
+    /// Interfaces, in the order of their indices in the frames.
     pub interfaces: Vec<InterfaceName>,
     /// Additional entries of the program that wrote the file.
     pub additional_entries: BTreeMap<String, String>,
@@ -84,12 +84,12 @@ impl McapInfo {
         (info.interfaces.len() <= crate::source::MAX_INTERFACES).then_some(info)
     }
 
-    /// Returns the stamp of a message.
+    /// Returns the stamp \[ns\] of a message from its `log_time`.
     pub fn stamp_ns(&self, log_time: u64) -> u64 {
         log_time.wrapping_sub(self.offset_ns.cast_unsigned())
     }
 
-    /// Returns the `log_time` of a stamp.
+    /// Returns the `log_time` \[ns\] of a message from its stamp.
     pub fn log_time(&self, stamp_ns: u64) -> u64 {
         stamp_ns.wrapping_add(self.offset_ns.cast_unsigned())
     }

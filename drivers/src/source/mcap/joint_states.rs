@@ -1,14 +1,15 @@
-//! Joint states in addition to the frames: viewers plot them without knowing the bus.
+//! Joint states in addition to the frames. Viewers can plot them without knowing the bus.
 //!
-//! `sensor_msgs/msg/JointState` in the format of rosbag2 (ROS 2 CDR, little-endian; the file
-//! contains the schema).
+//! The messages have the type `sensor_msgs/msg/JointState` and the format of rosbag2 (ROS 2 CDR,
+//! little-endian). The file contains the schema.
 
 use super::message::ENCAPSULATION;
 
 pub(super) const TOPIC: &str = "/joint_states";
 pub(super) const SCHEMA_NAME: &str = "sensor_msgs/msg/JointState";
 
-/// Schema, with the schemas that it uses, in the format of ROS 2 message definitions.
+/// Schema of the messages and of the types that it uses, in the format of ROS 2 message
+/// definitions.
 pub(super) const SCHEMA: &str = "\
 std_msgs/Header header
 string[] name
@@ -25,10 +26,10 @@ int32 sec
 uint32 nanosec
 ";
 
-/// One state of the joints; `position` and `effort` have one entry per name.
+/// One state of the joints. `position` and `effort` have one entry for each joint name.
 #[derive(Clone, Copy, Debug)]
 pub struct JointState<'a> {
-    /// Time of the state, by the clock of the frames \[ns\].
+    /// Time of the state on the clock of the frames \[ns\].
     pub stamp_ns: u64,
     /// Number of the bus cycle.
     pub sequence: u64,
@@ -38,7 +39,7 @@ pub struct JointState<'a> {
     pub effort: &'a [f64],
 }
 
-/// Appends a state at this time of day \[ns since 1970\].
+/// Appends the message of a state. Its time stamp is `log_time` \[ns since 1970\].
 pub(super) fn encode(names: &[String], log_time: u64, state: &JointState<'_>, out: &mut Vec<u8>) {
     out.extend_from_slice(&ENCAPSULATION);
     let seconds = i32::try_from(log_time / 1_000_000_000).unwrap_or(i32::MAX);
@@ -61,7 +62,7 @@ pub(super) fn encode(names: &[String], log_time: u64, state: &JointState<'_>, ou
     }
 }
 
-/// Returns the largest size of a state of these joints \[bytes\].
+/// Returns the largest size of a message for these joints \[bytes\].
 pub(super) fn most_bytes(names: &[String]) -> u64 {
     let named: usize = names.iter().map(|name| 4 + name.len() + 4).sum();
     (64 + named + 16 * names.len()) as u64
@@ -72,14 +73,15 @@ fn push_length(length: usize, out: &mut Vec<u8>) {
     out.extend_from_slice(&u32::try_from(length).unwrap_or(0).to_le_bytes());
 }
 
-/// Appends a text with its terminating zero, which is part of the length.
+/// Appends a text with a terminating zero. The length of the text includes this zero.
 fn push_text(text: &str, out: &mut Vec<u8>) {
     push_length(text.len() + 1, out);
     out.extend_from_slice(text.as_bytes());
     out.push(0);
 }
 
-/// Aligns to `to` bytes; positions count from the end of the encapsulation.
+/// Appends padding up to a multiple of `to` bytes. Positions count from the end of the
+/// encapsulation.
 fn push_padding(to: usize, out: &mut Vec<u8>) {
     let place = out.len() - ENCAPSULATION.len();
     out.resize(place.next_multiple_of(to) + ENCAPSULATION.len(), 0);

@@ -1,4 +1,4 @@
-//! One frame as a message: ROS 2 CDR (OMG DDSI-RTPS, little-endian), and its schema.
+//! Message that contains one frame, as ROS 2 CDR (OMG DDSI-RTPS, little-endian), and its schema.
 
 use super::bytes::ByteReader;
 use super::error::Corruption;
@@ -23,13 +23,13 @@ uint8 length                 # bytes of data; of a remote request the bytes aske
 uint8[<=64] data
 ";
 
-/// CDR, little-endian, no options.
+/// Encapsulation header: CDR, little-endian, no options.
 pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// Number of bytes before the data.
+/// Number of bytes of a message before the data of the frame.
 pub(super) const HEAD_BYTES: usize = 4 + 16;
 
-/// Appends the frame.
+/// Appends the message of a frame.
 pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {
     let (is_fd, switched, passive) = match frame.kind {
         FrameKind::Fd { bit_rate_switch, error_state_indicator } => {
@@ -54,7 +54,7 @@ pub(super) fn encode(frame: &Frame, out: &mut Vec<u8>) {
     out.extend_from_slice(data);
 }
 
-/// Returns the frame, at time 0 on interface 0.
+/// Returns the frame of a message, with time 0 and interface 0.
 pub(super) fn decode(message: &[u8]) -> Result<Frame, Corruption> {
     let malformed = Corruption::Malformed("message");
     let Some((id, flags, length, data)) = split_head(message) else { return Err(malformed) };

@@ -1,22 +1,23 @@
 //! Raw frames in MCAP files (<https://mcap.dev/spec>), recorded by this program.
 //!
-//! Each interface has one topic, `/can/can0`. Each message is one frame as ROS 2 CDR with the
-//! schema `didim_msgs/msg/CanFrame`. The file contains the schema (`ros2msg`), so that Foxglove and
-//! PlotJuggler show it without knowing this program. `can_msgs/msg/Frame` has no CAN FD.
-//! `ros2_socketcan_msgs/msg/FdFrame` has neither the second bit rate nor remote requests. Neither
-//! has the direction of a frame. So the schema is specific to this program.
+//! Each interface has one topic, such as `/can/can0`. Each message is one frame as ROS 2 CDR with
+//! the schema `didim_msgs/msg/CanFrame`. The file contains the schema (`ros2msg`), so that Foxglove
+//! and PlotJuggler can show the frames without knowing this program. The schema is specific to this
+//! program for three reasons. `can_msgs/msg/Frame` has no CAN FD. `ros2_socketcan_msgs/msg/FdFrame`
+//! has neither the second bit rate nor remote requests. Neither of them has the direction of a
+//! frame.
 //!
-//! `log_time` is CLOCK_REALTIME, for people. The stamps of the assembler are `log_time` minus the
-//! constant `offset_ns` of the metadata record `didim`, to the nanosecond. `sequence` counts the
-//! frames of the bus over all interfaces, including frames that were dropped unread or not
-//! recorded. A jump of it means missing frames, and the source reports it
+//! `log_time` is CLOCK_REALTIME and meant for people. The stamps of the assembler are `log_time`
+//! minus the constant `offset_ns` of the metadata record `didim`, exact to the nanosecond.
+//! `sequence` counts the frames of the bus over all interfaces, including frames that were dropped
+//! unread or not recorded. A gap in it means missing frames, and the source reports them
 //! ([`SourceCounters::queue_drops`](super::SourceCounters)).
 //!
-//! A file for viewers also has the curves of the joints, [`JointState`]s assembled from these
-//! frames. They are not read again.
+//! A file for viewers also contains the curves of the joints, as [`JointState`]s assembled from
+//! these frames. The source does not read them.
 //!
-//! Chunks are not compressed and carry their CRC. A file without an end, from a recorder that was
-//! killed, is read up to its last complete chunk.
+//! Chunks are not compressed and contain their CRC. A recorder that was killed leaves a file
+//! without an end. Such a file is read up to its last complete chunk.
 
 mod bytes;
 mod content;
@@ -42,11 +43,11 @@ pub use write::{McapWriteError, McapWriter};
 /// First bytes of a file, and last bytes of a complete one.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
-/// Longest record that is read \[bytes\]: the bound of the reader's memory. Other programs write
+/// Longest record that is read \[bytes\]. It limits the memory of the reader. Other programs write
 /// chunks of a megabyte.
 const MAX_RECORD: u64 = 32 << 20;
 
-/// Prefix of topics.
+/// Prefix of the topics of frames.
 const TOPIC_PREFIX: &str = "/can/";
 
 /// Opcodes of records (the specification's table).

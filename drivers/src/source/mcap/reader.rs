@@ -17,31 +17,32 @@ use crate::source::{
     InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
 };
 
-/// Frames of an MCAP file, in the order of the recording.
+/// Source of the frames of an MCAP file, in the order of the recording.
 ///
 /// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence).
-/// Messages that are no frames are skipped and counted.
+/// Messages that are not frames are skipped and counted.
 #[derive(Debug)]
 pub struct McapSource<R = BufReader<File>> {
     records: Records<R>,
     content: FileContent,
-    /// Unread records of the chunk in memory.
+    /// Range of the unread records in the chunk that is in memory.
     unread_range: Range<usize>,
-    /// A message outside of any chunk.
+    /// Frame of a message outside of any chunk.
     unchunked_frame: Option<Frame>,
-    /// Frame for the next call: frames are missing before it, but not before the frames of this
-    /// call.
+    /// Frame that the next call returns. Frames are missing before it, and no frames are missing
+    /// before the frames of this call.
     next_frame: Option<Frame>,
-    /// Error for the next call, after the frames before it.
+    /// Error that the next call returns, after the frames that precede it.
     failure: Option<McapError>,
 }
 
 impl McapSource {
-    /// Opens a recording, like [`TextLog::open`](crate::source::TextLog::open) a log: with names,
-    /// frames of other interfaces are skipped and counted.
+    /// Opens a recording. If `interfaces` is not empty, frames of other interfaces are skipped and
+    /// counted, as by [`TextLog::open`](crate::source::TextLog::open).
     ///
     /// # Errors
-    /// [`McapError`]: it cannot be opened, is no MCAP file, or its beginning is damaged.
+    /// [`McapError`] if the file cannot be opened, is not an MCAP file, or is damaged at its
+    /// beginning.
     pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, McapError> {
         match File::open(path) {
             Ok(file) => Self::new(BufReader::new(file), path, interfaces),
@@ -51,10 +52,11 @@ impl McapSource {
 }
 
 impl<R: Read> McapSource<R> {
-    /// Reads a recording from any reader like [`McapSource::open`]; errors name it `path`.
+    /// Reads a recording from any reader, like [`McapSource::open`]. Errors name the recording
+    /// `path`.
     ///
     /// # Errors
-    /// The same as [`McapSource::open`].
+    /// [`McapError`] as for [`McapSource::open`].
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Result<Self, McapError> {
         let mut source = Self {
             records: Records::new(reader, path)?,
@@ -72,23 +74,23 @@ impl<R: Read> McapSource<R> {
         Ok(source)
     }
 
-    /// Returns the file's description, or `None` for a file of another program.
+    /// Returns the description in the file, or `None` if another program wrote the file.
     pub fn info(&self) -> Option<&McapInfo> {
         self.content.info()
     }
 
-    /// Returns the kind of the file's end, or `None` before the end is reached.
+    /// Returns the kind of the file's end, or `None` before the reader has reached the end.
     pub fn file_end(&self) -> Option<FileEnd> {
         self.records.end()
     }
 
-    /// Returns the sequence of the last frame, for the file that continues this one.
+    /// Returns the sequence number of the last frame. The file that continues this one needs it.
     pub fn last_sequence(&self) -> Option<u32> {
         self.content.sequence
     }
 
-    /// Counts missing frames from this sequence on, which is that of the last frame of the previous
-    /// file.
+    /// Sets the sequence number of the last frame of the previous file. Missing frames are counted
+    /// from it on.
     pub fn continue_from(&mut self, sequence: Option<u32>) {
         self.content.sequence = sequence;
     }
@@ -110,7 +112,7 @@ impl<R: Read> McapSource<R> {
         self.content.counters.queue_drops += core::mem::take(&mut self.content.missing_frames);
     }
 
-    /// Returns the next frame; missing frames before it are not counted yet.
+    /// Returns the next frame. Missing frames before it are not counted yet.
     fn read_frame(&mut self) -> Result<Option<Frame>, McapError> {
         loop {
             if let Some(frame) = self.unchunked_frame.take() {
@@ -133,7 +135,7 @@ impl<R: Read> McapSource<R> {
         }
     }
 
-    /// Reads the next record; returns false at the end.
+    /// Reads the next record of the file. Returns false at the end.
     fn load_chunk(&mut self) -> Result<bool, McapError> {
         let Some(opcode) = self.records.advance()? else { return Ok(false) };
         let body = self.records.last_body();
@@ -149,7 +151,7 @@ impl<R: Read> McapSource<R> {
         Ok(true)
     }
 
-    /// Returns the next record of the chunk.
+    /// Reads the next record of the chunk. Returns a frame if the record contains one.
     fn next_in_chunk(&mut self) -> Result<Option<Frame>, Corruption> {
         let chunk = self.records.last_body().get(self.unread_range.clone()).unwrap_or_default();
         let mut bytes = ByteReader(chunk);
@@ -164,7 +166,7 @@ impl<R: Read> McapSource<R> {
     }
 }
 
-/// Returns the position of the records of a chunk if its CRC matches.
+/// Returns the range of the records in a chunk, after a check of their CRC.
 fn chunk_records(body: &[u8]) -> Result<Range<usize>, Corruption> {
     let mut bytes = ByteReader(body);
     let head = ChunkHead::read(&mut bytes).ok_or(Corruption::Malformed("chunk"))?;
@@ -174,7 +176,7 @@ fn chunk_records(body: &[u8]) -> Result<Range<usize>, Corruption> {
     let start = body.len() - bytes.0.len();
     let records = usize::try_from(head.length).ok().and_then(|length| bytes.take(length));
     let records = records.ok_or(Corruption::Malformed("chunk"))?;
-    // 0 means that there is no CRC.
+    // A CRC of 0 means that the chunk has no CRC.
     if head.crc != 0 && head.crc != crc32fast::hash(records) {
         return Err(Corruption::Crc);
     }

@@ -6,30 +6,30 @@ use std::path::{Path, PathBuf};
 use super::error::{Corruption, McapError};
 use super::{MAGIC, MAX_RECORD, op};
 
-/// Initial capacity for records: larger than the chunks of this program, so that further reading
-/// allocates nothing.
+/// Initial capacity for records \[bytes\]. It is larger than the chunks of this program, so that
+/// reading them allocates nothing.
 const RECORD_CAPACITY: usize = 1 << 20;
 
-/// Kind of the end of a file.
+/// State of the end of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileEnd {
     /// The writer closed the file.
     Finished,
-    /// The file is truncated. Bytes after the last complete record are not used.
+    /// The file is truncated. The bytes after the last complete record are not used.
     Unfinished {
         /// Number of bytes after the last complete record.
         unused_bytes: u64,
     },
 }
 
-/// Reads records.
+/// Reader of the records of a file, one after the other.
 #[derive(Debug)]
 pub(super) struct Records<R> {
     reader: R,
     path: PathBuf,
-    /// Offset of the next record.
+    /// Offset of the next record in the file \[bytes\].
     next_offset: u64,
-    /// Offset of the last record.
+    /// Offset of the last record in the file \[bytes\].
     offset: u64,
     body: Vec<u8>,
     file_end: Option<FileEnd>,
@@ -57,8 +57,8 @@ impl<R: Read> Records<R> {
         })
     }
 
-    /// Reads the next relevant record into memory and returns its opcode, or `None` at the end. No
-    /// record follows an error.
+    /// Reads the next relevant record into memory. Returns its opcode, or `None` at the end. After
+    /// an error no further record is returned.
     pub(super) fn advance(&mut self) -> Result<Option<u8>, McapError> {
         while self.file_end.is_none() {
             self.offset = self.next_offset;
@@ -97,7 +97,7 @@ impl<R: Read> Records<R> {
         self.body.clear();
         let mut limited = self.reader.by_ref().take(length);
         let body = if is_used {
-            // Grows with the available data, regardless of the declared length.
+            // The memory grows with the data that are available, not with the declared length.
             limited.read_to_end(&mut self.body).map(|found| found as u64)
         } else {
             io::copy(&mut limited, &mut io::sink())
@@ -116,23 +116,23 @@ impl<R: Read> Records<R> {
         Ok(Some((opcode, is_used)))
     }
 
-    /// Returns the last record.
+    /// Returns the content of the last record.
     pub(super) fn last_body(&self) -> &[u8] {
         &self.body
     }
 
-    /// Returns the kind of the file's end, or `None` before it is known.
+    /// Returns the state of the file's end, or `None` before it is known.
     pub(super) fn end(&self) -> Option<FileEnd> {
         self.file_end
     }
 
-    /// Returns an error for the last record.
+    /// Returns the error for damage in the last record.
     pub(super) fn corruption_error(&self, what: Corruption) -> McapError {
         McapError::Damaged { path: self.path.clone(), offset: self.offset, what }
     }
 }
 
-/// Fills the buffer with the available bytes.
+/// Fills the buffer as far as bytes are available, and returns their number.
 fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while let Some(rest) = buffer.get_mut(filled..).filter(|rest| !rest.is_empty()) {

@@ -1,4 +1,4 @@
-//! Repair of a truncated recording: it gets a proper end.
+//! Repair of a truncated recording, which is written again with a proper end.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -11,9 +11,10 @@ use super::write::{McapWriteError, McapWriter};
 /// Result of a repair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repair {
-    /// Frames in the repaired file.
+    /// Number of frames in the repaired file.
     pub frames: u64,
-    /// True if the file has damage in addition to the missing end; data after damage are left out.
+    /// True if the file is damaged in addition to its missing end. The repaired file does not
+    /// contain the data after the damage.
     pub is_corrupt: bool,
 }
 
@@ -23,28 +24,28 @@ pub enum RepairError {
     /// The recording cannot be read at all.
     #[error(transparent)]
     Read(#[from] McapError),
-    /// The recording has no description: it is not from this program, or even its beginning is
+    /// The recording has no description. Another program wrote it, or even its beginning is
     /// missing.
     #[error("{path} has no frames of this program", path = path.display())]
     Foreign {
-        /// The file.
+        /// Path of the recording.
         path: std::path::PathBuf,
     },
     /// The repaired file cannot be written.
     #[error("{path}: {source}", path = path.display())]
     Write {
-        /// The file.
+        /// Path of the repaired file.
         path: std::path::PathBuf,
-        /// Why.
+        /// Error of the write.
         source: McapWriteError,
     },
 }
 
-/// Writes every frame of a recording up to the first damage into another file, and closes it on
-/// disk.
+/// Copies every frame of a recording up to the first damage into another file. Closes this file and
+/// writes it to the disk.
 ///
 /// # Errors
-/// [`RepairError`]; a part of the other file may exist.
+/// [`RepairError`]. After an error the other file may exist in part.
 pub fn repair_recording(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
     let mut source = McapSource::open(path, &[])?;
     let Some(info) = source.info().cloned() else {

@@ -1,4 +1,5 @@
-//! Contents of a file from the heads of its records. Nothing else is read, so the scan is fast.
+//! Summary of a file, read from the heads of its records. The scan is fast because it reads nothing
+//! else.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -13,32 +14,32 @@ use super::{MAGIC, op};
 /// Longest metadata record that is read \[bytes\].
 const MAX_METADATA: u64 = 1 << 20;
 
-/// Size of a chunk's head with the longest relevant name of a compression \[bytes\].
+/// Size of the head of a chunk, with the longest relevant name of a compression \[bytes\].
 const CHUNK_HEAD_BYTES: u64 = 40 + 16;
 
-/// One chunk.
+/// Position and times of one chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChunkSpan {
-    /// Offset of its record.
+    /// Offset of the chunk's record in the file \[bytes\].
     pub offset: u64,
-    /// Where it ends.
+    /// Offset of the first byte after the chunk \[bytes\].
     pub end_offset: u64,
-    /// Earliest `log_time` in it \[ns\].
+    /// Earliest `log_time` in the chunk \[ns\].
     pub first_log_time: u64,
-    /// The latest \[ns\].
+    /// Latest `log_time` in the chunk \[ns\].
     pub last_log_time: u64,
 }
 
-/// Contents of a file.
+/// Summary of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct McapScan {
-    /// Description in the file.
+    /// Description in the file, if this program wrote it.
     pub info: Option<McapInfo>,
-    /// Chunks, in the order of the file; their content is not checked.
+    /// Chunks of the file in their order. Their content was not checked.
     pub chunks: Vec<ChunkSpan>,
-    /// State of its end.
+    /// State of the end of the file.
     pub file_end: FileEnd,
-    /// Its length \[bytes\].
+    /// Length of the file \[bytes\].
     pub bytes: u64,
 }
 
@@ -65,8 +66,8 @@ impl McapScan {
         let mut scan = Self { info: None, chunks: Vec::new(), file_end: unfinished, bytes };
         let mut offset = magic.len() as u64;
         let mut body = Vec::new();
-        // Complete records only; a length beyond the end belongs to a truncated record, or is
-        // damaged.
+        // Read complete records only. A length beyond the end of the file means that the record is
+        // truncated, or that its length is damaged.
         while bytes - offset >= 9 {
             let mut head = [0; 9];
             reader.read_exact(&mut head).map_err(error_at(offset))?;
@@ -106,7 +107,8 @@ impl McapScan {
         Ok(scan)
     }
 
-    /// Returns the earliest and the latest stamp \[ns\], or `None` without frames of this program.
+    /// Returns the earliest and the latest stamp \[ns\], or `None` if the file has no frames of
+    /// this program.
     pub fn stamps_ns(&self) -> Option<(u64, u64)> {
         let info = self.info.as_ref()?;
         let spans = self

@@ -9,29 +9,34 @@ use super::info::{METADATA_NAME, McapInfo};
 use super::{JointState, TOPIC_PREFIX, joint_states, message};
 use crate::frame::{Frame, MAX_PAYLOAD};
 
-/// Chunks are closed at this size, or when a caller needs them on disk \[bytes\].
+/// Size at which a chunk is closed \[bytes\]. A caller that needs the data on disk closes it
+/// earlier.
 const CHUNK_SIZE: u64 = 128 << 10;
 
-/// Size of a message without its payload \[bytes\]: record, message, and its entry in the index.
+/// Size that a message adds to the file without its payload \[bytes\]: the head of the record, the
+/// head of the message and its entry in the index.
 const MESSAGE_BYTES: u64 = 9 + 22 + message::HEAD_BYTES as u64 + 16;
 
-/// Size of a chunk without its messages, with its entries in both indexes, for each interface.
+/// Size that a chunk adds to the file for each interface, without its messages and with its entries
+/// in both indexes \[bytes\].
 const CHUNK_BYTES: u64 = 256;
 const CHANNEL_BYTES: u64 = 64;
 
-/// Largest size of the end of a file, without the entries of the chunks.
+/// Largest size of the end of a file, without the index entries of the chunks \[bytes\].
 const END_BYTES: u64 = 4096;
 
 /// Reason why a frame is not in the recording.
 #[derive(Debug, thiserror::Error)]
 pub enum McapWriteError {
-    /// The frame's interface index has no name: give the writer the names of the frames' source.
+    /// The interface index of the frame has no name. Create the writer with the interface names of
+    /// the source.
     #[error("a frame of interface {index} cannot be recorded: no name was given for it")]
     NoInterface {
-        /// The index.
+        /// Interface index of the frame.
         index: u8,
     },
-    /// The file system refused: the recording ends with its last complete chunk. Free disk space.
+    /// The file system refused the data. The recording ends with its last complete chunk. Free disk
+    /// space.
     #[error("cannot write the recording: {0}")]
     Output(std::io::Error),
     /// The file format cannot represent the data.
@@ -56,15 +61,16 @@ impl From<::mcap::McapError> for McapWriteError {
     }
 }
 
-/// Writes a recording. Complete chunks are written one after the other, so a killed writer leaves
-/// every chunk before the last. If it is dropped without [`Self::finish`], it tries to finish.
+/// Writer of a recording. It writes complete chunks one after the other, so that every chunk but
+/// the last remains if the process is killed. If the writer is dropped without [`Self::finish`], it
+/// tries to finish the file.
 pub struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
     info: McapInfo,
     channels: Vec<u16>,
     joints: Option<Joints>,
     message: Vec<u8>,
-    /// Upper bound of the file's present size, including its end \[bytes\].
+    /// Upper bound of the size that the file would have with its end \[bytes\].
     bytes: u64,
     in_chunk: u64,
     frames: u64,
@@ -77,8 +83,8 @@ struct Joints {
 }
 
 impl<W: Write> McapWriter<W> {
-    /// Writes the beginning of the file. A frame's interface index selects its name in
-    /// `info.interfaces`.
+    /// Creates a writer and writes the beginning of the file. The interface index of a frame
+    /// selects a name in `info.interfaces`.
     ///
     /// # Errors
     /// [`McapWriteError`].
@@ -89,7 +95,7 @@ impl<W: Write> McapWriter<W> {
             .profile("ros2")
             .library(library)
             .chunk_size(Some(CHUNK_SIZE))
-            // Chunks are collected in memory and written as a unit.
+            // Each chunk is collected in memory and written as one unit.
             .disable_seeking(true);
         let mut writer = options.create(NoSeek::new(out))?;
         let metadata = info.to_map();
@@ -110,7 +116,7 @@ impl<W: Write> McapWriter<W> {
         Ok(Self { writer, info, channels, joints: None, message, bytes, in_chunk: 0, frames: 0 })
     }
 
-    /// Adds a channel for states of these joints, in addition to the frames.
+    /// Returns the writer with an additional channel for the states of these joints.
     ///
     /// # Errors
     /// [`McapWriteError`].
@@ -125,10 +131,10 @@ impl<W: Write> McapWriter<W> {
         Ok(self)
     }
 
-    /// Writes one frame; `sequence` counts the frames of the bus.
+    /// Writes one frame. `sequence` is the number of the frame on the bus.
     ///
     /// # Errors
-    /// [`McapWriteError`]. After an output error nothing more can be written.
+    /// [`McapWriteError`]. After an output error the writer cannot write any more.
     pub fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), McapWriteError> {
         let index = frame.interface;
         let channel = self.channels.get(usize::from(index)).copied();
@@ -141,7 +147,7 @@ impl<W: Write> McapWriter<W> {
         self.append(&header, Self::frame_bytes(frame))
     }
 
-    /// Writes a state of the joints, if [`Self::with_joints`] added their channel.
+    /// Writes a state of the joints. It writes nothing if [`Self::with_joints`] was not called.
     ///
     /// # Errors
     /// The same as [`Self::write`].
@@ -171,12 +177,13 @@ impl<W: Write> McapWriter<W> {
         Ok(())
     }
 
-    /// Returns an upper bound of the size that a frame adds to a file, without its chunk \[bytes\].
+    /// Returns an upper bound of the size that a frame adds to a file, without that of its chunk
+    /// \[bytes\].
     pub fn frame_bytes(frame: &Frame) -> u64 {
         MESSAGE_BYTES + frame.data().len() as u64
     }
 
-    /// Returns the same upper bound for a state of these joints.
+    /// Returns an upper bound of the size that a state of these joints adds to a file \[bytes\].
     pub fn joints_bytes(names: &[String]) -> u64 {
         MESSAGE_BYTES - message::HEAD_BYTES as u64 + joint_states::most_bytes(names)
     }
@@ -194,25 +201,26 @@ impl<W: Write> McapWriter<W> {
         Ok(())
     }
 
-    /// Returns an upper bound of the file's size if it were finished now \[bytes\].
+    /// Returns an upper bound of the size that the file would have if it were finished now
+    /// \[bytes\].
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Frames written.
+    /// Returns the number of frames that were written.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Returns the description in the file.
+    /// Returns the description that the file contains.
     pub fn info(&self) -> &McapInfo {
         &self.info
     }
 
-    /// Closes the file and returns the output.
+    /// Writes the end of the file and returns the output.
     ///
     /// # Errors
-    /// [`McapWriteError::Output`]: the file has no end.
+    /// [`McapWriteError::Output`]; the file then has no end.
     pub fn finish(mut self) -> Result<W, McapWriteError> {
         self.flush()?;
         self.writer.finish()?;

@@ -4,37 +4,37 @@ use std::io;
 
 use crate::source::{InterfaceName, MAX_INTERFACES};
 
-/// Reason why an interface cannot be opened for receiving, or stopped delivering.
+/// Reason why an interface cannot be opened, or why it delivers no frames any more.
 #[derive(Debug, thiserror::Error)]
 pub enum SocketCanError {
-    /// No interfaces or too many were requested.
+    /// No interface was requested, or too many.
     #[error("{count} interfaces asked for: name 1 to {MAX_INTERFACES}")]
     InterfaceCount {
-        /// Number of interfaces.
+        /// Number of requested interfaces.
         count: usize,
     },
     /// The same interface was requested twice.
     #[error("interface {interface} is named twice: name it once")]
     Twice {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
     },
-    /// There is no interface of this name: correct it, plug the adapter in, or create a virtual
-    /// one.
+    /// There is no interface of this name. Correct the name, connect the adapter, or create a
+    /// virtual interface.
     #[error(
         "there is no interface {interface}; CAN interfaces here: {existing}. To make a virtual \
          one: `ip link add {interface} type vcan && ip link set {interface} mtu 72 up`"
     )]
     NoInterface {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
         /// Names of the existing CAN interfaces, or "none".
         existing: String,
     },
-    /// The interface is something else, such as Ethernet.
+    /// The interface exists but is not a CAN interface; for example, it is an Ethernet interface.
     #[error("interface {interface} is not a CAN interface; CAN interfaces here: {existing}")]
     NotCan {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
         /// Names of the existing CAN interfaces, or "none".
         existing: String,
@@ -48,35 +48,35 @@ pub enum SocketCanError {
         /// Error of the system.
         source: io::Error,
     },
-    /// The process may not open CAN sockets.
+    /// The process has no permission to open CAN sockets.
     #[error(
         "no permission to open a CAN socket on {interface} ({source}): allow AF_CAN, with systemd \
          by `RestrictAddressFamilies=AF_CAN`, in a container by the host's network"
     )]
     Permission {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
         /// Error of the system.
         source: io::Error,
     },
-    /// The layout needs CAN FD and the interface carries classic frames only.
+    /// The layout needs CAN FD, but the interface carries only classic frames.
     #[error(
         "interface {interface} carries classic frames only (MTU {mtu}) and CAN FD was asked for: \
          `ip link set {interface} mtu 72` for a virtual one, `ip link set {interface} type can fd \
          on dbitrate …` for a controller that can"
     )]
     NotFdCapable {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
-        /// Largest frame \[bytes\].
+        /// Size of the interface's largest frame \[bytes\].
         mtu: i32,
     },
     /// The system refused a call that should always succeed.
     #[error("cannot {what} on interface {interface}: {source}")]
     System {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
-        /// The attempted operation.
+        /// Operation that failed.
         what: &'static str,
         /// Error of the system.
         source: io::Error,
@@ -90,29 +90,29 @@ pub enum SocketCanError {
     /// The interface is down. It is used again when it comes back.
     #[error("interface {interface} is down: `ip link set {interface} up`, or look at its bus")]
     Down {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
     },
     /// The interface vanished, for example because its adapter was unplugged. It is opened again
     /// when it is back.
     #[error("interface {interface} has disappeared: is the adapter plugged in?")]
     Gone {
-        /// The interface.
+        /// Name of the interface.
         interface: InterfaceName,
     },
 }
 
 impl SocketCanError {
-    /// Returns true if the source continues by itself: this holds for failures of an interface once
-    /// opened.
+    /// Returns true if the source continues without a further action. This is the case for all
+    /// failures of an interface that was opened before.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Down { .. } | Self::Gone { .. })
     }
 }
 
-/// Returns the CAN interfaces of this machine, for messages.
+/// Returns the names of the CAN interfaces of this machine, for error messages.
 pub(super) fn existing_interfaces() -> String {
-    /// ARPHRD_CAN of `linux/if_arp.h`.
+    /// Type of a CAN device: ARPHRD_CAN of `linux/if_arp.h`.
     const ARPHRD_CAN: &str = "280";
     let devices = std::fs::read_dir("/sys/class/net").into_iter().flatten().flatten();
     let is_can = |device: &std::fs::DirEntry| {

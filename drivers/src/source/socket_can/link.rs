@@ -1,4 +1,4 @@
-//! One interface in service: its frames, its counters, and its state.
+//! One interface of a source, with its frames, its counters and its state.
 
 use core::time::Duration;
 use std::io;
@@ -18,33 +18,33 @@ use crate::source::retry::{self, Retry};
 /// Granted settings and counters of an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkReport {
-    /// Its name.
+    /// Name of the interface.
     pub interface: InterfaceName,
-    /// True if it is present and up, as far as known.
+    /// True if the interface is present and up, as far as the source knows.
     pub is_up: bool,
-    /// Largest frame of the interface \[bytes\]: 16 classic, 72 CAN FD.
+    /// Size of the largest frame of the interface \[bytes\]: 16 for classic CAN, 72 for CAN FD.
     pub mtu: i32,
-    /// Granted receive buffer \[bytes\]. It is smaller than requested if `net.core.rmem_max` is
-    /// smaller and the process lacks CAP_NET_ADMIN.
+    /// Granted size of the receive buffer \[bytes\]. It is smaller than the requested size if
+    /// `net.core.rmem_max` is smaller and the process lacks CAP_NET_ADMIN.
     pub receive_buffer_bytes: u32,
-    /// True if the controller provides the stamps.
+    /// True if the stamps are those of the controller.
     pub hardware_stamps: bool,
-    /// The counters of this interface alone.
+    /// Counters of this interface alone.
     pub counters: SourceCounters,
 }
 
-/// State of an interface: it decides if frames can arrive.
+/// State of an interface. Frames can arrive only if it is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Up,
     Down,
-    /// The socket stays unusable, regardless of the device.
+    /// The device has vanished. The socket stays unusable even if the device returns.
     Gone(Retry),
 }
 
 pub(super) struct Link {
     name: InterfaceName,
-    /// Index in the order of the source.
+    /// Index of the interface in the order of the source.
     index: u8,
     options: SocketCanOptions,
     opened: Option<OpenedSocket>,
@@ -97,12 +97,13 @@ impl Link {
         }
     }
 
-    /// Returns the socket to wait on, or `None` while the interface is gone.
+    /// Returns the socket of the interface, or `None` while the interface is gone.
     pub(super) fn socket(&self) -> Option<&Socket> {
         self.opened.as_ref().map(|opened| &opened.socket)
     }
 
-    /// Returns the time until the next call without a frame.
+    /// Returns the time after which to check the interface again although no frame arrives. Returns
+    /// `None` if the interface is up.
     pub(super) fn retry_in(&self) -> Option<Duration> {
         match self.state {
             State::Up => None,
@@ -115,12 +116,12 @@ impl Link {
         self.failure.take()
     }
 
-    /// Returns the stamp of the next frame.
+    /// Returns the stamp of the next frame, or `None` if no frame is available.
     pub(super) fn head_stamp(&self) -> Option<u64> {
         self.head_frame.map(|frame| frame.stamp_ns)
     }
 
-    /// The next frame.
+    /// Removes and returns the next frame.
     pub(super) fn take_frame(&mut self) -> Option<Frame> {
         let frame = self.head_frame.take()?;
         self.counters.frames += 1;
@@ -129,12 +130,13 @@ impl Link {
         Some(frame)
     }
 
-    /// Returns true if all frames taken from the kernel are used up and more may wait there.
+    /// Returns true if all frames taken from the kernel are used up and more frames may wait in the
+    /// kernel.
     pub(super) fn may_have_older(&self) -> bool {
         self.head_frame.is_none() && self.buffer.was_full()
     }
 
-    /// Takes frames from the kernel if none are left; does not wait.
+    /// Takes frames from the kernel if none is left. Does not wait.
     pub(super) fn read_frames(&mut self) {
         self.reopen_when_due();
         for _ in 0..MAX_CALLS {
@@ -145,7 +147,8 @@ impl Link {
                 Ok(()) => {
                     self.advance();
                     if self.state == State::Down {
-                        // The interface may be up again, or these frames were still waiting.
+                        // The interface may be up again, or these frames were queued before it went
+                        // down.
                         self.check_device();
                     }
                 }
@@ -157,7 +160,7 @@ impl Link {
                     }
                     return;
                 }
-                // The queue may still hold earlier frames: repeat.
+                // The queue may still contain earlier frames, so try again.
                 Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
                 Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.mark_gone(),
                 Err(source) => {
@@ -169,7 +172,7 @@ impl Link {
         }
     }
 
-    /// Checks the device behind the socket for changes that the socket did not report.
+    /// Checks the network device of the socket for changes that the socket did not report.
     pub(super) fn check_device(&mut self) {
         let Some(opened) = &self.opened else { return };
         if matches!(self.state, State::Gone(_)) {
@@ -192,8 +195,8 @@ impl Link {
         }
     }
 
-    /// Marks the interface as gone. The socket is kept until its queue is empty: it still holds
-    /// earlier frames.
+    /// Marks the interface as gone. The socket is kept until its queue is empty, because the queue
+    /// may contain earlier frames.
     fn mark_gone(&mut self) {
         if self.state == State::Up {
             self.counters.link_down += 1;
@@ -220,7 +223,7 @@ impl Link {
         }
     }
 
-    /// Makes the next message that is a frame the head.
+    /// Decodes messages up to the next one that is a frame, and stores it as the head.
     fn advance(&mut self) {
         while let Some(message) = self.buffer.next_message() {
             if let Some(total) = message.control.drops {
@@ -246,9 +249,9 @@ impl core::fmt::Debug for Link {
     }
 }
 
-/// Decodes a message in the layout of `struct can_frame` (16 bytes) or `struct canfd_frame` (72
-/// bytes). The layout is the identifier with its flags, the length, the FD flags, two bytes of
-/// padding, the data.
+/// Decodes a message with the layout of `struct can_frame` (16 bytes) or `struct canfd_frame` (72
+/// bytes). The fields are the identifier with its flags, the length, the FD flags, two bytes of
+/// padding, and the data.
 fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
     let bytes = message.bytes;
     let unknown = FrameError::FdLength { id: FrameId::Standard(0), length: bytes.len() };

@@ -1,4 +1,5 @@
-//! Linux SocketCAN as a source: several interfaces, kernel or hardware stamps, every drop counted.
+//! Source for Linux SocketCAN. It receives from several interfaces, with stamps of the kernel or of
+//! the hardware, and counts every dropped frame.
 
 mod error;
 mod link;
@@ -20,13 +21,14 @@ use super::{
 use crate::frame::Frame;
 use crate::socket::wait_readable;
 
-/// Frames of one or more SocketCAN interfaces. It cannot send.
+/// Source of the frames of one or more SocketCAN interfaces. It cannot send.
 ///
-/// Frames of one interface keep their order. Frames of several interfaces are merged by their
+/// Frames of one interface keep their order. Frames of several interfaces are ordered by their
 /// stamps if they are available at the same time.
 ///
-/// An interface that goes down or vanishes is reported once by an error and counted. It is silent
-/// until it is back; then it is used again automatically.
+/// If an interface goes down or vanishes, the source reports it once by an error and counts it. The
+/// source receives nothing from this interface until it is back, and then uses it again without a
+/// call.
 #[derive(Debug)]
 pub struct SocketCanSource {
     interfaces: Vec<InterfaceName>,
@@ -35,10 +37,10 @@ pub struct SocketCanSource {
 
 impl SocketCanSource {
     /// Opens the interfaces. Options and filters are in force before the first frame can arrive. An
-    /// interface that is down is also opened; the first call to receive reports it.
+    /// interface that is down is opened, too; the first call to receive reports that it is down.
     ///
     /// # Errors
-    /// See [`SocketCanError`]: every variant gives the remedy.
+    /// [`SocketCanError`]; every variant names the remedy.
     pub fn open(
         interfaces: &[InterfaceName],
         options: &SocketCanOptions,
@@ -56,14 +58,15 @@ impl SocketCanSource {
         Ok(Self { interfaces: interfaces.to_vec(), links })
     }
 
-    /// Returns the granted settings and counters per interface, in their order.
+    /// Returns the granted settings and the counters of each interface, in the order of the
+    /// interfaces.
     pub fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.links.iter().map(Link::report)
     }
 }
 
 impl Listening for SocketCanSource {
-    /// Oldest stamp first.
+    /// Moves the available frames into the batch, the oldest stamp first.
     fn take_frames(&mut self, batch: &mut Vec<Frame>) -> bool {
         let before = batch.len();
         for link in &mut self.links {
@@ -74,8 +77,8 @@ impl Listening for SocketCanSource {
             let Some(link) = waiting.min_by_key(|link| link.head_stamp()) else { break };
             batch.extend(link.take_frame());
             if link.may_have_older() {
-                // Frames that still wait in the kernel may be older than those of the other
-                // interfaces.
+                // Frames of this interface that still wait in the kernel may be older than the
+                // frames of the other interfaces.
                 break;
             }
         }

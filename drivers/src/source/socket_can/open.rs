@@ -1,5 +1,5 @@
-//! Opening of one interface. Every option is set before the socket is bound, because frames arrive
-//! from that moment on.
+//! Opening of one interface. Every option is set before the socket is bound, because frames can
+//! arrive from then on.
 
 use std::io;
 
@@ -10,7 +10,7 @@ use crate::socket::{DeviceState, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::listening::{ask_for_stamps_and_drops, set_receive_buffer};
 
-/// Result of [`open`].
+/// Opened socket of an interface, as returned by [`open`].
 #[derive(Debug)]
 pub(super) struct OpenedSocket {
     pub(super) socket: Socket,
@@ -26,7 +26,7 @@ pub(super) fn open(
     let failed = |what| move |source: io::Error| system_error(interface, what, source);
     let socket = Socket::new_can().map_err(failed("open a CAN socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?;
-    // A device of another kind can have any MTU; `bind` detects it.
+    // A device that is not CAN can have any MTU; `bind` detects such a device.
     if options.accepts_fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
         return Err(SocketCanError::NotFdCapable { interface, mtu: device.mtu });
     }
@@ -34,7 +34,7 @@ pub(super) fn open(
     let receive_buffer_bytes = set_receive_buffer(&socket, options.receive_buffer_bytes)
         .map_err(failed("set the receive buffer"))?;
     socket.bind_can(device.index).map_err(|source| match source.raw_os_error() {
-        // It existed a moment ago: the kernel reports this error for devices that are not CAN.
+        // The device exists, so the kernel reports this error because the device is not CAN.
         Some(libc::ENODEV) if device_state(&socket, interface).is_ok() => {
             SocketCanError::NotCan { interface, existing: existing_interfaces() }
         }
@@ -56,7 +56,7 @@ fn set_options(socket: &Socket, options: &SocketCanOptions) -> io::Result<()> {
     socket.set_filters(&filters)
 }
 
-/// Returns a filter that passes data frames of exactly this identifier and format.
+/// Returns a filter that passes only data frames with this identifier and this format.
 fn data_frames_of(id: &FrameId) -> libc::can_filter {
     let (can_id, mask) = match *id {
         FrameId::Standard(id) => (u32::from(id), libc::CAN_SFF_MASK),

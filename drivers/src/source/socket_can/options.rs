@@ -2,16 +2,16 @@
 
 use crate::frame::FrameId;
 
-/// Options of listening.
+/// Options of a [`SocketCanSource`](super::SocketCanSource).
 #[derive(Clone, Debug)]
 pub struct SocketCanOptions {
     /// True to receive CAN FD frames; every interface must support them.
     pub accepts_fd: bool,
-    /// Identifiers of the data frames that the kernel passes, in addition to error frames. `None`
-    /// passes everything. The kernel accepts at most 512; a longer list sets no filter.
+    /// Identifiers of the data frames that the kernel passes; it always passes error frames. `None`
+    /// passes all frames. The kernel accepts at most 512 identifiers; a longer list sets no filter.
     pub ids: Option<Vec<FrameId>>,
-    /// Requested receive buffer per interface \[bytes, as the kernel accounts them\]; a queued
-    /// frame costs [`QUEUED_FRAME_BYTES`]. The granted size is
+    /// Requested size of the receive buffer of each interface, as the kernel counts it \[bytes\]. A
+    /// queued frame takes [`QUEUED_FRAME_BYTES`] of it. The granted size is
     /// [`LinkReport::receive_buffer_bytes`](super::LinkReport::receive_buffer_bytes).
     pub receive_buffer_bytes: u32,
 }
@@ -20,7 +20,8 @@ pub struct SocketCanOptions {
 pub const QUEUED_FRAME_BYTES: u32 = 768;
 
 impl Default for SocketCanOptions {
-    /// Returns CAN FD, every identifier, and 8 MiB: two seconds of a 5 kHz bus.
+    /// Returns options with CAN FD, all identifiers and a buffer of 8 MiB, which holds two seconds
+    /// of a bus with 5,000 frames per second.
     fn default() -> Self {
         Self { accepts_fd: true, ids: None, receive_buffer_bytes: 8 << 20 }
     }

@@ -16,8 +16,8 @@ use super::field::{NS_PER_S, bytes, channel_name, parse_digits, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
 
-/// Settings of the header. It also holds the present time if the stamp of each line is relative to
-/// the previous line.
+/// Parser of an ASC log, with the settings of the header. If stamps are relative to the previous
+/// line, the parser also stores the time of that line.
 #[derive(Clone, Debug)]
 pub(super) struct AscParser {
     base: u32,
@@ -74,7 +74,7 @@ impl AscParser {
             let frame = Frame::error(0, &[0; 8])?;
             return Ok(Some((channel, frame)));
         }
-        // A transmit request is followed by the transmitted frame.
+        // A transmit request is not a frame; the transmitted frame follows in another line.
         let Some(direction) = fields.next().and_then(parse_direction) else { return Ok(None) };
         let id = self.parse_id(id)?;
         let kind = fields.next();
@@ -105,7 +105,7 @@ impl AscParser {
             return Ok(Some((channel, Frame::error(0, &[0; 8])?.with_direction(direction))));
         }
         let id = self.parse_id(id)?;
-        // A name may precede the flags.
+        // A name may precede the flags of the frame.
         let flag = |field: Option<&[u8]>| match field {
             Some(b"0") => Some(false),
             Some(b"1") => Some(true),
@@ -116,7 +116,7 @@ impl AscParser {
         let error_state_indicator = flag(fields.next());
         let flags = bit_rate_switch.zip(error_state_indicator);
         let (bit_rate_switch, error_state_indicator) = flags.ok_or(LineFault::Length)?;
-        // Skip the length code; the bytes follow.
+        // Skip the data length code. The data bytes follow it.
         fields.next();
         let length =
             fields.next().and_then(|length| parse_digits(length, 10)).ok_or(LineFault::Length)?;

@@ -5,8 +5,8 @@ use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
 use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
 use crate::source::InterfaceName;
 
-/// Parses a line without its newline. The frame's interface index stays 0: the name identifies the
-/// interface.
+/// Parses a line without its newline. Returns the name of the interface and the frame. The
+/// interface index of the frame is 0.
 pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
     let line = line.trim_ascii_end();
     if line.is_empty() {
@@ -40,13 +40,13 @@ fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
     })
 }
 
-/// `ID#DATA`, `ID#R`, `ID##FDATA`.
+/// Parses a frame in one of the forms `ID#DATA`, `ID#R` and `ID##FDATA`.
 fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
     let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
     let (id, body) = (&field[..hash], &field[hash + 1..]);
     let raw = parse_digits(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
-    // The number of digits determines the format, not the value; an error frame is identified by
-    // its flag.
+    // The number of digits, and not the value, determines the format of the identifier. A flag in
+    // the identifier marks an error frame.
     let (id, error) = match id.len() {
         3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
         8 if raw & ERROR_FLAG != 0 => (FrameId::Extended(raw & !ERROR_FLAG), true),
@@ -85,7 +85,8 @@ fn parse_remote(id: FrameId, length: &[u8]) -> Result<Frame, LineFault> {
 }
 
 fn parse_classic(id: FrameId, data: &[u8]) -> Result<Frame, LineFault> {
-    // A controller can report a data length code above 8 for eight bytes; it carries no data.
+    // A controller can report a data length code above 8 for a frame of eight bytes. The code is no
+    // data.
     let (data, code) = match data.iter().position(|&byte| byte == b'_') {
         Some(at) => (&data[..at], Some(&data[at + 1..])),
         None => (data, None),
@@ -99,7 +100,7 @@ fn parse_classic(id: FrameId, data: &[u8]) -> Result<Frame, LineFault> {
     Ok(Frame::classic(id, payload.bytes())?)
 }
 
-/// Data bytes, possibly more than their kind of frame allows.
+/// Data bytes of a frame. There may be more of them than the kind of frame allows.
 struct Payload {
     bytes: [u8; MAX_PAYLOAD],
     length: usize,
@@ -113,7 +114,8 @@ impl Payload {
             return Err(LineFault::Data);
         }
         for &[high, low] in pairs {
-            // `candump -l` and `-L` do not write the older `.` between bytes.
+            // The older `.` between bytes is not accepted, because `candump -l` and `-L` do not
+            // write it.
             let byte = nibble(high).zip(nibble(low)).map(|(high, low)| high << 4 | low);
             let place = payload.bytes.get_mut(payload.length).ok_or(LineFault::Data)?;
             *place = byte.ok_or(LineFault::Data)?;

@@ -14,17 +14,17 @@ pub enum TextLogError {
         path = path.display()
     )]
     Open {
-        /// The file.
+        /// Path of the log.
         path: PathBuf,
         /// Error of the system.
         source: std::io::Error,
     },
-    /// Reading failed; the source ends there.
+    /// Reading the file failed; the source ends there.
     #[error("{path}:{line}: cannot read further: {source}", path = path.display())]
     Read {
-        /// The file.
+        /// Path of the log.
         path: PathBuf,
-        /// Line being read, from 1.
+        /// Line at which reading failed, from 1.
         line: u64,
         /// Error of the system.
         source: std::io::Error,
@@ -32,22 +32,23 @@ pub enum TextLogError {
     /// A line is not a frame. The next call skips it.
     #[error("{path}:{line}: {fault}", path = path.display())]
     Line {
-        /// The file.
+        /// Path of the log.
         path: PathBuf,
         /// Line number, from 1.
         line: u64,
-        /// The fault of the line.
+        /// Fault in the line.
         fault: LineFault,
     },
-    /// The last line has no end: the recording was truncated during writing. Even a line that looks
-    /// complete may lack bytes. Delete it, or add the newline if it is complete.
+    /// The last line has no newline: the recording was truncated while it was written. Even a line
+    /// that looks complete may lack bytes. Delete the line, or add the newline if the line is
+    /// complete.
     #[error(
         "{path}:{line}: the last line has no newline: the log was cut off there; delete that line, \
          or end it with a newline if it is known to be whole",
         path = path.display()
     )]
     Truncated {
-        /// The file.
+        /// Path of the log.
         path: PathBuf,
         /// Line number, from 1.
         line: u64,
@@ -55,7 +56,7 @@ pub enum TextLogError {
 }
 
 impl TextLogError {
-    /// Returns true if the lines after it can still be read.
+    /// Returns true if the lines after the error can still be read.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Line { .. })
     }
@@ -64,7 +65,7 @@ impl TextLogError {
 /// Fault in a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineFault {
-    /// Nothing on it.
+    /// The line is empty.
     #[error("the line is empty: delete it")]
     Empty,
     /// The line is longer than any frame.
@@ -82,30 +83,30 @@ pub enum LineFault {
     /// The stamp does not fit 64 bits of nanoseconds.
     #[error("the time stamp lies beyond the year 2554: correct the clock of the recorder")]
     StampRange,
-    /// Not a number of seconds (ASC) or milliseconds (TRC).
+    /// The time is not a number of seconds (ASC) or milliseconds (TRC).
     #[error("the line has no time that is a number: it is damaged or cut off")]
     Time,
-    /// The identifier is no number, or too large.
+    /// The identifier is not a number, or it is too large.
     #[error("the identifier is no number of 11 or 29 bits: the line is damaged")]
     LogId,
     /// The length or the kind of a frame is missing or unknown.
     #[error("kind or length of the frame are missing or not known: the line is damaged or cut off")]
     Length,
-    /// There are fewer bytes than the length requires, or none.
+    /// The line has fewer data bytes than its length requires, or none.
     #[error("the line has not as many bytes of data as it says: it is damaged or cut off")]
     Bytes,
-    /// The version is not supported.
+    /// The version of the log format is not supported.
     #[error("this version of TRC is not read; write it anew as 1.0 to 2.1")]
     Version,
-    /// No usable interface name.
+    /// The line has no usable name of an interface.
     #[error(
         "no interface after the time stamp: expected a name of at most 15 characters, as in `can0`"
     )]
     Interface,
-    /// More interfaces than a source can have.
+    /// The log has more interfaces than a source can have.
     #[error("more than {MAX_INTERFACES} interfaces in one log: name those to read")]
     TooManyInterfaces,
-    /// No `#` where the frame should be.
+    /// The line has no `#` at the position of the frame.
     #[error("no frame after the interface: expected an identifier, `#` and data, as in `123#1122`")]
     Frame,
     /// The identifier is not three or eight hexadecimal digits.
@@ -117,21 +118,21 @@ pub enum LineFault {
     /// The flags of an FD frame are missing or unknown.
     #[error("after `##` one hexadecimal digit of flags must follow, at most 7")]
     FdFlags,
-    /// The length of a remote request is not a digit up to 8.
+    /// The length of a remote request is not a digit from 0 to 8.
     #[error("a remote request is `R` or `R` and its length from 0 to 8")]
     RemoteLength,
-    /// A raw data length code is not allowed here.
+    /// A raw data length code is at a position at which it is not allowed.
     #[error(
         "`_` and a data length code from 9 to F may only follow eight bytes of a classic frame"
     )]
     RawLengthCode,
-    /// The identifier marks an error frame, but the form is that of another frame.
+    /// The identifier marks an error frame, but the line has the form of another kind of frame.
     #[error("an error frame (identifier from 20000000) can be neither CAN FD nor remote")]
     ErrorForm,
-    /// The mark after the frame is neither `T` nor `R`.
+    /// The mark of the direction after the frame is neither `T` nor `R`.
     #[error("after the frame only `R` or `T` may follow: delete the rest of the line")]
     Direction,
-    /// Such a frame cannot exist.
+    /// The line describes a frame that cannot exist.
     #[error(transparent)]
     Impossible(#[from] FrameError),
 }

@@ -1,4 +1,4 @@
-//! Common fields of logs.
+//! Fields that several log formats have in common.
 
 use super::LineFault;
 use crate::frame::MAX_PAYLOAD;
@@ -6,8 +6,8 @@ use crate::source::InterfaceName;
 
 pub(super) const NS_PER_S: u64 = 1_000_000_000;
 
-/// Parses a number of `unit_ns` with a fraction, exactly, in integers; digits below a nanosecond
-/// are dropped.
+/// Parses a decimal number in units of `unit_ns` nanoseconds. The calculation uses integers and is
+/// exact; digits below a nanosecond are dropped.
 pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     let dot = field.iter().position(|byte| *byte == b'.').unwrap_or(field.len());
     let (integer, fraction) = (&field[..dot], field.get(dot + 1..).unwrap_or_default());
@@ -33,7 +33,7 @@ pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     Ok(ns)
 }
 
-/// Parses a number that consists only of digits to a base.
+/// Parses a number in a base. Every character has to be a digit.
 pub(super) fn parse_digits(digits: &[u8], base: u32) -> Option<u64> {
     (!digits.is_empty()).then_some(())?;
     digits.iter().try_fold(0u64, |value, byte| {
@@ -42,13 +42,13 @@ pub(super) fn parse_digits(digits: &[u8], base: u32) -> Option<u64> {
     })
 }
 
-/// Returns the name of a channel by its number, such as `can1`.
+/// Returns the interface name of a channel from its number, such as `can1`.
 pub(super) fn channel_name(number: &[u8]) -> Option<InterfaceName> {
     let digits = (1..=3).contains(&number.len()) && number.iter().all(u8::is_ascii_digit);
     digits.then(|| InterfaceName::from_bytes(&[b"can", number].concat())).flatten()
 }
 
-/// Parses bytes; each is a field.
+/// Parses data bytes. Each byte is one field of the line.
 pub(super) fn bytes<'a>(
     fields: impl Iterator<Item = &'a [u8]>,
     length: u64,

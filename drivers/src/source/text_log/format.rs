@@ -6,7 +6,7 @@ use super::{LineFault, candump};
 use crate::frame::Frame;
 use crate::source::InterfaceName;
 
-/// Format of the lines of a log.
+/// Format of a log.
 #[derive(Clone, Debug)]
 pub(super) enum Format {
     Candump,
@@ -31,14 +31,14 @@ impl Format {
         }
     }
 
-    /// Returns true if the last line needs a newline: in the other formats each line contains its
-    /// length.
+    /// Returns true if the last line of the log needs a newline. In the other formats each line
+    /// contains its length.
     pub(super) fn ends_lines(&self) -> bool {
         matches!(self, Self::Candump)
     }
 
-    /// Returns the frame in a line without its newline. Returns `None` for a header or another
-    /// event.
+    /// Returns the frame in a line without its newline. Returns `None` for a header or for another
+    /// event than a frame.
     pub(super) fn parse(
         &mut self,
         line: &[u8],

@@ -10,8 +10,8 @@
 //! (1436509052.249713) can0 20000004#000C000000000000   an error frame of the controller
 //! ```
 //!
-//! The `socketcan` crate reads such logs too, but only to microseconds and with an allocation per
-//! line. This module keeps every digit of the stamp and needs the same memory for a log of any
+//! The `socketcan` crate also reads such logs, but only to microseconds and with an allocation for
+//! each line. This module keeps every digit of the stamp. It needs the same memory for a log of any
 //! length.
 
 mod asc;
@@ -33,11 +33,11 @@ const MAX_LINE: usize = 512;
 /// Flag in the identifier of an error frame (`linux/can.h`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
-/// Bit rate switch in the flags digit of an FD frame (`linux/can.h`).
+/// Flag for the second bit rate in the flags digit of an FD frame (`linux/can.h`).
 const FLAG_BRS: u8 = 0x1;
 
-/// Error state indicator in the flags digit.
+/// Flag for an error passive sender in the flags digit of an FD frame (`linux/can.h`).
 const FLAG_ESI: u8 = 0x2;
 
-/// "This is an FD frame" in the flags digit; newer kernels set it, older ones do not.
+/// Flag for an FD frame in the flags digit. Newer kernels set it, older kernels do not.
 const FLAG_FDF: u8 = 0x4;

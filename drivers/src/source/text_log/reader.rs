@@ -1,4 +1,4 @@
-//! A log as a source: read at the speed of the caller, in constant memory.
+//! Source for a text log. It reads at the speed of the caller, in constant memory.
 
 use core::time::Duration;
 use std::fs::File;
@@ -13,27 +13,28 @@ use crate::source::{
     capacity,
 };
 
-/// Number of bytes at the start of a file that identify its kind.
+/// Number of bytes at the beginning of a file by which its kind is detected.
 const DETECTION_BYTES: u64 = 256;
 
-/// Frames of a candump log, in the order of its lines.
+/// Source of the frames of a text log, in the order of its lines.
 ///
-/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence):
-/// replay runs at the speed of the caller.
+/// A call never waits and never returns [`Received::Silence`](crate::source::Received::Silence).
+/// Replay runs at the speed of the caller.
 #[derive(Debug)]
 pub struct TextLog<R = BufReader<File>> {
     reader: R,
-    /// Path for every error.
+    /// Path of the log, which every error names.
     path: PathBuf,
-    /// Lines read so far.
+    /// Number of lines read until now.
     line: u64,
     buffer: Vec<u8>,
-    /// Format, detected from the first line.
+    /// Format of the log, detected from its first line.
     format: Option<Format>,
     interfaces: Vec<InterfaceName>,
-    /// True if `interfaces` was given, instead of growing with the log.
+    /// True if the caller chose `interfaces`. Otherwise every interface of the log is added to
+    /// them.
     has_fixed_interfaces: bool,
-    /// Error for the next call, after the frames before it.
+    /// Error that the next call returns, after the frames that precede it.
     failure: Option<TextLogError>,
     has_ended: bool,
     counters: SourceCounters,
@@ -51,8 +52,9 @@ impl TextLog {
 
     /// Opens a log.
     ///
-    /// With names, frames of other interfaces are skipped and counted. Without names, every
-    /// interface counts, numbered in the order of first appearance in the log.
+    /// If `interfaces` is not empty, frames of other interfaces are skipped and counted. Otherwise
+    /// the frames of all interfaces are returned. The interfaces are then numbered in the order of
+    /// their first appearance in the log.
     ///
     /// # Errors
     /// [`TextLogError::Open`].
@@ -65,7 +67,7 @@ impl TextLog {
 }
 
 impl<R: BufRead> TextLog<R> {
-    /// Reads a log from any reader like [`TextLog::open`]; errors name it `path`.
+    /// Reads a log from any reader, like [`TextLog::open`]. Errors name the log `path`.
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Self {
         let mut interfaces_seen = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
         interfaces_seen.extend_from_slice(interfaces);
@@ -83,13 +85,13 @@ impl<R: BufRead> TextLog<R> {
         }
     }
 
-    /// Returns the next frame of an interface that counts, or `None` at the end.
+    /// Returns the next frame that is not skipped, or `None` at the end.
     fn next_frame(&mut self) -> Result<Option<Frame>, TextLogError> {
         while self.read_line()? {
             let buffer = &self.buffer;
             let format = self.format.get_or_insert_with(|| Format::detect(buffer));
             let parsed = match format.parse(buffer) {
-                // A header, or an event that is no frame.
+                // The line is a header, or an event that is not a frame.
                 Ok(None) => continue,
                 Ok(Some((name, frame))) => {
                     self.index_of(name).map(|index| index.map(|index| frame.on_interface(index)))
@@ -105,7 +107,7 @@ impl<R: BufRead> TextLog<R> {
         Ok(None)
     }
 
-    /// Reads the next line, without its newline, into the buffer; returns false at the end.
+    /// Reads the next line into the buffer, without its newline. Returns false at the end.
     fn read_line(&mut self) -> Result<bool, TextLogError> {
         self.buffer.clear();
         let limit = u64::try_from(MAX_LINE).unwrap_or(u64::MAX);
@@ -132,7 +134,7 @@ impl<R: BufRead> TextLog<R> {
             }
             return Err(TextLogError::Truncated { path: self.path.clone(), line: self.line });
         }
-        // Without newlines reading cannot continue.
+        // Without a newline the end of the line is unknown, so reading cannot continue.
         self.has_ended = true;
         Err(self.at_line(LineFault::TooLong))
     }

@@ -16,7 +16,7 @@ use crate::source::InterfaceName;
 
 const NS_PER_MS: u64 = 1_000_000;
 
-/// Content of a column.
+/// Content of one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
     Time,
@@ -29,14 +29,15 @@ enum Column {
     Other,
 }
 
-/// Columns, in their order.
+/// Parser of a TRC log, with the columns in their order.
 #[derive(Clone, Debug)]
 pub(super) struct TrcParser {
     columns: Vec<Column>,
 }
 
 impl Default for TrcParser {
-    /// Returns version 1.0, which the file does not declare.
+    /// Returns a parser for version 1.0, because a file of this version does not declare its
+    /// version.
     fn default() -> Self {
         use Column::{Data, Id, Length, Other, Time};
         Self { columns: vec![Other, Time, Id, Length, Data] }
@@ -120,7 +121,7 @@ impl TrcParser {
             Frame::error(0, &[0; 8])?
         } else {
             let id = id.ok_or(LineFault::LogId)?;
-            // The number of digits determines the format.
+            // The number of digits determines the format of the identifier.
             let raw = parse_digits(id, 16).ok_or(LineFault::LogId)?;
             let id = match id.len() {
                 ..=4 => u16::try_from(raw).ok().map(FrameId::Standard),
@@ -150,7 +151,7 @@ impl TrcParser {
     }
 }
 
-/// Returns true for status, events and error counters, of both versions.
+/// Returns true for lines with a status, an event or error counters, in all versions.
 fn is_passed_over(kind: &[u8]) -> bool {
     matches!(kind, b"ST" | b"EC" | b"EV" | b"Warng" | b"Status" | b"Event" | b"ErrCt" | b"HwSta")
 }

@@ -6,16 +6,16 @@ use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, MAX_LINE};
 use crate::frame::{Direction, Frame, FrameKind};
 use crate::source::InterfaceName;
 
-/// Number of written digits of a second.
+/// Number of digits of the written stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StampDigits {
-    /// Microseconds, the default of candump; smaller digits are truncated.
+    /// Stamps in microseconds, the default of candump. Smaller digits are truncated.
     Microseconds,
-    /// Nanoseconds, like `candump -N`: nothing is lost.
+    /// Stamps in nanoseconds, as with `candump -N`. No digit is lost.
     Nanoseconds,
 }
 
-/// Writes a log, one line per frame, with the direction mark `T` on frames that this host sent.
+/// Writer of a log with one line per frame. Frames that this host sent have the direction mark `T`.
 #[derive(Debug)]
 pub struct CandumpWriter<W: Write> {
     out: W,
@@ -25,16 +25,18 @@ pub struct CandumpWriter<W: Write> {
 }
 
 impl<W: Write> CandumpWriter<W> {
-    /// Creates a writer to `out`; a frame's interface index selects its name in `interfaces`.
+    /// Creates a writer with the output `out`. The interface index of a frame selects a name in
+    /// `interfaces`.
     pub fn new(out: W, interfaces: &[InterfaceName], digits: StampDigits) -> Self {
         let buffer = Vec::with_capacity(MAX_LINE);
         Self { out, interfaces: interfaces.to_vec(), digits, buffer }
     }
 
-    /// Writes one line.
+    /// Writes the line of one frame.
     ///
     /// # Errors
-    /// [`WriteError::NoInterface`] if the index has no name; [`WriteError::Output`].
+    /// [`WriteError::NoInterface`] if the interface index has no name; [`WriteError::Output`] if
+    /// the output fails.
     pub fn write(&mut self, frame: &Frame) -> Result<(), WriteError> {
         let index = frame.interface;
         let name = self.interfaces.get(usize::from(index));
@@ -44,10 +46,10 @@ impl<W: Write> CandumpWriter<W> {
         Ok(self.out.write_all(&self.buffer)?)
     }
 
-    /// Flushes and returns the output.
+    /// Flushes the output and returns it.
     ///
     /// # Errors
-    /// [`WriteError::Output`]: the log is not complete.
+    /// [`WriteError::Output`]; the log is then not complete.
     pub fn finish(mut self) -> Result<W, WriteError> {
         self.out.flush()?;
         Ok(self.out)
@@ -89,13 +91,14 @@ fn write_line(
 /// Reason why a frame could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The frame's interface index has no name: give the writer the names of the frames' source.
+    /// The interface index of the frame has no name. Create the writer with the interface names of
+    /// the source.
     #[error("a frame of interface {index} cannot be written: no name was given for it")]
     NoInterface {
-        /// The index.
+        /// Interface index of the frame.
         index: u8,
     },
-    /// The output failed: the log is not complete.
+    /// The output failed, so the log is not complete.
     #[error("cannot write the log: {0}")]
     Output(#[from] std::io::Error),
 }

@@ -1,4 +1,5 @@
-//! The history file: append-only, synced and bounded in size. Torn lines are skipped.
+//! The history file. Lines are appended and synced, the size is bounded, and incomplete lines are
+//! skipped.
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -12,14 +13,14 @@ use crate::archive::store::error::{StoreError, io_error, write};
 use crate::files::remove_leftovers;
 
 pub(super) const FILE_NAME: &str = "history.jsonl";
-/// Maximum length of a line \[bytes\]: 1,000 parameters and a note take a tenth of it.
+/// Maximum length of a line \[bytes\]. A line with 1,000 parameters and a note has a tenth of it.
 pub(super) const MAX_LINE: u64 = 1 << 20;
 
 /// Error when reading a history.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
-    /// There is no history. The service writes one with its first result. Otherwise name another
-    /// folder.
+    /// There is no history. The service writes one with its first result. If a service has run,
+    /// name its folder.
     #[error(
         "no history in {}: the service writes one with its first result; name its folder with \
          --state, or its cell file with --cell",
@@ -40,7 +41,7 @@ pub enum HistoryError {
 }
 
 /// Reads the history of a results folder, oldest line first. Also returns the number of skipped
-/// lines: torn lines, foreign lines, and lines of a later version of this program.
+/// lines: incomplete lines, lines of other programs, and lines of a later version of this program.
 ///
 /// # Errors
 /// [`HistoryError`].
@@ -61,10 +62,9 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
 struct HistoryContent {
     /// Number of bytes up to the end of the last complete line.
     complete_bytes: u64,
-    /// Bytes of all.
+    /// Length of the file \[bytes\].
     length: u64,
-    /// Number of lines to count and to keep: complete lines of this program, including those of a
-    /// later version.
+    /// Number of complete lines of this program, including those of a later version.
     lines: usize,
     /// Number of unreadable lines, including those of a later version.
     passed_over: usize,
@@ -72,7 +72,7 @@ struct HistoryContent {
     last_result: Option<u64>,
 }
 
-/// Fields that every version of a line has.
+/// Fields that exist in every version of a line.
 #[derive(Deserialize)]
 struct VersionFields {
     schema: u32,
@@ -81,8 +81,8 @@ struct VersionFields {
 }
 
 /// Parses a line of this program: its result number and its content. The content is `None` if a
-/// later version wrote the line. An older program that was reinstalled cannot read such a line, and
-/// keeps it for the newer one.
+/// later version wrote the line. An older program, installed again, cannot read such a line and
+/// keeps it.
 pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
     let VersionFields { schema, result } = match &line {
@@ -96,8 +96,8 @@ pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine
     }
 }
 
-/// Passes on the bytes of every line of this program. The parsed line is added unless a later
-/// version wrote it.
+/// Calls a function with the bytes of every line of this program. The function also gets the parsed
+/// line, unless a later version wrote it.
 fn scan(
     file: File,
     mut take: impl FnMut(&[u8], Option<HistoryLine>),
@@ -106,7 +106,7 @@ fn scan(
     let (mut scan, mut line) = (HistoryContent::default(), Vec::new());
     loop {
         line.clear();
-        // A longer line is read in pieces, none of which is a valid line.
+        // A longer line is read in pieces. No piece is a valid line.
         let read = (&mut reader).take(MAX_LINE).read_until(b'\n', &mut line)?;
         if read == 0 {
             return Ok(scan);
@@ -128,23 +128,23 @@ fn scan(
     }
 }
 
-/// The history as seen by its only writer.
+/// The history file, opened by its only writer.
 #[derive(Debug)]
 pub(in crate::archive::store) struct HistoryFile {
     folder: PathBuf,
     path: PathBuf,
-    /// Number of bytes of the complete lines. Any bytes after them are from a failed append.
+    /// Number of bytes of the complete lines. Later bytes in the file are from a failed append.
     length: u64,
     lines: usize,
-    /// Last result number in the file when it was opened.
+    /// Result number of the last line when the file was opened.
     last_result: Option<u64>,
-    /// Lines to keep.
+    /// Maximum number of lines.
     max_lines: usize,
 }
 
 impl HistoryFile {
-    /// Opens the history of a folder with `keep` lines to keep, and returns the last `recent` of
-    /// them. A torn last line is removed, because nothing may be appended to it.
+    /// Opens the history of a folder, in which `keep` lines are kept, and returns the last `recent`
+    /// lines. Removes an incomplete last line, because nothing may be appended to it.
     pub(in crate::archive::store) fn open(
         folder: &Path,
         keep: usize,
@@ -189,9 +189,9 @@ impl HistoryFile {
         Ok((history, last))
     }
 
-    /// Appends a line and syncs it. The oldest lines are removed when the file exceeds the lines to
-    /// keep by a tenth. This is not done with each result because it rewrites the whole file. A
-    /// failure of the removal is only logged because the line is already stored.
+    /// Appends a line and syncs it. Removes the oldest lines when the file has a tenth more lines
+    /// than are to be kept. The removal rewrites the complete file, and is therefore not done with
+    /// each result. A failure of the removal is only logged, because the line is stored already.
     pub(in crate::archive::store) fn append(
         &mut self,
         line: &HistoryLine,
@@ -210,7 +210,7 @@ impl HistoryFile {
         }
         let written = file.write_all(&json).and_then(|()| file.sync_data());
         if let Err(cause) = written {
-            // Restores the previous state. If that fails as well, the next append repairs it.
+            // Restores the previous state. If this fails as well, the next append repairs the file.
             let _ = self.cut_tail();
             return Err(io_error("append to", &self.path)(cause));
         }
@@ -225,15 +225,16 @@ impl HistoryFile {
         Ok(())
     }
 
-    /// Returns true if this result number came after the last line at the time of opening. Nothing
-    /// is known of lines without a result number.
+    /// Returns true if the opened history had no line of this result: the number is greater than
+    /// that of the last line, or there are no lines. Returns false if the last line has no result
+    /// number.
     pub(in crate::archive::store) fn is_missing(&self, result: u64) -> bool {
         self.last_result.map_or(self.lines == 0, |last| result > last)
     }
 
-    /// Finds the end of a file that this writer did not leave in this state. Another program may
-    /// have added lines, replaced, cut or removed the file. All lines that it has now stay. Only
-    /// the bytes after the last newline are removed, usually half a line of a failed append.
+    /// Reads the file again after another program has changed, replaced or removed it. Keeps all
+    /// complete lines. Removes only the bytes after the last newline, usually half a line of a
+    /// failed append.
     fn look_again(&mut self, there: u64) -> Result<(), StoreError> {
         let file = File::open(&self.path).map_err(io_error("open", &self.path))?;
         let scan = scan(file, |_, _| {}).map_err(io_error("read", &self.path))?;
@@ -247,7 +248,7 @@ impl HistoryFile {
         cut.map_err(io_error("remove an incomplete line from", &self.path))
     }
 
-    /// Rewrites the file with the lines to keep, unchanged.
+    /// Rewrites the file with the newest lines, which are copied unchanged.
     fn remove_oldest(&mut self) -> Result<(), StoreError> {
         let mut lines_kept = VecDeque::new();
         let file = File::open(&self.path).map_err(io_error("read", &self.path))?;

@@ -1,4 +1,4 @@
-//! Follows a history that another process writes. Each line is returned once, in order.
+//! Reader of a history that another process writes. It returns each line once, in order.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -11,10 +11,10 @@ use super::file::{FILE_NAME, HistoryError, MAX_LINE, parse_line};
 use super::line::HistoryLine;
 use crate::archive::store::timestamp::Timestamp;
 
-/// Position in a history up to which another process has read it.
+/// Position in a history up to which it has been read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HistoryMark {
-    /// Its [`HistoryLine::identity`].
+    /// [`HistoryLine::identity`] of the last line that was read.
     pub identity: String,
     /// Number of the line's result.
     pub result: u64,
@@ -32,14 +32,14 @@ impl HistoryMark {
         (line.result, line.time) == (self.result, self.time) && line.identity() == self.identity
     }
 
-    /// Returns true if a line came later than the mark, when the line of the mark is gone. An
-    /// emptied folder counts from 0.
+    /// Returns true if a line came after the mark. It is used if the line of the mark no longer
+    /// exists. An emptied folder counts from 0 again.
     fn is_before(&self, line: &HistoryLine) -> bool {
         line.result > self.result || line.time > self.time
     }
 }
 
-/// Reads the lines of a history after a mark. It stores no line.
+/// Reader of the lines of a history after a mark. It keeps no line in memory.
 #[derive(Debug)]
 pub struct HistoryFollower {
     path: PathBuf,
@@ -50,17 +50,18 @@ pub struct HistoryFollower {
 }
 
 impl HistoryFollower {
-    /// Follows the history in a results folder: all of it, or the lines after a mark.
+    /// Creates a reader for the history in a results folder. It reads all lines, or those after a
+    /// mark.
     pub fn new(folder: &Path, mark: Option<HistoryMark>) -> Self {
         Self { path: folder.join(FILE_NAME), mark, read_position: None, passed_over: 0 }
     }
 
-    /// Returns the next line, or `None` as long as there is none. A history may have been shortened
-    /// by its writer or started again. It is then read from the line after the last returned one,
-    /// or from the first later one.
+    /// Returns the next line, or `None` while there is none. If the writer has shortened the
+    /// history or started a new one, the reading continues after the last returned line. If that
+    /// line is gone, it continues with the first later line.
     ///
     /// # Errors
-    /// [`HistoryError::Io`]; it can be tried again.
+    /// [`HistoryError::Io`]; the call can be repeated.
     pub fn next_line(&mut self) -> Result<Option<HistoryLine>, HistoryError> {
         let read = self.read();
         read.map_err(|cause| HistoryError::Io { path: self.path.clone(), cause })
@@ -105,7 +106,7 @@ impl HistoryFollower {
         Ok(line)
     }
 
-    /// Finds the position to continue from in a replaced file \[bytes\].
+    /// Finds the position in a replaced file at which the reading continues \[bytes\].
     fn find(&self, file: &File) -> io::Result<u64> {
         let Some(mark) = &self.mark else { return Ok(0) };
         let mut reader = BufReader::new(file);
@@ -128,7 +129,7 @@ impl HistoryFollower {
     }
 }
 
-/// Reads a line, or the part of it up to the maximum line length.
+/// Reads a line, or its next part of at most the maximum line length.
 fn read_piece(reader: &mut impl BufRead, text: &mut Vec<u8>) -> io::Result<u64> {
     text.clear();
     Ok(reader.take(MAX_LINE).read_until(b'\n', text)? as u64)

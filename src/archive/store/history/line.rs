@@ -19,25 +19,26 @@ pub const HISTORY_SCHEMA: u32 = 1;
 /// A parameter in the history and the status.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValue {
-    /// Name of the field in lower case: `zz1r`, `ia3`, `fv_m6`.
+    /// Name of the parameter in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
-    /// SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter. Empty in lines of versions
-    /// without units.
+    /// SI unit, which depends on the kind of parameter: kg·m², kg·m, N·m·s/rad or N·m. Empty in
+    /// lines of versions without units.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
-    /// SI value. NaN is null in JSON.
+    /// Value in SI units. NaN is written as null.
     #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Standard deviation in the unit of the value, corrected for the autocorrelation of the
     /// residuals.
     #[serde(deserialize_with = "number")]
     pub standard_deviation: f64,
-    /// Combined standard uncertainty, in the same unit. `None` in lines of versions without it.
+    /// Combined standard uncertainty, in the same unit. `None` in lines of versions without this
+    /// key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub combined_standard_deviation: Option<f64>,
 }
 
-/// Reads a number. JSON has no NaN and no infinity: they are written as null.
+/// Reads a number. JSON has no NaN and no infinity, which are written as null.
 fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
@@ -62,20 +63,20 @@ impl ParameterValue {
     }
 }
 
-/// One result in the history. Keys of a later version are ignored.
+/// One result in the history. Keys that a later version adds are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryLine {
     /// [`HISTORY_SCHEMA`].
     pub schema: u32,
-    /// Time at which it was stored.
+    /// Time at which the result was stored.
     pub time: Timestamp,
-    /// Time at which the window was recorded, from the bus time stamps. `None` if these have no
-    /// date, and in lines of versions without it.
+    /// Time at which the window was recorded, from the time stamps of the bus. `None` if the stamps
+    /// have no date, and in lines of versions without this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recorded: Option<RecordingStart>,
     /// Number of the result, as in its file name.
     pub result: u64,
-    /// Name of the cell. Empty in lines of versions without it.
+    /// Name of the cell. Empty in lines of versions without this key.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub cell: String,
     /// Name of the robot.
@@ -86,21 +87,21 @@ pub struct HistoryLine {
     /// if this hash is equal. Empty if unknown.
     #[serde(default)]
     pub regrouping: String,
-    /// Method.
+    /// Name of the method.
     pub method: String,
-    /// True if the result may be used for every use that its cell requests.
+    /// True if the result is usable for every use that its cell requires.
     pub applicable: bool,
     /// True if the result is usable for monitoring; `None` in lines of versions that had one
     /// verdict for every use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monitoring: Option<bool>,
-    /// Suitability for each use, by the name of the use. A use without a verdict is not included.
-    /// Empty in lines of versions without it.
+    /// Usability by the name of the use. Uses without a verdict are not included. Empty in lines of
+    /// versions without this key.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub uses: BTreeMap<String, bool>,
-    /// ‖y − Xθ‖ / ‖y‖. `None` if it is not a number.
+    /// Relative error ‖y − Xθ‖ / ‖y‖. `None` if it is not a number.
     pub relative_error: Option<f64>,
-    /// Note of its window.
+    /// Note on the window.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<Note>,
     /// The parameters, in the model's order.
@@ -109,17 +110,17 @@ pub struct HistoryLine {
     /// unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<ModelDifference>,
-    /// Payload beyond that of the baseline. `None` without a baseline, or if the baseline cannot
-    /// identify a load.
+    /// Payload relative to that of the baseline. `None` without a baseline, or if the baseline
+    /// cannot identify a load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
-    /// Additional drive readings during its window.
+    /// Additional drive readings during the window.
     #[serde(flatten)]
     pub readings: DriveReadings,
 }
 
 impl HistoryLine {
-    /// Creates the line of a result that is stored at this time under a number.
+    /// Creates the line of a result that is stored now under this number.
     pub fn new(
         result: u64,
         record: &ResultRecord,
@@ -151,14 +152,14 @@ impl HistoryLine {
         }
     }
 
-    /// Returns an identifier that distinguishes this result from every other one of any cabinet. It
-    /// is a SHA-256 of number, robot, configuration, method and parameters. The date is not
-    /// included. A history that was rebuilt from its results therefore has the same identifiers.
+    /// Returns an identifier of this result that is unique over all installations. It is a SHA-256
+    /// of number, robot, configuration, method and parameters. The date is not included, so that a
+    /// history that was rebuilt from its results has the same identifiers.
     pub fn identity(&self) -> String {
         let mut parts = vec![self.result.to_string()];
         parts.extend([&self.robot, &self.configuration, &self.method].map(String::clone));
         for ParameterValue { name, value, standard_deviation, .. } in &self.parameters {
-            // Fewer digits than available: a reader may differ in the last one.
+            // The numbers are rounded, because the last digit may differ after reading.
             parts.extend([
                 name.clone(),
                 format!("{value:.9e}"),
@@ -169,13 +170,13 @@ impl HistoryLine {
         sha256(&parts)
     }
 
-    /// Returns true if it is suitable for a use. `None` if unknown.
+    /// Returns true if the result is usable for a use. `None` if unknown.
     pub fn is_good_for(&self, of: Use) -> Option<bool> {
         let declared = self.uses.get(of.name()).copied();
         declared.or_else(|| self.monitoring.filter(|_| of == Use::Monitoring))
     }
 
-    /// Returns true if it may be a baseline or be compared with one.
+    /// Returns true if the result may be a baseline or be compared with one.
     pub fn is_good_for_monitoring(&self) -> bool {
         self.monitoring.unwrap_or(self.applicable)
     }
@@ -186,7 +187,7 @@ impl HistoryLine {
     }
 
     /// Returns the contribution of model errors to a parameter's difference from an earlier result,
-    /// in its unit. 0 if it is unknown.
+    /// in the parameter's unit. Returns 0 if it is unknown.
     pub fn deviation_by_model(&self, index: usize, earlier: &Self) -> f64 {
         let comparison = self.against.as_ref();
         let comparison =

@@ -1,4 +1,4 @@
-//! The load on the flange, while the arm moves and for each window.
+//! Identification of the load on the flange, during motion and for each window.
 
 mod track;
 mod watch;

@@ -25,7 +25,8 @@ impl Survey {
         Self { mass: found.load.mass_kg, has_load: found.presence.seen }
     }
 
-    /// Returns the side on which another survey is, if the two differ.
+    /// Compares another survey with this one. Returns true if the other load is heavier, false if
+    /// it is lighter, and `None` if the two do not differ significantly.
     fn is_heavier_if_different(&self, other: &Self) -> Option<bool> {
         match (self.mass, other.mass) {
             (Some(one), Some(other)) => {
@@ -38,13 +39,14 @@ impl Survey {
     }
 }
 
-/// Tracker of successive surveys. A single survey changes nothing: it may be chance, and a load may
-/// be picked up in the middle of it.
+/// Tracker of successive surveys. A single survey does not change its state: the survey may be
+/// wrong by chance, or a load may have been picked up during the survey.
 #[derive(Clone, Debug)]
 pub(super) struct LoadTrack {
     /// Current load.
     current: Survey,
-    /// Side of the last survey relative to it, if it differed.
+    /// Direction of the last survey relative to the current load, true for heavier. `None` if the
+    /// survey did not differ.
     suspected_side: Option<bool>,
 }
 
@@ -53,7 +55,7 @@ impl LoadTrack {
         Self { current: level, suspected_side: None }
     }
 
-    /// Returns true if the last survey differed and has to be confirmed by the next.
+    /// Returns true if the last survey differed, so that the next one has to confirm it.
     pub(super) fn needs_confirmation(&self) -> bool {
         self.suspected_side.is_some()
     }

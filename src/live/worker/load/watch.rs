@@ -1,4 +1,4 @@
-//! The thread that searches for a load in the last seconds of motion.
+//! The thread that identifies the load from the last seconds of motion.
 
 use core::time::Duration;
 use std::path::Path;
@@ -19,20 +19,20 @@ use crate::live::worker::setup::{WhenBusy, WorkerError};
 use crate::live::worker::state::SharedEstimation;
 use crate::window::Window;
 
-/// Maximum time until a set or cleared baseline is noticed.
+/// Maximum time until a change of the baseline is noticed.
 const BASELINE_POLL_INTERVAL: Duration = Duration::from_millis(500);
-/// Interval at which a wait for the thread checks if it is over.
+/// Interval at which a thread that waits for this one checks whether it has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 /// Message while there is no baseline.
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
 
-/// A few seconds of motion, and the identifier that searches them for a payload.
+/// A few seconds of motion, and the identifier that finds their payload.
 struct SurveyPiece {
     window: Window,
     identifier: Identifier,
 }
 
-/// The sending side. One piece is processed, and one more may wait.
+/// The sending side of the thread's queue. While one piece is processed, one more may wait.
 #[derive(Debug)]
 pub(in crate::live::worker) struct LoadWatch {
     parts: SyncSender<SurveyPiece>,
@@ -56,8 +56,8 @@ impl LoadWatch {
         Ok(Self { parts, thread, shared: shared.clone() })
     }
 
-    /// Submits a piece to the survey. On a live bus it is skipped and counted while the thread is
-    /// busy.
+    /// Submits a piece of motion for a load survey. On a live bus, the piece is skipped and counted
+    /// while the thread is busy.
     pub(in crate::live::worker) fn submit(
         &self,
         mut window: Window,
@@ -88,8 +88,8 @@ impl LoadWatch {
         }
     }
 
-    /// Waits until the pending piece is processed, unless it is stopped. A stop leaves the
-    /// thread behind: it has nothing to close.
+    /// Waits until the pending piece is processed, or `stop` is set. At a stop, the thread is not
+    /// waited for, because it has nothing to close.
     pub(in crate::live::worker) fn finish(self, stop: &AtomicBool) {
         drop(self.parts);
         while !self.thread.is_finished() && !stop.load(Ordering::Relaxed) {
@@ -104,7 +104,8 @@ struct SurveyThread {
     baseline: Option<Baseline>,
     load_track: LoadTrack,
     shared: SharedEstimation,
-    /// Log rate limit: a pick-and-place arm changes its load with each cycle.
+    /// Rate limit of log messages. It is needed because a pick-and-place arm changes its load in
+    /// each cycle.
     change_log_rate: LogRate,
 }
 
@@ -138,7 +139,7 @@ impl SurveyThread {
         }
     }
 
-    /// Restarts everything if the baseline was replaced.
+    /// Resets the survey if the baseline was replaced.
     fn look_for_baseline(&mut self) {
         let (baseline, why_not) = match self.baseline_watch.poll() {
             None => return,
@@ -147,7 +148,7 @@ impl SurveyThread {
             }
             Some(Ok(None)) => (None, NO_BASELINE.to_owned()),
             Some(Err(error)) => {
-                // The same file may become readable again.
+                // The file may become readable without being replaced.
                 self.baseline_watch.report_again();
                 (None, error.to_string())
             }
@@ -177,7 +178,8 @@ impl SurveyThread {
             status.why_not = None;
             status.last_look = Some(load);
             let first = status.state == LoadState::Unknown;
-            // The absence of a load is unknown until two surveys could have agreed on a load.
+            // The absence of a load is reported only after two surveys have had the chance to agree
+            // on a load.
             if before.is_none() && (!first || suspects) {
                 return;
             }

@@ -1,4 +1,4 @@
-//! The load of a complete window, and a load change within it.
+//! The load during a complete window, and load changes within it.
 
 use super::track::{LoadTrack, Survey};
 use crate::archive::drift::Baseline;
@@ -10,7 +10,8 @@ use crate::window::Window;
 /// Maximum number of parts into which a window is split.
 const MAX_PARTS: usize = 16;
 
-/// Finds the payload of an arm during a window. `None` if the configuration searches for no load.
+/// Identifies the payload of an arm during a window. `None` if the configuration does not identify
+/// loads.
 pub(in crate::live::worker) fn load_of_window(
     identifier: &Identifier,
     baseline: &Baseline,
@@ -23,7 +24,8 @@ pub(in crate::live::worker) fn load_of_window(
     )
 }
 
-/// Finds a load change. A part from which no load is identifiable is skipped.
+/// Finds a load change within a window. Skips parts of the window from which the load is not
+/// identifiable.
 fn find_change(
     identifier: &Identifier,
     baseline: &Baseline,
@@ -40,8 +42,8 @@ fn find_change(
     })
 }
 
-/// Returns equal parts of the counted samples, with their start times \[s\]. Each has the margins
-/// of the complete window.
+/// Splits the counted samples into equal parts. Returns each part as a window with the margins of
+/// the complete one, and its start time \[s\].
 fn split_window(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
     let Window { number, sample_rate_hz, samples, counted_samples: counted, end, .. } = window;
     let (before, after) = (counted.start, samples.len() - counted.end);

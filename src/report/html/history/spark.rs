@@ -1,4 +1,4 @@
-//! Every parameter in a row: a small curve over time in its band, and its change.
+//! Rows of all parameters, each with a small curve over time in its band, and its change.
 
 use std::fmt::Write as _;
 
@@ -11,10 +11,10 @@ use crate::text::to_uncertainty;
 
 /// Width and height of a small curve.
 const CURVE_SIZE: (f64, f64) = (180.0, 24.0);
-/// Free margin at its edges, so that the last point is not clipped.
+/// Margin at the edges of a small curve, so that the last point is not clipped.
 const CURVE_MARGIN: f64 = 3.0;
 
-/// Creates a row per parameter; those that use most of their bands come first.
+/// Creates a row per parameter. Those with the largest share of their bands come first.
 pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
     if report.parameters.is_empty() {
         return html! {};
@@ -62,7 +62,8 @@ fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
     }
 }
 
-/// Creates the curve. It is hidden from screen readers, because the row's numbers say the same.
+/// Creates the small curve. It is hidden from screen readers, because the numbers of the row
+/// contain the same information.
 fn curve_cell(report: &HistoryReport<'_>, name: &str) -> Markup {
     let (width, height) = CURVE_SIZE;
     let view = format!("0 0 {width} {height}");

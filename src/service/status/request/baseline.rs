@@ -11,14 +11,14 @@ use crate::live::worker::Commands;
 /// Commands for the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BaselineRequest {
-    /// `baseline set`, `baseline set N`: the last applicable result, or the result with this
-    /// number.
+    /// `baseline set` or `baseline set N`: uses the last result that is usable for monitoring, or
+    /// the result with this number.
     Set(Option<u64>),
-    /// `baseline clear`
+    /// `baseline clear`: removes the baseline.
     Clear,
 }
 
-/// Why it failed.
+/// Reason why a baseline command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineCommandError {
     /// The service stores no results.
@@ -27,7 +27,7 @@ pub enum BaselineCommandError {
     /// The baseline cannot be read or set.
     #[error(transparent)]
     Choose(#[from] ChooseError),
-    /// There is none.
+    /// There is no baseline to clear.
     #[error("there is no baseline")]
     None,
 }
@@ -59,8 +59,8 @@ impl fmt::Display for BaselineRequest {
 }
 
 impl BaselineRequest {
-    /// Executes the command in the folder of the worker's results. The worker notices the change,
-    /// as it does when the service is not involved.
+    /// Executes the command in the folder of the worker's results. The worker notices the change in
+    /// the same way as a change by another process.
     ///
     /// # Errors
     /// [`BaselineCommandError`].

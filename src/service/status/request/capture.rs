@@ -10,12 +10,12 @@ use crate::live::worker::Commands;
 /// Default name of a capture.
 const DEFAULT_NAME: &str = "bus";
 
-/// Commands concerning captures.
+/// Commands for captures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CaptureRequest {
-    /// `capture start NAME`
+    /// `capture start NAME`: starts a capture.
     Start(String),
-    /// `capture stop`
+    /// `capture stop`: ends the capture.
     Stop,
 }
 

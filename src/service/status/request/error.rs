@@ -1,4 +1,4 @@
-//! Reason why a line is not a valid request.
+//! Error when a line is not a valid request.
 
 use crate::live::recording::CaptureError;
 use crate::window::NoteError;
@@ -10,7 +10,7 @@ pub const MAX_REQUEST: usize = 512;
 const VALID_REQUESTS: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, \
     baseline set [N]|clear, reload";
 
-/// Error of a line that is not a valid request. Write one of the listed requests.
+/// Error when a line is not a valid request. Write one of the listed requests.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// The command is unknown.

@@ -1,4 +1,4 @@
-//! Requests of the command socket: one line of words each.
+//! Requests to the command socket. Each is one line of words.
 
 mod baseline;
 mod capture;
@@ -21,7 +21,7 @@ pub enum Request {
     Window(Command),
     /// `capture start [NAME]`, `capture stop`.
     Capture(CaptureRequest),
-    /// `reload`: reload the configuration.
+    /// `reload`: reads the configuration again.
     Reload,
     /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, with at least one of the keys. The
     /// note applies to the open window, or to the next one.

@@ -1,7 +1,7 @@
 //! Parts of a command's man page besides its options: a description, examples, files and related
 //! pages.
 
-/// The page of a command.
+/// Additional parts of a command's man page.
 pub(super) struct CommandPage {
     /// Words of the command: `baseline set`; empty for the program itself.
     pub(super) command: &'static str,

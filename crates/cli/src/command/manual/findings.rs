@@ -1,4 +1,4 @@
-//! Findings of a verdict, from their catalogue.
+//! Reference page of the findings of a verdict, generated from their catalogue.
 
 use didim_identification::identification::{CATALOGUE, CatalogueRow, Severity, Use};
 
@@ -46,13 +46,15 @@ pub(super) fn page() -> Page {
     }
 }
 
-/// The findings of a severity; only blocking ones have a column of uses.
+/// Returns the table of the findings of one severity. Only the table of blocking findings has a
+/// column of uses.
 fn table(severity: Severity) -> Block {
     let is_blocking = severity == Severity::Blocking;
     let row = |row: &CatalogueRow| {
         let messages: Vec<String> = row.messages.iter().map(|text| format!("`{text}`")).collect();
         let uses: Vec<&str> = row.blocked_uses.iter().map(|usage| usage.name()).collect();
-        // Contact detection has no verdict of yes or no.
+        // A finding that blocks all uses does not list contact detection, which has no verdict of
+        // yes or no.
         let uses =
             if uses.len() + 1 == Use::ALL.len() { "all".to_owned() } else { uses.join(", ") };
         let mut cells = vec![messages.join(", "), format!("`{}`", row.code.name())];

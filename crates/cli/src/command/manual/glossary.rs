@@ -1,4 +1,4 @@
-//! Meanings of parameter names.
+//! Reference page of the meanings of parameter names.
 
 use didim_dynamics::robot::JointKind::{Prismatic, Revolute};
 use didim_dynamics::robot::ParameterKind::{self, *};
@@ -6,7 +6,7 @@ use didim_dynamics::robot::ParameterKind::{self, *};
 use super::page::{Block, Page};
 use didim::report::names::{NAME_PARTS, kind_meaning};
 
-/// Every kind, in the order of a model.
+/// All kinds of parameters, in the order of a model.
 pub(super) const PARAMETER_KINDS: [ParameterKind; 22] = [
     Xx,
     Xy,
@@ -32,7 +32,7 @@ pub(super) const PARAMETER_KINDS: [ParameterKind; 22] = [
     FcMotor,
 ];
 
-/// Returns the row of a symbol, with its units and meaning.
+/// Returns the table row of a parameter kind: its symbol, units and meaning.
 fn row(kind: &ParameterKind) -> Vec<String> {
     let (turning, sliding) = (kind.unit(Revolute), kind.unit(Prismatic));
     let unit = match kind.unit(Revolute) {

@@ -1,28 +1,28 @@
 //! A reference page, and its two output formats: Markdown and a man page.
 
-/// A page, independent of the format. Text between backticks is typed literally.
+/// A reference page, independent of its output format. Text between backticks is literal.
 pub(super) struct Page {
     pub(super) name: &'static str,
     pub(super) section: u8,
-    /// Its file in `docs`.
+    /// File name of the page in `docs/reference`.
     pub(super) document: &'static str,
     pub(super) title: &'static str,
     pub(super) blocks: Vec<Block>,
     /// Files, each with its description.
     pub(super) files: &'static [[&'static str; 2]],
-    /// Man pages, each with a page in `docs` and its title.
+    /// Related man pages: name of the man page, page in `docs`, and title of that page.
     pub(super) see_also: &'static [[&'static str; 3]],
 }
 
 pub(super) enum Block {
     Heading(String),
     Text(String),
-    /// The first column is the term, the last one its meaning.
+    /// Table: the first column has the term, the last column its meaning.
     Table {
         head: Vec<String>,
         rows: Vec<Vec<String>>,
     },
-    /// A part of a file.
+    /// Example: a part of a file.
     Example(String),
 }
 
@@ -55,7 +55,7 @@ impl Page {
     pub(super) fn to_man(&self) -> String {
         let (name, section, title) = (roff(self.name), self.section, roff(self.title));
         let version = env!("CARGO_PKG_VERSION");
-        // No date: the same program gives the same page.
+        // The page has no date, so that the same program always generates the same page.
         let mut text = format!(
             ".TH {name} {section} \"\" \"didim {version}\" didim\n.SH NAME\n{name} \\- \
             {title}\n.SH DESCRIPTION\n"
@@ -74,7 +74,7 @@ impl Page {
     }
 }
 
-/// Formats `FILES`, if there are any.
+/// Formats the section `FILES`. Returns an empty text if there are no files.
 pub(super) fn man_files(files: &[[&str; 2]]) -> String {
     if files.is_empty() {
         return String::new();
@@ -84,7 +84,7 @@ pub(super) fn man_files(files: &[[&str; 2]]) -> String {
     format!(".SH FILES\n{}", files.collect::<String>())
 }
 
-/// Formats `SEE ALSO`, with pages such as `didim-cell(5)` and the documentation.
+/// Formats the section `SEE ALSO`, with pages such as `didim-cell(5)` and the documentation.
 pub(super) fn man_see_also<'a>(pages: impl Iterator<Item = &'a str>) -> String {
     let pages = pages.map(|page| match page.split_once('(') {
         Some((name, section)) => format!(".BR {} ({section} ,\n", roff(name)),
@@ -93,7 +93,7 @@ pub(super) fn man_see_also<'a>(pages: impl Iterator<Item = &'a str>) -> String {
     format!(".SH SEE ALSO\n{}/usr/share/doc/didim\n", pages.collect::<String>())
 }
 
-/// Formats lines as typed, indented.
+/// Formats the lines of an example without changes, indented.
 pub(super) fn man_example(example: &str) -> String {
     let lines: String = example.lines().map(|line| format!("{}\n", roff_line(line))).collect();
     format!(".PP\n.RS 4\n.nf\n{lines}.fi\n.RE\n")
@@ -137,7 +137,7 @@ fn man_table(head: &[String], rows: &[Vec<String>]) -> String {
         .collect()
 }
 
-/// Formats a text with the typed parts in bold.
+/// Formats a text with the parts between backticks in bold.
 pub(super) fn roff(text: &str) -> String {
     let escaped = text.split('`').enumerate().map(|(k, part)| match k % 2 {
         0 => escape(part),
@@ -151,7 +151,7 @@ fn roff_line(line: &str) -> String {
 }
 
 fn escape(text: &str) -> String {
-    // A typed hyphen is a minus; typed quotes and carets stay unchanged.
+    // The escapes make a literal hyphen a minus sign, and keep literal quotes and carets unchanged.
     text.replace('\\', "\\e")
         .replace('-', "\\-")
         .replace('\'', "\\(aq")
@@ -160,7 +160,7 @@ fn escape(text: &str) -> String {
         .replace('~', "\\(ti")
 }
 
-/// Protects a leading dot, which would be a request.
+/// Protects a leading dot, which roff would interpret as a request.
 fn protect_dot(line: String) -> String {
     if line.starts_with('.') { format!("\\&{line}") } else { line }
 }

@@ -1,5 +1,5 @@
-//! The reference page of a file: a Markdown text with sections, into which the tables of keys are
-//! put from the schema of the type that reads the file.
+//! The reference page of a file: a Markdown text with tables of keys. The tables are generated from
+//! the schema of the type that reads the file.
 
 use schemars::schema_for;
 
@@ -9,23 +9,23 @@ use didim_dynamics::robot::Robot;
 use super::page::{Block, Page};
 use super::schema::{FileSchema, Key};
 
-/// One kind of file.
+/// Reference of one kind of file.
 pub(super) struct Reference {
-    /// Name of its man page, in section 5, and of its schema.
+    /// Name of the man page in section 5, and of the schema file.
     pub(super) name: &'static str,
-    /// Name of its page in `docs`.
+    /// File name of the page in `docs/reference`.
     document: &'static str,
-    /// The page without its tables. A line `<!-- keys: PATH form=WORD only=KEY,… -->` stands for
-    /// the keys of the table at a path.
+    /// The page without its tables. A line `<!-- keys: PATH form=WORD only=KEY,… -->` is replaced
+    /// by a table of the keys at the path.
     text: &'static str,
     pub(super) schema: FileSchema,
-    /// Location on a machine with the package.
+    /// Locations of the file on a machine with the package, each with a description.
     files: &'static [[&'static str; 2]],
-    /// Man pages, and pages in `docs` with their titles.
+    /// Related man pages: name of the man page, page in `docs`, and title of that page.
     see_also: &'static [[&'static str; 3]],
 }
 
-/// A table of the file, or one of its possible forms, in the page.
+/// Section of the page about a table of the file, or about one of the possible forms of the table.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Section<'a> {
     /// Path of the table, with numbers for the entries of lists: `bus.drives.0.position`.
@@ -85,10 +85,10 @@ impl Reference {
         self.text.lines().next().unwrap_or_default().trim_start_matches("# ")
     }
 
-    /// Returns the blocks of the page, and with each table its section.
+    /// Returns the blocks of the page. Each block that is a table comes with its section.
     ///
     /// # Errors
-    /// A section whose table the schema does not have.
+    /// The schema does not have the table of a section.
     pub(super) fn blocks(&self) -> Result<Vec<(Block, Option<Section<'static>>)>, String> {
         let mut blocks = Vec::new();
         let mut lines = self.text.lines().skip(1).filter(|line| !line.is_empty());
@@ -111,7 +111,7 @@ impl Reference {
     /// Returns the keys of a section.
     ///
     /// # Errors
-    /// The schema does not have its table.
+    /// The schema does not have the table of the section.
     pub(super) fn keys(&self, section: Section<'_>) -> Result<Vec<Key>, String> {
         let mut keys = self.schema.keys(section.path, section.form)?;
         if !section.selected_keys.is_empty() {

@@ -8,7 +8,7 @@ pub(super) struct Key {
     pub(super) name: String,
     /// Type of the value, in words.
     pub(super) kind: String,
-    /// Unit; empty for a number without a unit, or for no number.
+    /// Unit; empty for a number without a unit, or for a value that is not a number.
     pub(super) unit: String,
     pub(super) presence: Presence,
     pub(super) meaning: String,
@@ -50,7 +50,7 @@ impl Presence {
 pub(super) struct FileSchema(Value);
 
 impl FileSchema {
-    /// Takes the schema of the type that reads the file.
+    /// Creates the schema of a file from the schema of the type that reads the file.
     pub(super) fn new(schema: Schema) -> Self {
         Self(schema.to_value())
     }
@@ -69,7 +69,7 @@ impl FileSchema {
     /// the type's fields. `form` chooses between forms of the table.
     ///
     /// # Errors
-    /// The step of the path that the schema does not have.
+    /// The schema does not have a step of the path, or the table does not have the form.
     pub(super) fn keys(&self, path: &str, form: Option<&str>) -> Result<Vec<Key>, String> {
         let mut schema = self.resolve_reference(&self.0);
         for step in path.split('.').filter(|step| !step.is_empty()) {
@@ -87,7 +87,7 @@ impl FileSchema {
         }
     }
 
-    /// Follows references, and takes the type of an optional value.
+    /// Resolves references. Replaces the schema of an optional value by the schema of the value.
     fn resolve_reference<'a>(&'a self, schema: &'a Value) -> &'a Value {
         let reference = schema.get("$ref").and_then(Value::as_str);
         let definition = reference.and_then(|path| self.0.pointer(path.trim_start_matches('#')));
@@ -103,7 +103,7 @@ impl FileSchema {
         }
     }
 
-    /// Returns the forms that a value may have; the schema itself if there is one.
+    /// Returns the forms that a value may have; the schema itself if the value has only one form.
     fn value_forms<'a>(&'a self, schema: &'a Value) -> Vec<&'a Value> {
         match alternatives(schema) {
             Some(forms) => forms.iter().map(|form| self.resolve_reference(form)).collect(),
@@ -157,7 +157,7 @@ impl FileSchema {
         Key { name: name.to_owned(), kind, unit, presence, meaning, is_form }
     }
 
-    /// Describes one form of a table that has exactly one key, or of a text in its place.
+    /// Describes one form of a value as a key: a table with exactly one key, or a fixed word.
     fn choice_key(&self, form: &Value) -> Option<Key> {
         let properties = form.get("properties").and_then(Value::as_object);
         let (name, kind) = match properties.and_then(|keys| keys.iter().next()) {
@@ -171,7 +171,7 @@ impl FileSchema {
         Some(key)
     }
 
-    /// Names a type in words.
+    /// Returns the type of a value in words.
     fn kind(&self, schema: &Value, number: GrammaticalNumber) -> String {
         let schema = self.resolve_reference(schema);
         if let Some(words) = schema.get("enum").and_then(Value::as_array) {
@@ -187,7 +187,7 @@ impl FileSchema {
                     kinds.push(kind);
                 }
             }
-            // Words first: "`\"auto\"`, or a number".
+            // Literal words come first: "`\"auto\"`, or a number".
             kinds.sort_by_key(|kind| !kind.starts_with('`'));
             for kind in kinds.iter_mut().skip(1).filter(|kind| !kind.starts_with('`')) {
                 kind.insert_str(0, "or a ");
@@ -267,9 +267,9 @@ fn description(schema: &Value) -> &str {
 /// The parts of a field's documentation.
 struct Description {
     meaning: String,
-    /// The unit, which the documentation has between `\[` and `\]`.
+    /// The unit, which is written in the documentation between `\[` and `\]`.
     unit: String,
-    /// The last paragraph, if it says what holds where the key is left out.
+    /// Effect of leaving the key out, from the last paragraph, if that paragraph states the effect.
     left_out: Option<String>,
 }
 
@@ -299,7 +299,7 @@ impl Description {
     }
 }
 
-/// Removes what only the documentation needs: escapes and the brackets of links.
+/// Removes the marks that only rustdoc needs: escapes, and the brackets of links.
 fn without_marks(text: &str) -> String {
     text.replace("\\[", "[").replace("\\]", "]").replace("[`", "`").replace("`]", "`")
 }

@@ -7,30 +7,31 @@ use crate::identification::problem::{Context, IdentificationError};
 use didim_dynamics::SignalTiming;
 use didim_dynamics::control::ControlTiming;
 
-/// Two delays this close are the same \[s\].
+/// Largest difference between two delays that count as equal \[s\].
 const DELAY_TOLERANCE_S: f64 = 1e-9;
 
-/// A shift this close to a whole sample is one: it is a product of rounded times.
+/// Largest distance of a shift from a whole number of samples that is rounded away. The shift is a
+/// product of rounded times.
 const SAMPLE_TOLERANCE: f64 = 1e-9;
 
-/// Returns the shift of the logged torque, in samples, that makes it the torque of the simulated
-/// sample.
+/// Returns the shift of the logged torque, in samples, that aligns it with the torque of the
+/// simulated samples.
 ///
-/// The regressor of a simulated sample, whose acceleration is that just after t_k, times the
-/// simulated parameters is exactly the torque that acts just after t_k: a piece of held torque with
-/// its mean at t_k + c, where c is
+/// The acceleration of a simulated sample is that just after t_k. So its regressor times the
+/// simulated parameters is exactly the torque just after t_k. For a sampled controller, this is a
+/// section of held torque with its mean at t_k + c, where c is
 /// [`mean_time_after_sample_s`](ControlTiming::mean_time_after_sample_s). The logged value of t_k
-/// has its mean at t_k plus its own mean delay. The difference is the shift:
+/// has its mean at t_k plus its own mean delay. The shift is the difference of both delays:
 ///
-/// - held for the controller's period T from d on, with the same delay d in the simulation: ⌈d/T⌉
-///   periods exactly, no interpolation;
-/// - of an instant, under a sampled controller: delay − c, which is delay − T/2 without a
+/// - a torque that is held for the controller's period T from delay d on, with the same delay d in
+///   the simulation: exactly ⌈d/T⌉ periods, without interpolation;
+/// - an instantaneous torque under a sampled controller: delay − c, which is delay − T/2 without a
 ///   computation delay;
 /// - under a continuous controller: the mean delay.
 ///
 /// # Errors
-/// [`IdentificationError::TorqueDelay`] when the torque is held and a sampled controller delays it
-/// otherwise.
+/// [`IdentificationError::TorqueDelay`] if the logged torque is held and the sampled controller has
+/// another delay.
 pub(super) fn torque_shift_samples(
     logged: SignalTiming,
     sample_rate_hz: f64,

@@ -1,4 +1,4 @@
-//! Bodies as a constraint on the linear steps of DIDIM, CLIE and CLOE.
+//! Physical consistency as a constraint on the linear steps of DIDIM, CLIE and CLOE.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,12 +10,12 @@ use crate::regression::Solution;
 /// Restriction of the linear steps to physically consistent parameters.
 pub(super) struct ConsistentParameters {
     constraint: Constraint,
-    /// Uncertainty of the parameters by IDIM-LS: how near the start stays to the chosen one.
+    /// Covariance of the IDIM-LS parameters, which is the metric for projecting the start.
     start_point: DMatrix<f64>,
 }
 
 impl ConsistentParameters {
-    /// None where the options ask for none.
+    /// Creates the restriction; returns `None` if the options do not request it.
     pub(super) fn new(
         context: &Context<'_>,
         fit: &EquationErrorFit,
@@ -37,7 +37,7 @@ impl ConsistentParameters {
         Ok(Some(Self { constraint, start_point: covariance.clone() }))
     }
 
-    /// The arm nearest to parameters to start from.
+    /// Returns the physically consistent parameters nearest to given start parameters.
     pub(super) fn start_parameters(
         &self,
         parameters: &DVector<f64>,
@@ -46,7 +46,8 @@ impl ConsistentParameters {
         nearest.map_err(IdentificationError::Consistency)
     }
 
-    /// The arm nearest to a linear step's parameters, by its covariance.
+    /// Returns the physically consistent parameters nearest to those of a linear step, by its
+    /// covariance.
     pub(super) fn nearest_arm(
         &self,
         solution: &Solution,
@@ -56,7 +57,7 @@ impl ConsistentParameters {
         nearest.map_err(IdentificationError::Consistency)
     }
 
-    /// A part of the way from one arm to another.
+    /// Interpolates between two consistent points.
     pub(super) fn interpolate(
         &self,
         from: &ConsistentPoint,

@@ -5,16 +5,16 @@ use nalgebra::DVector;
 use crate::identification::judgement::ConvergenceStep;
 use crate::identification::problem::{ConvergenceLimits, IdentificationError, IterationError};
 
-/// A relative error below this is small for any arm. Its changes are compared with this value,
-/// since without noise it would shrink for ever.
+/// Relative error that is small for any arm. Changes of smaller errors are compared with this
+/// value, because without noise the error would decrease without limit.
 const SMALL_ERROR: f64 = 1e-3;
 
-/// The steps so far.
+/// Steps of an iteration so far.
 pub(super) struct Convergence<'a> {
     limits: ConvergenceLimits,
     names: &'a [String],
     pub(super) steps: Vec<ConvergenceStep>,
-    /// The parameter that the last step changed most.
+    /// Index of the parameter that the last step changed most.
     most_changed: usize,
 }
 
@@ -23,9 +23,9 @@ impl<'a> Convergence<'a> {
         Self { limits, names, steps: Vec::new(), most_changed: 0 }
     }
 
-    /// Records the step from a simulation, whose `changes` are in standard deviations, and returns
-    /// whether the parameters have converged. A second step from the same simulation, with other
-    /// weights, is not recorded, and its error has not changed.
+    /// Records the step that follows a simulation and returns whether the parameters have
+    /// converged. `changes` are in standard deviations. A second step from the same simulation,
+    /// with other weights, is not recorded; its relative error counts as unchanged.
     pub(super) fn record_step(
         &mut self,
         simulation: u32,
@@ -55,18 +55,18 @@ impl<'a> Convergence<'a> {
         stands
     }
 
-    /// The parameter that the last step changed most.
+    /// Returns the name of the parameter that the last step changed most.
     pub(super) fn most_changed_name(&self) -> String {
         self.names.get(self.most_changed).cloned().unwrap_or_default()
     }
 
-    /// Its change, in standard deviations.
+    /// Returns the change of that parameter in standard deviations.
     pub(super) fn parameter_change(&self) -> Option<f64> {
         self.steps.last().map(|step| step.parameter_change)
     }
 
-    /// Checks that another simulation may be run after this number that counts against the limit.
-    /// If not, reports how far the last step was from the end.
+    /// Checks that another simulation is permitted after `counted` simulations. If not, the error
+    /// reports the changes of the last step.
     pub(super) fn check_left(
         &self,
         counted: u32,

@@ -23,14 +23,14 @@ use crate::identification::problem::{Context, IdentificationError, Method};
 ///    sensitivity of the simulated torque (equation 20).
 /// 3. Filter and decimate regressor and measured torque alike; weighted least squares gives the
 ///    next θ. A step whose parameters cannot be simulated is halved.
-/// 4. Repeat until the estimates stand still.
+/// 4. Repeat until the estimates converge.
 ///
-/// Measured positions enter by the initial state only, and by the weights: σ_j are those of the
-/// equation error (see IDIM-LS) through all iterations, since residuals of a
-/// motion far from the real one would weight away the joints that fit worst. After convergence
-/// they are renewed from the residuals once, and the last equation is solved once more.
-/// Where `simulation.bodies` asks for it, each solution is moved to the nearest one that bodies can
-/// have.
+/// Measured positions determine only the initial state and the weights. The noise levels σ_j are
+/// those of the equation error (see IDIM-LS) in all iterations, because the residuals along a
+/// motion far from the real one would give too little weight to the joints with the largest error.
+/// After convergence the weights are renewed once from the residuals, and the last equation is
+/// solved again. If `simulation.bodies` is set, each solution is moved to the nearest physically
+/// consistent one.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.

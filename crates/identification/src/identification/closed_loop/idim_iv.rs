@@ -23,11 +23,11 @@ use crate::identification::problem::{Context, IdentificationError, Method};
 /// 3. θ = (ZᵀΩ⁻¹X)⁻¹ ZᵀΩ⁻¹y with X and y of IDIM-LS. The simulated motion has
 ///    none of the noise of the measured one, so that the noise in X, which biases least squares
 ///    (equation 13 does not hold in a closed loop), does not bias θ.
-/// 4. Repeat until the estimates stand still; renew the weights from the residuals, and solve once
-///    more.
+/// 4. Repeat until the estimates converge. Then renew the weights from the residuals, and solve
+///    again.
 ///
-/// Z has to be correlated with X and not with the noise: it need not be exact, so that a poor
-/// controller makes the estimate less certain, not wrong.
+/// Z has to be correlated with X but not with the noise. It need not be exact, so a poor model of
+/// the controller makes the estimate less certain but not biased.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -40,7 +40,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         loops.run(start_parameters(context, &fit, None)?)?;
 
     let named = |error| context.selection.regression_failure(error);
-    // The last equation also has the loads of the estimate.
+    // The last equation uses the loads of the final estimate.
     let judged = context.with_final_loads(&last.parameters);
     let settled = judged.model.feels_loads().then(|| EquationErrorFit::with_auxiliary(&judged));
     let settled = settled.transpose()?;
@@ -56,7 +56,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
             let predicted = equation.predicted(&simulator.simulated_parameters(&simulated));
             Some(relative_errors(context.robot.joints(), &equation.measured_values(), &predicted))
         }
-        // Instruments need not be exact, so that this is no reason to refuse.
+        // Instruments need not be exact, so a different delay is not an error here.
         Err(IdentificationError::TorqueDelay { .. }) => None,
         Err(error) => return Err(error),
     };
@@ -88,7 +88,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         },
     };
     let mut outcome = findings.judged(&judged)?;
-    // A correlation that is not a number is weak, too.
+    // A correlation of NaN also counts as weak.
     let strong = correlation >= context.options.closed_loop_limits.instrument_correlation;
     let weak = (!strong).then_some(Reason::WeakInstruments { correlation });
     outcome.estimate.verdict =

@@ -1,4 +1,5 @@
-//! The inertia that a joint's controller has to move, and that an arm needs to be simulated.
+//! Inertia that a joint's controller has to move, and inertia that is added to make an arm
+//! simulable.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -7,22 +8,23 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
-/// Smallest inertia of a joint, as a share of the largest: an estimate on its way may have none,
-/// and gains that follow it must not vanish.
+/// Smallest inertia of a joint, relative to the largest. An intermediate estimate may have a joint
+/// without inertia, but gains that follow the inertia must not vanish.
 const MIN_INERTIA_SHARE: f64 = 1e-3;
 
-/// An arm has at least this share of the inertia that the links of [`missing_inertia`] have, and
-/// gets twice as much from one trial to the next.
+/// Smallest added share of the inertia of the links in [`missing_inertia`]. It doubles from one
+/// trial to the next.
 const MIN_ADDED_INERTIA: f64 = 1e-3;
 const MAX_TRIALS: i32 = 40;
 
-/// Returns the inertia J_j of every joint \[kg·m², or kg of a prismatic one\] while the others move
-/// freely, 1/(M⁻¹)_jj: over the given postures (postures × joints) one over the mean of (M⁻¹)_jj
-/// with these standard parameters, and at least 1e-3 of the largest joint's. Postures where M is
-/// not positive definite do not count.
+/// Returns the inertia J_j of every joint \[kg·m², or kg of a prismatic one\] while the other
+/// joints move freely: 1/(M⁻¹)_jj. (M⁻¹)_jj is averaged over the given postures (postures × joints)
+/// with these standard parameters. An inertia is at least 1e-3 of the largest one. Postures where M
+/// is not positive definite are ignored.
 ///
-/// A separate loop for every joint, tuned for it, is no faster than √n times its tuned bandwidth,
-/// however the joints are coupled: the eigenvalues of M⁻¹ diag(J) are positive, and their sum is n.
+/// A separate position loop for every joint, tuned with this inertia, has at most √n times its
+/// tuned bandwidth, for any coupling of the joints. The reason is that the eigenvalues of M⁻¹
+/// diag(J) are positive, and their sum is n.
 ///
 /// # Panics
 /// When parameters or postures are not of the model's size.
@@ -41,11 +43,13 @@ pub fn mean_joint_inertia(model: &Model, parameters: &[f64], postures: &DMatrix<
 }
 
 /// Returns the addition to the selected parameters that makes the mass matrix positive definite in
-/// all of these postures (postures × joints), with a margin; zeros if nothing is missing.
+/// all of these postures (postures × joints), with a margin. Returns zeros if the mass matrix is
+/// already positive definite with this margin.
 ///
-/// Every link gets a share of its joint's mean inertia, as a ball at its origin. This makes any arm
-/// definite whose inertias are selected: least squares alone allow negative inertias of links, and
-/// without drive inertias nothing compensates for them.
+/// Every link gets a share of its joint's mean inertia, in the form of a ball at its origin. This
+/// makes the mass matrix of any arm positive definite if the inertias are selected. Without it,
+/// least squares may give links a negative inertia, which nothing compensates for without drive
+/// inertias.
 pub(super) fn missing_inertia(
     context: &Context<'_>,
     parameters: &DVector<f64>,
@@ -69,19 +73,20 @@ pub(super) fn missing_inertia(
         });
         is_positive
     };
-    // With a margin as large as the final one.
+    // Checks the smallest added share as a margin.
     let enough = |added: f64, share: f64| definite(&(parameters + &balls * (added * share)));
     if enough(MIN_ADDED_INERTIA, -1.0) {
         return DVector::zeros(parameters.len());
     }
     let mut trials = (0..MAX_TRIALS).map(|trial| MIN_ADDED_INERTIA * 2.0_f64.powi(trial));
-    // If inertias are not selected, it may never become definite: the simulation reports it.
+    // If inertias are not selected, the mass matrix may never become positive definite; the
+    // simulation then reports the error.
     let added = trials.find(|added| enough(*added, 0.5)).unwrap_or(0.0);
     balls * added
 }
 
-/// The standard parameters, by their columns, of a ball at the origin of a joint's link, as far as
-/// the joint moves it: its inertia about every axis, or its mass at a prismatic joint.
+/// Returns the columns of the standard parameters of a ball at the origin of a joint's link, as far
+/// as the joint moves them: the inertia about every axis, or the mass for a prismatic joint.
 pub(super) fn ball_columns(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> + '_ {
     use ParameterKind::{M, Xx, Yy, Zz};
     let kinds: &[ParameterKind] = match robot.chain()[joint].kind {

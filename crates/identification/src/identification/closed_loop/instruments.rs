@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, SVD};
 use crate::identification::problem::{IdentificationError, Selection};
 use crate::regression::{Observations, RegressionError, Solution};
 
-/// The observation matrix X projected on instruments Z, and how strong these are.
+/// Observation matrix X projected on instruments Z, and the strength of the instruments.
 pub(super) struct Instruments {
-    /// `X̂ = Z (ZᵀΩ⁻¹Z)⁻¹ ZᵀΩ⁻¹X` with the measurements of X.
+    /// Equation with `X̂ = Z (ZᵀΩ⁻¹Z)⁻¹ ZᵀΩ⁻¹X` and the measurements of the equation of X.
     pub(super) projected_equation: Observations,
     /// Smallest canonical correlation between the columns of Ω^{-1/2} Z and Ω^{-1/2} X: 1 if the
     /// instruments span X, 0 if a combination of parameters has no instrument.
@@ -18,7 +18,7 @@ impl Instruments {
     /// Creates the instruments of the equation `y = X θ + ε` with noise levels σ_j.
     ///
     /// # Errors
-    /// Why Z or X̂ is no basis for an estimate, with the parameters' names.
+    /// [`IdentificationError`] with the names of the parameters if Z or X̂ is rank-deficient.
     pub(super) fn new(
         equation: &Observations,
         instruments: &DMatrix<f64>,
@@ -26,7 +26,8 @@ impl Instruments {
         selection: &Selection,
     ) -> Result<Self, IdentificationError> {
         let named = |error| selection.regression_failure(error);
-        // Instruments of full rank, judged as an observation matrix is.
+        // The instruments need full rank, which is checked in the same way as for an observation
+        // matrix.
         let (y, joints) = (equation.measurements(), equation.joints());
         let alone = Observations::new(instruments.clone(), y.clone(), joints).map_err(named)?;
         alone.solve_weighted(levels).map_err(named)?;
@@ -57,10 +58,11 @@ impl Instruments {
 
     /// Solves `θ = (ZᵀΩ⁻¹X)⁻¹ ZᵀΩ⁻¹y`.
     ///
-    /// With as many instruments as parameters this is least squares with X̂ in place of X, since
-    /// ZᵀΩ⁻¹(y − Xθ) = 0 and X̂ᵀΩ⁻¹(y − X̂θ) = 0 are one condition: X̂ and Z span the same space,
-    /// and X − X̂ is orthogonal to it. Its covariance is that of the estimate, and
-    /// `Ω⁻¹X̂ (X̂ᵀΩ⁻¹X̂)⁻¹ = Ω⁻¹Z (XᵀΩ⁻¹Z)⁻¹` its influence. The residuals are those of X.
+    /// With as many instruments as parameters, this equals least squares with X̂ in place of X.
+    /// ZᵀΩ⁻¹(y − Xθ) = 0 and X̂ᵀΩ⁻¹(y − X̂θ) = 0 are equivalent, because X̂ and Z span the same
+    /// space, and X − X̂ is orthogonal to it. The covariance of that solution is the covariance of
+    /// the estimate. The influence of the rows on the estimate is `Ω⁻¹X̂ (X̂ᵀΩ⁻¹X̂)⁻¹ = Ω⁻¹Z
+    /// (XᵀΩ⁻¹Z)⁻¹`. The residuals are those of X.
     pub(super) fn solve(
         &self,
         equation: &Observations,
@@ -72,7 +74,8 @@ impl Instruments {
     }
 }
 
-/// Iterations allowed to the singular values of a b × b matrix: far more than it ever needs.
+/// Largest number of iterations for the singular values of a b × b matrix, far more than usually
+/// needed.
 const MAX_SVD_ITERATIONS: usize = 10_000;
 
 #[cfg(test)]

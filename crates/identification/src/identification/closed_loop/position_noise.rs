@@ -1,8 +1,8 @@
-//! Effect of position noise on the loop, which a simulation without noise misses.
+//! Effect of position noise on the closed loop, which a simulation without noise does not contain.
 //!
-//! The controller differentiates the noise, the motors follow, and the joints shake. This softens
-//! friction where it bends: the torque of the noisy loop has a part that is even in the noise, and
-//! does not average out.
+//! The controller differentiates the noise, and the motors shake the joints. This smooths friction
+//! where it is nonlinear. So the torque of the noisy loop has a component that is even in the noise
+//! and does not average out.
 
 use core::ops::Range;
 
@@ -15,15 +15,15 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::control::ControlTiming;
 use didim_dynamics::simulation::NoiseConfig;
 
-/// Beyond this share of the Nyquist frequency, positions hold nothing but noise.
+/// Frequency, as a share of the Nyquist frequency, above which positions contain noise only.
 const MOTION_BAND: f64 = 0.4;
 
-/// Chooses the noise: the same for every experiment, so that the same input gives the same result.
+/// Seed of the noise, the same for every experiment, so that the same input gives the same result.
 const NOISE_SEED: u64 = 1;
 
-/// Torques of the loop with these parameters under half the noise of the positions and all of it,
-/// the same noise otherwise, each samples × joints \[N·m\]. None under a continuous controller,
-/// which measures nothing, or where the noisy loop fails.
+/// Returns the torques of the loop with these parameters, simulated with half of the position noise
+/// and with all of it (the same random sequence), each samples × joints \[N·m\]. Returns `None` for
+/// a continuous controller, which has no sampled measurement, or if the noisy loop fails.
 pub(super) fn noisy_torques(
     context: &Context<'_>,
     simulator: &Simulator<'_>,
@@ -41,9 +41,9 @@ pub(super) fn noisy_torques(
     Ok(simulator.torques_with_noise(parameters, noises)?.ok())
 }
 
-/// Returns the standard deviation of the white noise of each motor's measured angle \[rad\]: the
-/// content of the upper part of the band, beyond all motion, scaled up to the whole band. Samples
-/// near outliers do not count.
+/// Returns the standard deviation of the white noise of each motor's measured angle \[rad\]. It is
+/// computed from the upper part of the frequency band, above all motion, and scaled to the complete
+/// band. Samples near outliers are ignored.
 fn motor_noise(
     context: &Context<'_>,
     outliers: &[Range<usize>],

@@ -1,5 +1,5 @@
 //! Pseudo-linear regression on the simulated motion: simulation and least squares in turn, until
-//! the estimates stand still.
+//! the estimates converge.
 
 use nalgebra::DVector;
 
@@ -14,21 +14,22 @@ use crate::identification::observation::{fitted_matrix, fitted_matrix_of, torque
 use crate::identification::problem::{Context, IdentificationError, IterationError};
 use crate::regression::{Observations, Solution};
 
-/// A step is halved no more often than this: a thousandth of it leads nowhere else.
+/// Largest number of halvings of a step. A thousandth of the step changes nothing significantly.
 const MAX_HALVINGS: u32 = 10;
 
-/// Equation that the simulated motion enters.
+/// Equation that contains the simulated motion.
 pub(super) enum Equation {
-    /// DIDIM: the observation matrix is that of the simulated motion. Measured torque of the rows,
-    /// shifted to the simulated samples.
+    /// DIDIM: the observation matrix is that of the simulated motion. `torque` is the measured
+    /// torque of the rows, shifted to the simulated samples.
     Simulated { torque: DVector<f64> },
-    /// IDIM-IV: the equation is that of the measured motion, with instruments of the simulated one.
+    /// IDIM-IV: the equation is that of the measured motion; the instruments come from the
+    /// simulated motion.
     Instrumented,
 }
 
-/// The last simulation, its equation and the solution.
+/// Last simulation, its equation and the solution.
 pub(super) struct Converged {
-    /// The parameters that were simulated (b).
+    /// Simulated parameters (b).
     pub(super) simulated_parameters: DVector<f64>,
     pub(super) observations: Observations,
     pub(super) solution: Solution,
@@ -42,7 +43,7 @@ pub(super) struct PseudoLinear<'a> {
     /// Restriction of the steps of DIDIM's equation.
     consistent_parameters: Option<&'a ConsistentParameters>,
     pub(super) simulator: Simulator<'a>,
-    /// Simulations run, those that failed included.
+    /// Number of simulations, including failed ones.
     pub(super) simulations: u32,
     pub(super) convergence: Convergence<'a>,
 }
@@ -68,7 +69,7 @@ impl<'a> PseudoLinear<'a> {
         }
     }
 
-    /// Until the estimates stand still.
+    /// Iterates until the estimates converge.
     pub(super) fn run(&mut self, start: DVector<f64>) -> Result<Converged, IdentificationError> {
         let mut previous = None;
         let mut parameters = start;
@@ -103,8 +104,8 @@ impl<'a> PseudoLinear<'a> {
         Ok((parameters, previous))
     }
 
-    /// Simulates `parameters` and returns how often the step from the `previous` ones had to be
-    /// halved.
+    /// Simulates `parameters`. Halves the step from `previous` until the simulation succeeds, and
+    /// returns the number of halvings.
     fn simulate(
         &mut self,
         previous: Option<&DVector<f64>>,
@@ -130,8 +131,8 @@ impl<'a> PseudoLinear<'a> {
         }
     }
 
-    /// Weighted least squares on the motion of the last simulation, which was with these
-    /// parameters.
+    /// Solves the weighted least squares on the motion of the last simulation, which used
+    /// `parameters`.
     fn solve(
         &self,
         parameters: &DVector<f64>,
@@ -140,7 +141,7 @@ impl<'a> PseudoLinear<'a> {
         let named = |error| context.selection.regression_failure(error);
         let motion = self.simulator.motion();
         let matrix = if context.model.feels_loads() {
-            // The loads are those that were simulated.
+            // The loads are those of the simulated parameters.
             let model = context.with_loads(&self.simulator.simulated_parameters(parameters));
             fitted_matrix_of(context, &model, motion)?
         } else {
@@ -168,7 +169,7 @@ impl<'a> PseudoLinear<'a> {
         }
     }
 
-    /// The way so far, with one step more for the renewed weights.
+    /// Returns the record of all steps so far, plus one step for the renewed weights.
     pub(super) fn iteration_record(&self) -> Result<Iteration, IdentificationError> {
         let steps = self.convergence.steps.clone();
         Ok(Iteration {
@@ -187,7 +188,8 @@ impl<'a> PseudoLinear<'a> {
     }
 }
 
-/// A weighted solution, moved to the nearest bodies where it is to be theirs.
+/// Moves a weighted solution to the nearest physically consistent parameters, if the steps are
+/// restricted to them.
 pub(super) fn restrict_to_consistent(
     weighting: Weighting,
     equation: &Observations,

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use crate::identification::observation::Motion;
 use crate::identification::problem::{Context, IdentificationError};
 
-/// ‖q − q_s‖ / ‖q‖ of a simulated motion.
+/// Returns ‖q − q_s‖ / ‖q‖ of each joint for a simulated motion.
 pub(super) fn position_errors(
     context: &Context<'_>,
     motion: &Motion,
@@ -16,7 +16,7 @@ pub(super) fn position_errors(
     Ok(relative_errors(context.robot.joints(), &measured, &simulated))
 }
 
-/// ‖y − y_s‖ / ‖y‖ of every joint's rows.
+/// Returns ‖y − y_s‖ / ‖y‖ over the rows of each joint.
 pub(super) fn relative_errors(
     joints: usize,
     measured: &DVector<f64>,

@@ -1,4 +1,5 @@
-//! The closed loop of the experiment, simulated with an estimate: each recording by itself.
+//! Closed loop of the experiment, simulated with an estimate. Each recording is simulated
+//! separately.
 
 use core::ops::Range;
 
@@ -17,54 +18,55 @@ use didim_dynamics::simulation::{
 };
 use didim_dynamics::trajectory::SampledReference;
 
-/// A record's sample period this close to a whole multiple of the controller's, relative to it, is
-/// one: rates and periods are written with few digits.
+/// Relative tolerance within which a record's sample period counts as a whole multiple of the
+/// controller's period. Rates and periods are written with few digits.
 const MULTIPLE_TOLERANCE: f64 = 1e-6;
 
-/// A controller computes no more often per sample of the record.
+/// Largest number of controller periods per sample of the record.
 const MAX_PERIODS: f64 = 200.0;
 
-/// Factor on the bandwidth of a substitute controller that does not hold the arm, and the largest
-/// number of such reductions.
+/// Factor on the bandwidth of a substitute controller that does not stabilise the arm, and the
+/// largest number of such reductions.
 const BANDWIDTH_REDUCTION: f64 = 0.7;
 const MAX_BANDWIDTH_REDUCTIONS: u32 = 6;
 
-/// Everything about the loop but the estimate.
+/// All data of the loop except the estimate.
 pub(super) struct Simulator<'a> {
     context: &'a Context<'a>,
     controller: SimulatedController,
-    /// The gains, where they do not follow the estimate.
+    /// Gains that do not follow the estimate; `None` if the gains follow it.
     fixed_gains: Option<ControllerConfig>,
     recordings: Vec<Recorded>,
     source: ReferenceSource,
     config: SimulationConfig,
-    /// Measured positions of the rows, over which inertias are averaged.
+    /// Measured positions at the rows, over which inertias are averaged.
     postures: DMatrix<f64>,
-    /// Addition to every simulated estimate, if that of the equation error is no arm.
+    /// Inertia that is added to every simulated estimate; zeros if the mass matrix of the
+    /// equation-error estimate is already positive definite.
     added_inertia: DVector<f64>,
-    /// Number of times that a substitute loop was slowed down.
+    /// Number of reductions of a substitute controller's bandwidth.
     bandwidth_reductions: u32,
     /// Controller periods per sample of the record.
     periods_per_sample: usize,
     motion: Motion,
-    /// Memory for the next one.
+    /// Memory for the next motion.
     spare_motion: Option<Motion>,
 }
 
-/// Reference of one recording's loop, and its start.
+/// Reference and initial state of one recording's loop.
 struct Recorded {
-    /// Its samples in the experiment; the first is at time 0.
+    /// Samples of the recording in the experiment; the first is at time 0.
     samples: Range<usize>,
     reference: SampledReference,
     initial_state: InitialState,
 }
 
-/// The loops of one simulation, one per recording.
+/// Loops of one simulation, one per recording.
 pub(super) type Loops<'s> = Vec<ClosedLoop<&'s SampledReference>>;
 
 impl<'a> Simulator<'a> {
-    /// The loop that each recording was made in: its reference where there is one, otherwise the
-    /// filtered measured position, beginning at its filtered measured position and velocity.
+    /// Creates the loop of each recording. It follows the recorded reference or, without one, the
+    /// filtered measured position. It starts at the filtered measured position and velocity.
     pub(super) fn new(
         context: &'a Context<'a>,
         fit: &EquationErrorFit,
@@ -118,7 +120,7 @@ impl<'a> Simulator<'a> {
         })
     }
 
-    /// When the controller computes.
+    /// Returns the timing of the controller.
     pub(super) fn timing(&self) -> ControlTiming {
         self.controller.timing()
     }
@@ -128,7 +130,8 @@ impl<'a> Simulator<'a> {
         self.source
     }
 
-    /// Returns the same with gains for these parameters, whatever is simulated later.
+    /// Returns the simulator with fixed gains for these parameters, which all later simulations
+    /// use.
     pub(super) fn with_gains_for(
         mut self,
         parameters: &DVector<f64>,
@@ -139,12 +142,13 @@ impl<'a> Simulator<'a> {
         Ok(self)
     }
 
-    /// The parameters of the arm that is simulated with an estimate.
+    /// Returns the parameters of the simulated arm for an estimate: the estimate with the added
+    /// inertia.
     pub(super) fn simulated_parameters(&self, parameters: &DVector<f64>) -> DVector<f64> {
         parameters + &self.added_inertia
     }
 
-    /// Simulates every later estimate without an addition.
+    /// Simulates every later estimate without added inertia.
     pub(super) fn add_nothing(&mut self) {
         self.added_inertia.fill(0.0);
     }
@@ -155,11 +159,11 @@ impl<'a> Simulator<'a> {
         controller.map_err(|error| IdentificationError::Setup(SetupError::Control(error)))
     }
 
-    /// Slows down a substitute loop that does not hold the arm. Returns false if it is none, or
-    /// cannot be slower.
+    /// Reduces the bandwidth of a substitute controller that does not stabilise the arm. Returns
+    /// false if the controller is not a substitute or cannot be reduced further.
     ///
     /// # Errors
-    /// Impossible gains of the loop.
+    /// [`IdentificationError::Setup`] if the new gains are impossible.
     pub(super) fn slow_down(&mut self) -> Result<bool, IdentificationError> {
         let is_stand_in = matches!(self.controller, SimulatedController::Bandwidth { .. });
         if !is_stand_in || self.bandwidth_reductions == MAX_BANDWIDTH_REDUCTIONS {
@@ -175,7 +179,7 @@ impl<'a> Simulator<'a> {
         Ok(true)
     }
 
-    /// The smallest bandwidth of a joint's stand-in loop \[Hz\], where it had to be slowed down.
+    /// Returns the smallest bandwidth of a joint's substitute controller \[Hz\], if it was reduced.
     pub(super) fn slower_bandwidth_hz(&self) -> Option<f64> {
         match &self.controller {
             SimulatedController::Bandwidth { bandwidth_hz, .. }
@@ -187,7 +191,7 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// The loops with these selected parameters, every other parameter 0.
+    /// Returns the loops with these selected parameters; the others have their fixed values.
     pub(super) fn closed_loops(
         &self,
         parameters: &DVector<f64>,
@@ -211,7 +215,7 @@ impl<'a> Simulator<'a> {
             let start = initial.clone();
             let made = ClosedLoop::new(robot, &standard, &controller, reference, &config, start);
             loops.push(made.map_err(IdentificationError::Setup)?);
-            // The next one has its own noise.
+            // Each recording has its own noise.
             if let Some(noise) = &mut config.noise {
                 noise.seed = noise.seed.wrapping_add(1);
             }
@@ -219,8 +223,8 @@ impl<'a> Simulator<'a> {
         Ok(loops)
     }
 
-    /// Calls `each` with every sample of the experiment's grid, which is one in so many of the
-    /// loops'.
+    /// Calls `each` with every sample of the experiment's grid. The loops take `periods_per_sample`
+    /// steps per sample.
     pub(super) fn for_each_sample(
         &self,
         loops: &mut Loops<'_>,
@@ -240,11 +244,13 @@ impl<'a> Simulator<'a> {
         Ok(())
     }
 
-    /// Simulates the motion of the arm with these selected parameters, every other parameter 0: at
-    /// the samples of the record, accelerations just after them.
+    /// Simulates the motion of the arm with these selected parameters; the others have their fixed
+    /// values. Positions and velocities are those at the samples of the record, accelerations those
+    /// just after them.
     ///
     /// # Errors
-    /// Outside, an error that no other parameters would avoid; inside, the end of the simulation.
+    /// The outer result is an error that no other parameters would avoid; the inner one is a
+    /// simulation that ended early.
     pub(super) fn run(
         &mut self,
         parameters: &DVector<f64>,
@@ -259,11 +265,11 @@ impl<'a> Simulator<'a> {
         Ok(recorded)
     }
 
-    /// Returns the torque that acts just after every sample, samples × joints \[N·m\], in a
-    /// simulation with each of these noises.
+    /// Returns the torque just after every sample, samples × joints \[N·m\], of one simulation per
+    /// noise configuration.
     ///
     /// # Errors
-    /// As [`run`](Self::run).
+    /// Those of [`run`](Self::run).
     pub(super) fn torques_with_noise<const L: usize>(
         &self,
         parameters: &DVector<f64>,
@@ -282,8 +288,8 @@ impl<'a> Simulator<'a> {
         Ok(done.map(|()| torques))
     }
 
-    /// Calls `each` with the number of each of these simulations, several of them side by side, and
-    /// every sample of the experiment's grid.
+    /// Simulates all `simulations` in parallel. Calls `each` with the number of the simulation, the
+    /// sample of the experiment's grid and the output.
     pub(super) fn for_each_sample_of<'s>(
         &'s self,
         simulations: Vec<Loops<'s>>,
@@ -306,14 +312,14 @@ impl<'a> Simulator<'a> {
         Ok(())
     }
 
-    /// The motion of the last simulation that [`run`](Self::run) completed.
+    /// Returns the motion of the last simulation that [`run`](Self::run) completed.
     pub(super) fn motion(&self) -> &Motion {
         &self.motion
     }
 }
 
 impl Motion {
-    /// Takes the true motion of a simulated sample.
+    /// Stores the true motion of a simulated sample in row k.
     pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
         let StepOutput { true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2, .. } =
             sample;
@@ -332,7 +338,7 @@ pub(super) fn periods_per_sample(
     let controller_period_s = controller.sample_period_s();
     let periods = sample_period_s / controller_period_s;
     let whole_periods = periods.round();
-    // More is a mistake of units, and takes hours to simulate.
+    // A larger ratio is a unit error and would take hours to simulate.
     if (1.0..=MAX_PERIODS).contains(&whole_periods)
         && (periods - whole_periods).abs() <= MULTIPLE_TOLERANCE * whole_periods
     {

@@ -1,4 +1,4 @@
-//! The parameters of the first simulation.
+//! Parameters of the first simulation.
 
 use nalgebra::DVector;
 
@@ -8,7 +8,8 @@ use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::problem::{Context, IdentificationError, Start};
 use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 
-/// A value for every selected parameter, those of bodies where the steps are to be theirs.
+/// Returns a value for every selected parameter; the values are physically consistent if the steps
+/// are restricted to such parameters.
 pub(super) fn start_parameters(
     context: &Context<'_>,
     fit: &EquationErrorFit,
@@ -37,7 +38,7 @@ fn chosen_start(
     };
     let mut start = selection.of_base(base, &base.to_base(&standard));
     if context.model.feels_loads() && context.options.simulation.start == Start::UnitDriveInertias {
-        // Without weight there is no load that friction could grow with.
+        // Without weight there is no load on which friction could depend.
         let starts = fit.weighting.solution.parameters.iter().zip(selection.kinds());
         for (start, (value, kind)) in start.iter_mut().zip(starts) {
             if matches!(
@@ -51,13 +52,14 @@ fn chosen_start(
     Ok(start)
 }
 
-/// Standard parameters of an arm of motors with 1 kg·m² at their joints. Where a joint has no drive
-/// inertia in the model, its link has as much, about every axis; one that a prismatic joint moves
-/// has 1 kg.
+/// Returns the standard parameters of an arm whose motors have an inertia of 1 kg·m² at their
+/// joints. If a joint has no drive inertia in the model, its link has the same inertia about every
+/// axis instead; the link of a prismatic joint has a mass of 1 kg.
 ///
-/// The parameter ia_j of a joint whose motor moves no other joint also stands for what the motors
-/// i that do move it add there, s_ij² ia_i: ia_j = 1 + Σ s_ij², with s_ij how far motor i turns per
-/// turn of joint j, over how far it turns per turn of its own.
+/// If the motor of joint j moves no other joint, the parameter ia_j also includes the inertia of
+/// the motors i that move joint j: s_ij² ia_i each. So ia_j = 1 + Σ s_ij². Here s_ij is the
+/// rotation of motor i per rotation of joint j, divided by its rotation per rotation of its own
+/// joint i.
 fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
     let (table, transmission) = (robot.parameters(), robot.transmission());
     let has_inertia =

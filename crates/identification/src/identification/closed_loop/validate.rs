@@ -1,4 +1,4 @@
-//! Options that cannot work, found before anything is recorded.
+//! Checks of the simulation options before anything is recorded.
 
 use super::alignment::torque_shift_samples;
 use super::simulator::periods_per_sample;
@@ -8,11 +8,11 @@ use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::{SetupError, SimulationConfig};
 
 impl Options {
-    /// Checks that the loop of this robot can be simulated for records of this sample rate \[Hz\]
-    /// and torque timing. Nothing is wrong where nothing says what controls the arm.
+    /// Checks that the closed loop of this robot can be simulated for records of this sample rate
+    /// \[Hz\] and torque timing. Without a configured controller there is nothing to check.
     ///
     /// # Errors
-    /// What a method that simulates would meet with any record.
+    /// Those that a method that simulates would return for every such record.
     pub fn validate_simulation(
         &self,
         robot: &Robot,

@@ -1,5 +1,5 @@
-//! Fit of the equation error before it is judged: the result of IDIM-LS, and the start of the
-//! methods that simulate.
+//! Equation-error fit without a verdict: it is the result of IDIM-LS and the start of the methods
+//! that simulate.
 
 use core::ops::Range;
 
@@ -14,27 +14,28 @@ use crate::identification::observation::{
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 
-/// The equation of the measured motion, and its solution.
+/// Equation of the measured motion, and its solution.
 pub(crate) struct EquationErrorFit {
-    /// The filtered measured motion.
+    /// Filtered measured motion.
     pub(crate) motion: Motion,
     pub(crate) observations: Observations,
     /// Singular values of the observation matrix without weights.
     pub(crate) unweighted_singular_values: SingularValues,
-    /// σ_j from the ordinary residuals.
+    /// Noise levels σ_j from the ordinary residuals.
     pub(crate) noise_levels: Vec<f64>,
     pub(crate) weighting: Weighting,
 }
 
 impl EquationErrorFit {
-    /// Steps 1 to 4 of [`idim_ls`](super::idim_ls).
+    /// Performs steps 1 to 4 of [`idim_ls`](super::idim_ls).
     pub(crate) fn new(context: &Context<'_>) -> Result<Self, IdentificationError> {
         let motion = measured_motion(context)?;
         let matrix = fitted_matrix(context, &motion)?;
         Self::solve_equation(context, motion, matrix)
     }
 
-    /// The same, and what the model is checked with along the measured motion.
+    /// Performs the same steps, and also returns the columns for checking the model along the
+    /// measured motion.
     pub(crate) fn with_auxiliary(
         context: &Context<'_>,
     ) -> Result<(Self, AuxiliaryObservation), IdentificationError> {
@@ -43,7 +44,7 @@ impl EquationErrorFit {
         Ok((Self::solve_equation(context, motion, selected)?, auxiliary))
     }
 
-    /// Steps 3 and 4, with the observation matrix of this motion.
+    /// Performs steps 3 and 4 with the observation matrix of this motion.
     fn solve_equation(
         context: &Context<'_>,
         motion: Motion,
@@ -70,7 +71,8 @@ impl EquationErrorFit {
         })
     }
 
-    /// Samples that outliers reach, by the equation error or by another equation's weights.
+    /// Returns the samples that outliers affect, according to the weights of this fit or of another
+    /// equation.
     pub(crate) fn outlier_samples(
         &self,
         context: &Context<'_>,
@@ -81,7 +83,8 @@ impl EquationErrorFit {
         downweighted.flat_map(|rows| rows.outlier_samples(&context.samples)).collect()
     }
 
-    /// Standard deviations of the parameters, corrected for the colour of the residuals.
+    /// Returns the standard deviations of the parameters, corrected for the colour of the
+    /// residuals.
     pub(crate) fn standard_deviations(&self, context: &Context<'_>) -> DVector<f64> {
         let equation = self.weighting.solved_equation(&self.observations);
         let filter = context.row_filter();

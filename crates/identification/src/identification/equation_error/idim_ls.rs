@@ -6,18 +6,19 @@ use crate::identification::problem::{Context, IdentificationError, Method};
 
 /// Identifies base parameters by weighted least squares on the filtered inverse dynamic model.
 ///
-/// 1. Positions filtered without phase, differentiated twice (section 3.1.1).
-/// 2. Each column of the regressor, and the torque at the instants of the positions, through the
-///    parallel filter; every n_d-th counted sample becomes a row of every joint (equations 6 to 8).
+/// 1. Filter the positions with zero phase and differentiate them twice (section 3.1.1).
+/// 2. Apply the parallel filter to each column of the regressor, and to the torque at the instants
+///    of the positions. Every n_d-th counted sample becomes a row of every joint (equations 6 to
+///    8).
 /// 3. Ordinary least squares (9) gives each joint's noise level, `σ_j² = ‖ρ_j‖²/(N − b/n)` (12).
 /// 4. One weighted pass gives the parameters, their covariance `(XᵀΩ⁻¹X)⁻¹` (10) and the singular
 ///    values of `Ω^{-1/2} X`.
 ///
-/// The covariance takes the residuals for white. They are not: the parallel filter correlates
-/// neighbouring rows (a factor √(1/0.8) with the default cut-off), and a model error more. The
-/// standard deviations of the result are corrected for it
-/// ([`ResidualAnalysis`](crate::regression::ResidualAnalysis)). The result holds the classical ones
-/// too.
+/// The covariance assumes white residuals. They are not white: the parallel filter correlates
+/// neighbouring rows (a factor √(1/0.8) with the default cut-off), and a model error correlates
+/// them more. So the standard deviations of the result are corrected
+/// ([`ResidualAnalysis`](crate::regression::ResidualAnalysis)). The result also contains the
+/// classical ones.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.

@@ -1,14 +1,14 @@
-//! The loads that friction grows with: those of the arm that is identified.
+//! Loads that determine the load-dependent friction, from the estimate itself.
 
 use super::fit::EquationErrorFit;
 use crate::identification::problem::{Context, IdentificationError};
 use didim_dynamics::robot::ParameterKind;
 
-/// Gives a context's model the loads of its own estimate by IDIM-LS, where friction grows with
+/// Sets the loads of a context's model to those of its own IDIM-LS estimate, if friction depends on
 /// them.
 ///
-/// The columns of this friction need the loads, and the loads the estimate: equation and estimate
-/// are made in turn, beginning without such friction.
+/// The columns of load-dependent friction require the loads, and the loads require the estimate. So
+/// equation and estimate are computed in turn, starting without load-dependent friction.
 ///
 /// # Errors
 /// Those of IDIM-LS.

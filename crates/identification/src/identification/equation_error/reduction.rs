@@ -1,4 +1,4 @@
-//! From base parameters to essential ones.
+//! Reduction of the base parameters to the essential ones.
 
 use serde::Serialize;
 
@@ -9,14 +9,16 @@ use crate::regression::{Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// A parameter on its way out.
+/// Test of one parameter for exclusion from the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReductionStep {
     /// Its name.
     pub name: String,
-    /// Its relative standard deviation in the model that still has it, the largest of all.
+    /// Relative standard deviation in the model before its exclusion, the largest of all
+    /// parameters.
     pub relative_standard_deviation: f64,
-    /// F of the model without it and without those before, against the full model.
+    /// F statistic of the model without this parameter and all previously excluded ones, against
+    /// the full model.
     pub f_statistic: f64,
     /// Probability of an F this large if all these parameters are zero.
     pub probability: f64,
@@ -25,28 +27,27 @@ pub struct ReductionStep {
 /// Base parameters that a motion identifies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reduction {
-    /// Below this probability a parameter stays.
+    /// Significance level: a parameter is kept if its probability is lower.
     pub level: f64,
     /// Steps of the reduction, in their order.
     pub left_out: Vec<ReductionStep>,
-    /// The parameter that could not be left out; none when all could but the last.
+    /// First parameter that could not be excluded; `None` if all parameters but one were excluded.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(rename = "kept")]
     pub fixed: Option<ReductionStep>,
-    /// The parameters that stay, in the model's order.
+    /// Essential parameters, in the model's order.
     pub essential: Vec<String>,
 }
 
-/// Finds the essential parameters: of all base parameters, the one with the largest relative
-/// standard deviation is left out, again and again, while an F-test does not tell the reduced model
-/// from the full one at this level (Pham & Gautier, *Essential parameters of robots*, IEEE Conf.
-/// Decision and Control 1991, for the order; Draper & Smith, *Applied Regression Analysis*, chapter
-/// 6, for the test).
+/// Finds the essential parameters. It repeatedly excludes the base parameter with the largest
+/// relative standard deviation, as long as an F-test at this level does not distinguish the reduced
+/// model from the full one. The order is that of Pham & Gautier (*Essential parameters of robots*,
+/// IEEE Conf. Decision and Control 1991), the test that of Draper & Smith (*Applied Regression
+/// Analysis*, chapter 6).
 ///
-/// Every model is solved by weighted least squares with the weights of the full one; standard
-/// deviations and F are corrected for coloured residuals. The options' own list of parameters is
-/// not looked at. **This motion** does not need the parameters that are left out; another motion
-/// may.
+/// Every model is solved by weighted least squares with the weights of the full model. Standard
+/// deviations and F are corrected for coloured residuals. The list of parameters in the options is
+/// ignored. **This motion** does not need the excluded parameters; another motion may.
 ///
 /// # Errors
 /// [`IdentificationError::Level`], and those of IDIM-LS.
@@ -90,7 +91,7 @@ pub fn essential_parameters(
             f_statistic: test.f_statistic,
             probability: test.probability,
         };
-        // Neither may it be left out where that is not known.
+        // A parameter is also kept if the probability cannot be computed.
         if test.probability.is_nan() || test.probability < level {
             fixed_part = Some(step);
             break;

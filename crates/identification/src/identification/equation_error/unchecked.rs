@@ -1,4 +1,4 @@
-//! IDIM-LS for who asks for parameters and not for whether they may be used.
+//! IDIM-LS without the checks of a verdict.
 
 use super::fit::EquationErrorFit;
 use super::loads::settle_loads;
@@ -7,23 +7,22 @@ use crate::regression::ResidualStatistics;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// A parameter that nobody has checked.
+/// Parameter of an estimate without a verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UncheckedParameter {
     /// The field's name in lower case.
     pub name: String,
     /// SI value.
     pub value: f64,
-    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals: the
-    /// uncertainty of a model that is right, and of nothing else.
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals. It
+    /// does not include model errors.
     pub standard_deviation: f64,
 }
 
-/// Parameters that nobody has checked: where a simulation may start, or what a study of noise
-/// counts.
+/// Parameters without a verdict, for example as the start of a simulation or for a noise study.
 ///
-/// It carries no verdict and is no [`Estimate`](crate::identification::Estimate), so that it cannot
-/// stand where a result is wanted that may be applied to an arm.
+/// It is not an [`Estimate`](crate::identification::Estimate), so that it cannot be passed to
+/// functions that require a checked result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UncheckedEstimate {
     /// The parameters, in the model's order.
@@ -34,15 +33,15 @@ pub struct UncheckedEstimate {
     pub residuals: ResidualStatistics,
 }
 
-/// The parameters of IDIM-LS, to the bit, without what its verdict rests on.
+/// Returns the same parameters as IDIM-LS, to the last bit, without the checks of its verdict.
 ///
-/// Not in it: whether the residuals are white, the checks of the model (friction laws, torque
-/// delays and gains, parameters left out, position filter), the mass matrix over the workspace, the
-/// limits of the options, and the fit for plots. The limits are still refused where they make no
-/// sense.
+/// It does not compute: the whiteness of the residuals, the checks of the model (friction laws,
+/// torque delays and gains, parameters left out, position filter), the mass matrix over the
+/// workspace, the comparison with the limits of the options, and the fit for plots. Invalid limits
+/// are still refused.
 ///
 /// # Errors
-/// As IDIM-LS.
+/// Those of IDIM-LS.
 pub fn idim_ls_unchecked(
     robot: &Robot,
     base: &BaseParameters,

@@ -1,20 +1,20 @@
-//! The weighted solution of an equation, by least squares or as an M-estimate.
+//! Weighted solution of an equation, by least squares or as an M-estimate.
 
 use nalgebra::DVector;
 
 use crate::identification::judgement::{DownweightedRows, TorqueRows};
 use crate::regression::{Observations, RegressionError, RobustLoss, Solution};
 
-/// Parameters, and the equation whose least squares solution they are.
+/// Weighted solution, and the equation that it is the least-squares solution of.
 pub(crate) struct Weighting {
     pub(crate) solution: Solution,
     robust: Option<Robust>,
 }
 
 struct Robust {
-    /// The equation with pseudo-values, without the rows that are downweighted.
+    /// Equation with pseudo-values, without the downweighted rows.
     pseudo_equation: Observations,
-    /// Residuals of the measurements.
+    /// Residuals of the measured torques.
     residuals: DVector<f64>,
     downweighted: DownweightedRows,
 }
@@ -37,7 +37,7 @@ impl Weighting {
         Ok(Self { solution, robust: Some(robust) })
     }
 
-    /// Replaces the parameters of least squares; the covariance stays.
+    /// Replaces the parameters of the least-squares solution; the covariance stays.
     pub(crate) fn with_parameters(
         mut self,
         equation: &Observations,
@@ -51,29 +51,29 @@ impl Weighting {
         self
     }
 
-    /// The equation that least squares solved.
+    /// Returns the equation that least squares solved.
     pub(crate) fn solved_equation<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
         self.robust.as_ref().map_or(equation, |robust| &robust.pseudo_equation)
     }
 
-    /// The measured torques, where other values were solved.
+    /// Returns the measured torques if pseudo-values were solved instead of them.
     pub(crate) fn torque_rows<'a>(&'a self, equation: &'a Observations) -> Option<TorqueRows<'a>> {
         let robust = self.robust.as_ref()?;
         Some(TorqueRows { observations: equation, residuals: &robust.residuals, own: None })
     }
 
-    /// Rows that count for less than a half, where any may.
+    /// Returns the rows whose residual has a weight below one half; `None` without robust weights.
     pub(crate) fn downweighted_rows(&self) -> Option<&DownweightedRows> {
         self.robust.as_ref().map(|robust| &robust.downweighted)
     }
 }
 
-/// The equation and its solution with zeros in the rows that are downweighted, and the same
+/// Returns the equation and its solution with zeros in the downweighted rows, and with the same
 /// parameters.
 ///
-/// An encoder's glitch makes rows of X that are large and say nothing: with them the covariance
-/// would be too small, and what the checks add to the model would have to be 0 there. The residuals
-/// that are kept lose what the parameters could still explain of them, so that they stay orthogonal
+/// An encoder glitch makes rows of X that are large but contain no information. With these rows the
+/// covariance would be too small, and the columns that the checks add to the model would have to be
+/// 0 there. The remaining residuals are projected so that they stay orthogonal to X.
 /// to X.
 fn without_downweighted(
     pseudo: &Observations,

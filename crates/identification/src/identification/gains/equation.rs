@@ -11,32 +11,33 @@ use crate::identification::problem::Context;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::{JointIndex, ParameterKind, Transmission};
 
-/// Inertias of a load below this share of the largest are none.
+/// Smallest singular value of the load's inertia columns that is not treated as zero, relative to
+/// the largest.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// `g_k t_k = U_k u + l_k` with the rows of drive 1 first, then drive 2, …: t is the torque by the
-/// configured gains, g the correction of these gains, u the arm's base parameters and the unknowns
-/// of the load, l the known torque.
+/// Equation `g_k t_k = U_k u + l_k`, with the rows of drive 1 first, then drive 2, …. t is the
+/// torque with the configured gains and g the correction of these gains. u contains the arm's base
+/// parameters and the unknowns of the load, l is the known torque.
 pub(super) struct Equation {
     pub(super) drive_count: usize,
-    /// t (r).
+    /// Torque t with the configured gains (r).
     pub(super) torque: DVector<f64>,
-    /// U (r × m): the base parameters that are identified, then the load's inertia.
+    /// U (r × m): columns of the identified base parameters, then of the load's inertia.
     pub(super) unknown_columns: DMatrix<f64>,
-    /// l (r).
+    /// Known torque l (r).
     pub(super) known_torque: DVector<f64>,
-    /// Torque of moments of the load (r × 3).
+    /// Torques of the load's first moments (r × 3).
     pub(super) load_moments: DMatrix<f64>,
-    /// Without a load, the drive whose gain is taken as 1, from 0.
+    /// Without a load, the drive whose gain is assumed to be 1, counted from 0.
     pub(super) reference: Option<usize>,
 }
 
-/// A load, and the first sample of an experiment with it.
+/// Load, and the first sample of the experiment with the load.
 pub(super) type LoadRows = (KnownLoad, usize);
 
 impl Equation {
-    /// Creates the equation along an experiment whose samples from an index on have the load.
-    /// Torques are those of the motors of a transmission, or of the joints.
+    /// Creates the equation of an experiment; `load_rows` marks the samples with the load. Torques
+    /// are those of the motors if there is a transmission, otherwise those of the joints.
     pub(super) fn new(
         context: &Context<'_>,
         load_rows: Option<LoadRows>,
@@ -72,7 +73,7 @@ impl Equation {
             return Ok(equation);
         };
 
-        // The load regroups into all base parameters, whichever are identified.
+        // The load is regrouped into all base parameters, including unidentified ones.
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
         let order = selection.columns().iter().chain(left_out);
         let order: Vec<usize> =
@@ -110,8 +111,9 @@ impl Equation {
         })
     }
 
-    /// Returns R of the rows of a drive, \[U t\], with the known torque \[U l t\]. Its last entry
-    /// is the residual of the drive's torque. `None` with too few rows.
+    /// Returns the triangular factor R of a drive's rows: of \[U t\], or of \[U l t\] with the
+    /// known torque. Its last entry is the residual of the drive's torque. Returns `None` if there
+    /// are too few rows.
     pub(super) fn triangular_factor(&self, drive: usize, with_known: bool) -> Option<DMatrix<f64>> {
         let (rows, unknowns) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let (first, own) = (drive * rows, unknowns + usize::from(with_known));
@@ -124,7 +126,7 @@ impl Equation {
         (rows > own).then(|| block.qr().unpack_r())
     }
 
-    /// Returns the drive with the smallest relative residual of its own rows.
+    /// Returns the drive with the smallest relative residual in its own rows.
     fn least_noisy(&self) -> Option<usize> {
         let (rows, own) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let share = |drive: usize| {
@@ -141,18 +143,18 @@ impl Equation {
         (0..self.drive_count).filter(|drive| Some(*drive) != self.reference).collect()
     }
 
-    /// Rows N of each drive.
+    /// Returns the number of rows N of each drive.
     pub(super) fn rows_per_drive(&self) -> usize {
         self.torque.len() / self.drive_count
     }
 
-    /// U u + l (r).
+    /// Returns U u + l (r).
     pub(super) fn arm_torque(&self, unknowns: &DVector<f64>) -> DVector<f64> {
         &self.unknown_columns * unknowns + &self.known_torque
     }
 }
 
-/// R⁻ᵀ times the rows of the joints.
+/// Converts rows of the joints to rows of the motors by R⁻ᵀ.
 fn of_motors(rows: &DMatrix<f64>, transmission: &Transmission, per_joint: usize) -> DMatrix<f64> {
     let joints = rows.nrows() / per_joint;
     let mut by_motor = DMatrix::zeros(rows.nrows(), rows.ncols());
@@ -168,7 +170,7 @@ fn of_motors(rows: &DMatrix<f64>, transmission: &Transmission, per_joint: usize)
     by_motor
 }
 
-/// Orthonormal columns that span these.
+/// Returns orthonormal columns that span the same space.
 fn orthonormal_basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let scaled: Vec<_> = columns
         .column_iter()
@@ -179,7 +181,7 @@ fn orthonormal_basis(columns: &DMatrix<f64>) -> DMatrix<f64> {
         return DMatrix::zeros(columns.nrows(), 0);
     }
     let qr = DMatrix::from_columns(&scaled).qr();
-    // Their singular vectors, by a small matrix.
+    // Singular vectors of the columns, computed from the small matrix R.
     let singular = qr.r().svd(true, false);
     let Some(u) = singular.u else { return DMatrix::zeros(columns.nrows(), 0) };
     let largest = singular.singular_values.max();

@@ -1,4 +1,4 @@
-//! Why no gains are found.
+//! Reasons why no gains are found.
 
 use didim_dynamics::robot::JointIndex;
 use thiserror::Error;
@@ -6,53 +6,53 @@ use thiserror::Error;
 use crate::identification::problem::{ExperimentError, IdentificationError};
 use crate::regression::RegressionError;
 
-/// Why no gains are found; each message says what to do.
+/// Reason why no gains are found; each message says what to do.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GainsError {
-    /// A load that is none.
+    /// Mass or centre of the load is invalid.
     #[error(
         "a load of {mass_kg} kg with its centre at {centre_m:?} m: the mass has to be above 0 and \
         all be finite; weigh the load"
     )]
     Load {
-        /// The mass given \[kg\].
+        /// Configured mass \[kg\].
         mass_kg: f64,
-        /// The centre given \[m\].
+        /// Configured centre \[m\].
         centre_m: [f64; 3],
     },
-    /// A torque of the robot file is known in N·m, and no gain is.
+    /// The robot file has a known torque in N·m, but without a load no gain is known in N·m.
     #[error(
         "this robot has an additional known torque in N·m, and without a load nothing else is in \
         N·m; record with a known load, too"
     )]
     KnownTorque,
-    /// No torque of any drive is known by the load.
+    /// The load determines the torque of no drive.
     #[error(
         "along the recording with the load its weight and its centre move no drive; move the \
          joints that carry it, in several orientations to gravity"
     )]
     Unseen,
-    /// The recordings tell no gain.
+    /// The recordings do not identify the gains.
     #[error(
         "the recordings do not identify the gains of joints {}: their torques depend too little on \
         other joints or on a load. Use a heavier load, further from the axes, and the same wide \
         motion of all joints in both recordings", text(.joints)
     )]
     NotIdentifiable {
-        /// Joints.
+        /// Joints of these drives.
         joints: Vec<JointIndex>,
     },
-    /// The estimate does not come to rest.
+    /// The estimate does not converge.
     #[error(
         "the gains do not converge in {steps} steps: the recordings hold too little information. \
         Use a heavier load, further from the axes. Carry it during one complete recording and not \
         in the other"
     )]
     NotSettled {
-        /// Steps taken.
+        /// Number of steps taken.
         steps: usize,
     },
-    /// Friction depends on the load by a law.
+    /// A friction law of the robot depends on the load.
     #[error(
         "friction of this robot grows with the load (`fcl`), and the load is known only with the \
         gains. Remove the law `load` from the robot file for this command, and identify with it \
@@ -62,10 +62,10 @@ pub enum GainsError {
     /// The equation has no solution.
     #[error("the gains: {0}")]
     Regression(RegressionError),
-    /// Robot, records and options are no identification.
+    /// Robot, recordings and options do not form an identification.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
-    /// The two records are not of one arm.
+    /// The two recordings are not of the same arm.
     #[error("the recordings without and with the load: {0}")]
     Experiment(#[from] ExperimentError),
 }

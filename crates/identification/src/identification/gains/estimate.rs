@@ -1,4 +1,4 @@
-//! Gains and parameters in one step: total least squares, and from there the most probable ones.
+//! Gains and parameters together: total least squares, and then the most probable values.
 
 use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
@@ -8,26 +8,26 @@ use super::error::GainsError;
 use crate::identification::payload::MahalanobisDistance;
 use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter, Solution};
 
-/// Most steps of the refinement; three are usual.
+/// Largest number of refinement steps; three are usual.
 const MAX_STEPS: usize = 50;
-/// A step below this number of standard deviations is none.
+/// Largest step that counts as converged, in standard deviations.
 const STEP_TOLERANCE: f64 = 1e-4;
 
-/// Gains and unknowns by [`Equation::total_least_squares`].
+/// Gains and unknowns from [`Equation::total_least_squares`].
 pub(super) struct TotalLeastSquares {
-    /// g (n).
+    /// Gains g (n).
     pub(super) gains: DVector<f64>,
-    /// u (m).
+    /// Unknowns u (m).
     pub(super) unknowns: DVector<f64>,
 }
 
-/// The most probable inverse gains and unknowns.
+/// Most probable inverse gains and unknowns.
 pub(super) struct Estimate {
     /// 1/g (n), then u (m).
     pub(super) values: DVector<f64>,
-    /// Their covariance.
+    /// Covariance of `values`.
     pub(super) covariance: DMatrix<f64>,
-    /// t − (U u + l)/g (r).
+    /// Residuals t − (U u + l)/g (r).
     pub(super) residuals: DVector<f64>,
 }
 
@@ -45,12 +45,12 @@ impl Equation {
     /// Returns the solution of `[T −U −l] (g, u, 1) = 0` with the smallest change of T, by singular
     /// values (M. Gautier and S. Briot, *Global identification of joint drive gains and dynamic
     /// parameters of robots*, 2014). U and l are exact, as in S. Van Huffel and J. Vandewalle (*The
-    /// Total Least Squares Problem*, 1991, section 3.5): a QR decomposition takes them out of T
-    /// first. The rows of each drive are divided by its noise, which is what its own rows leave of
-    /// its torque, whatever the others'. Without a load there is no l, and the gain of the
-    /// reference is 1.
+    /// Total Least Squares Problem*, 1991, section 3.5): a QR decomposition removes them from T
+    /// first. The rows of each drive are divided by its noise level, which is the residual of a fit
+    /// to the rows of this drive alone. Without a load there is no l, and the gain of the reference
+    /// drive is 1.
     ///
-    /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
+    /// Returns `None` if the unknowns cannot be distinguished or the scale is undetermined.
     pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
         let (rows, unknowns) = (self.rows_per_drive(), self.unknown_columns.ncols());
         let by_load = self.reference.is_none();
@@ -80,9 +80,9 @@ impl Equation {
         (finite(&estimate.gains) && finite(&estimate.unknowns)).then_some(estimate)
     }
 
-    /// The most probable values: noise is in the torques alone, `t_k = (U_k u + l_k)/g_k + ε_k`, a
-    /// noise level for each drive, and the covariance that of the residuals' own spectrum.
-    /// Gauss-Newton steps from a start.
+    /// Returns the most probable values by Gauss–Newton steps from a start. The noise is in the
+    /// torques alone, `t_k = (U_k u + l_k)/g_k + ε_k`, with one noise level per drive. The
+    /// covariance is computed from the spectrum of the residuals.
     ///
     /// # Errors
     /// [`GainsError::NotIdentifiable`], [`GainsError::NotSettled`], [`GainsError::Regression`].
@@ -141,8 +141,8 @@ impl Equation {
         MahalanobisDistance::mass_presence(&off, covariance).ok()
     }
 
-    /// The equation at given values, linear in their change: `t + (U u)/g = p g'⁻¹ + U/g u'`, p = U
-    /// u + l; with additional torques.
+    /// Returns the equation linearised at given values: `t + (U u)/g = p g'⁻¹ + U/g u'` with p = U
+    /// u + l and the new values g' and u'. Columns of auxiliary torques are appended if given.
     fn linear_equation(
         &self,
         inverse: &DVector<f64>,
@@ -177,7 +177,7 @@ impl Equation {
             .map_err(|error| self.regression_failure(error))
     }
 
-    /// Solves with the noise of these values.
+    /// Solves a linear equation with the noise levels of the residuals at these values.
     fn solve_linear(
         &self,
         system: &Observations,
@@ -196,15 +196,15 @@ impl Equation {
         residuals + &self.torque
     }
 
-    /// The failure of a regression, with columns of gains called by their joints.
+    /// Converts a regression failure, with joints in place of the gains' column numbers.
     fn regression_failure(&self, error: RegressionError) -> GainsError {
         match error {
             RegressionError::ZeroColumns { columns }
             | RegressionError::DependentColumns { columns } => {
                 let free = self.drives_with_free_gain();
                 let mut drives: Vec<_> = columns.iter().filter_map(|k| free.get(*k)).collect();
-                // A parameter of the arm that nothing tells without the gains is as good as all of
-                // them.
+                // If a parameter of the arm cannot be identified together with the gains, no gain
+                // is identifiable.
                 if drives.is_empty() {
                     drives = free.iter().collect();
                 }

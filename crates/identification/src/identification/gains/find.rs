@@ -1,4 +1,4 @@
-//! Gains and parameters, as they are shown.
+//! Gains of the drives and parameters of the arm.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -11,38 +11,37 @@ use crate::identification::problem::{Context, Experiment, Method, Options};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointIndex, Robot, Transmission};
 
-/// The gain of one drive.
+/// Correction of one drive's torque gain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriveGain {
-    /// Its joint.
+    /// Joint of the drive.
     pub joint: JointIndex,
-    /// True torque over the torque by the configured gain; negative if the configured sign is
-    /// wrong, `None` if the records do not distinguish it from infinity.
+    /// True torque divided by the torque with the configured gain; negative if the configured sign
+    /// is wrong, `None` if the records do not distinguish it from infinity.
     pub factor: Option<UncertainValue>,
-    /// The same by total least squares alone.
+    /// The same factor by total least squares alone.
     pub total_least_squares: f64,
 }
 
-/// A base parameter of the arm without load, by the gains that are found.
+/// Base parameter of the arm without load, computed with the corrected gains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ArmParameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
-    /// Its unit.
+    /// Unit of the parameter.
     pub unit: &'static str,
-    /// Its value.
+    /// Value with its standard deviation.
     #[serde(flatten)]
     pub found: UncertainValue,
 }
 
-/// Scale of gains and parameters.
+/// Quantity that determines the scale of gains and parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
     /// The mass of a load.
     Load(KnownLoad),
-    /// Without a load, the configured gain of the drive of this joint, which is taken as
-    /// right.
+    /// Without a load, the configured gain of this joint's drive, which is assumed to be correct.
     Reference(JointIndex),
 }
 
@@ -53,30 +52,31 @@ pub struct Gains {
     pub gains: Vec<DriveGain>,
     /// Parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// Source of their scale.
+    /// Quantity that determines their scale.
     #[serde(flatten)]
     pub scale: Scale,
-    /// Distance of the configured centre from the one in the records; `None` if they do not
-    /// identify it.
+    /// Distance between the configured centre of the load and the centre that the records identify;
+    /// `None` if they do not identify it.
     pub centre: Option<MahalanobisDistance>,
     /// Unexplained part of each drive's torque, ‖residuals‖ / ‖torque‖.
     pub relative_error_per_joint: Vec<f64>,
 }
 
-/// The torque gains of all drives and the base parameters χ, from a record of the arm empty and,
-/// where there is one, one with a load of known mass and centre:
+/// Identifies the torque gains of all drives and the base parameters χ. The data are one record of
+/// the arm without load and, optionally, one with a load of known mass and centre:
 ///
 /// ```text
 /// g_k t_k = W_k χ              empty
 /// g_k t_k = W_k χ + w_k + J_k  with the load
 /// ```
 ///
-/// w is the torque of the load's mass at its centre, J that of its inertia about the centre, which
-/// nobody knows, and t what is measured, by the stated gains. Total least squares give the start
-/// and the noise in the measured torques alone the estimate. Torques are those of the motors of a
-/// transmission, or, without one, of the joints. Uncertainties are of the noise: neither of what
-/// the model lacks nor of how well the load is known, to whose mass all gains and parameters are
-/// proportional. Without a load the scale is that of one drive.
+/// w is the torque due to the load's mass at its centre. J is the torque due to its unknown inertia
+/// about the centre. t is the measured torque with the configured gains. Total least squares
+/// provide the start. The estimate assumes noise in the measured torques alone. Torques are those
+/// of the motors if there is a transmission, otherwise those of the joints. The uncertainties
+/// include the noise only, neither model errors nor errors of the load's mass, to which all gains
+/// and parameters are proportional. Without a load, the configured gain of one drive determines the
+/// scale.
 ///
 /// # Errors
 /// [`GainsError`].

@@ -1,4 +1,4 @@
-//! A load that is known.
+//! Load with known mass and centre.
 
 use serde::Serialize;
 
@@ -12,9 +12,9 @@ pub struct KnownLoad {
 }
 
 impl KnownLoad {
-    /// Its parameters in the order of
-    /// [`ParameterKind::LINK`](didim_dynamics::robot::ParameterKind::LINK), with all of its mass at
-    /// its centre.
+    /// Returns the load's parameters in the order of
+    /// [`ParameterKind::LINK`](didim_dynamics::robot::ParameterKind::LINK), with all of its mass
+    /// concentrated at its centre.
     pub fn parameters(self) -> [f64; 10] {
         let (m, [x, y, z]) = (self.mass_kg, self.centre_m);
         let inertia = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];

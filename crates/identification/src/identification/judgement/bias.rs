@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
-/// Effect of the position filter and of the position noise on the parameter that they move
-/// furthest, in its standard deviations. It is part of the combined uncertainty.
+/// Effect of the position filter and of the position noise on the most affected parameter. The
+/// effect is part of the combined uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PositionBias {
-    /// Its name.
+    /// Name of this parameter.
     pub parameter: String,
-    /// By how many standard deviations it is off.
+    /// Shift of the parameter in its standard deviations.
     pub deviations: f64,
-    /// True if the filter's smoothing causes it, false if the noise that passes the filter does.
+    /// True if the smoothing of the filter causes the shift, false if the noise that passes the
+    /// filter does.
     pub by_filter: bool,
 }

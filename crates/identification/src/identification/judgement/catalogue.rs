@@ -18,7 +18,7 @@ macro_rules! finding_codes {
             /// Every code, in the order of the reference page.
             pub const ALL: &[Self] = &[$(Self::$code),*];
 
-            /// Returns the name, as JSON has it.
+            /// Returns the name that is used in JSON.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$code => $name,)*
@@ -29,25 +29,25 @@ macro_rules! finding_codes {
 }
 
 finding_codes! {
-    /// A sign is wrong, or a gain is three times too large.
+    /// A torque has the wrong sign, or its gain is three times too large.
     OppositeCommand = "opposite-command",
     /// The described controller did not command the recorded torques.
     Controller = "controller",
     /// The motion does not distinguish the parameters.
     ConditionNumber = "condition-number",
-    /// Statistical uncertainty of the torque along the motion.
+    /// The statistical uncertainty of the torque along the motion is too large.
     TorqueUncertainty = "torque-uncertainty",
-    /// The model does not describe the torques.
+    /// The relative error is too large: the model does not describe the torques.
     RelativeError = "relative-error",
-    /// The same of one joint.
+    /// The relative error of one joint is too large.
     JointError = "joint-error",
-    /// Too few rows for standard deviations.
+    /// There are too few independent rows for reliable standard deviations.
     FewRows = "few-rows",
-    /// A result for comparison only.
+    /// The result was computed without decimation and is for comparison only.
     NotDecimated = "not-decimated",
-    /// An impossible parameter, beyond its σ.
+    /// A parameter that cannot be negative is negative by more than its uncertainty.
     NegativeParameter = "negative-parameter",
-    /// No arm has these inertias.
+    /// The mass matrix is not positive definite in some posture.
     IndefiniteMassMatrix = "indefinite-mass-matrix",
     /// No physically consistent parameters fit.
     NoBodies = "no-bodies",
@@ -55,79 +55,82 @@ finding_codes! {
     WrongSigns = "wrong-signs",
     /// The torque or the position of this joint is sign-flipped.
     WrongSignsOfJoint = "wrong-signs-of-joint",
-    /// Wrong unit or gain.
+    /// A torque has a wrong unit or gain.
     OtherUnit = "other-unit",
     /// Two drives are swapped.
     SwappedMotors = "swapped-motors",
-    /// The arm is mounted differently.
+    /// The direction of gravity differs: the arm is mounted differently.
     GravityDirection = "gravity-direction",
-    /// A constant torque signal.
+    /// A torque signal is constant.
     ConstantTorque = "constant-torque",
     /// The torque is clipped, and the residual is large.
     ClippedTorque = "clipped-torque",
-    /// A frozen signal, then a jump: the log repeats old values.
+    /// A position signal is frozen and then jumps, because the log repeats old values.
     FrozenPosition = "frozen-position",
-    /// The data contradict the configured gain.
+    /// The data contradict the configured torque gain.
     TorqueGain = "torque-gain",
-    /// The data contradict the configured delay.
+    /// The data contradict the configured torque delay.
     TorqueDelay = "torque-delay",
-    /// The data contradict known_torque.
+    /// The data contradict the configured `known_torque`.
     KnownTorque = "known-torque",
-    /// The data contradict a zero or the geometry.
+    /// The data contradict a configured zero position or the geometry.
     Geometry = "geometry",
-    /// Torque uncertainty outside the recorded motion; the largest nuisance parameters are named.
+    /// The torque uncertainty outside the recorded motion is too large; the message names the
+    /// largest nuisance parameters.
     Extrapolation = "extrapolation",
-    /// The same of one joint.
+    /// The torque uncertainty of one joint outside the recorded motion is too large.
     JointExtrapolation = "joint-extrapolation",
     /// The friction and inertia of a joint at rest are unknown.
     JointAtRest = "joint-at-rest",
-    /// Cross-validation error.
+    /// The cross-validation error is too large.
     CrossValidation = "cross-validation",
     /// Cross-validation is impossible: repeats contain nothing new.
     TooFewMotions = "too-few-motions",
-    /// Combined uncertainty of parameters.
+    /// The combined uncertainty of required parameters is too large.
     ParameterUncertainty = "parameter-uncertainty",
-    /// CLOE: controller or model is wrong.
+    /// CLOE: positions and torques disagree, so the controller or the model is wrong.
     PositionsDisagree = "positions-disagree",
-    /// A local minimum, or another loop.
+    /// The iteration ended in a local minimum, or the simulated loop is not the real one.
     LocalMinimum = "local-minimum",
-    /// The criterion is insensitive.
+    /// The criterion is insensitive to the parameters.
     Insensitive = "insensitive",
-    /// IDIM-IV: the simulated motion is not the measured one.
+    /// IDIM-IV: the simulated motion differs too much from the measured one.
     WeakInstruments = "weak-instruments",
     /// The filtered measured position replaces the reference.
     NoReference = "no-reference",
-    /// A faster substitute loop diverges at this sample rate.
+    /// The substitute loop was slowed down, because a faster one diverges at this sample rate.
     SlowerLoop = "slower-loop",
     /// These parameters may be zero.
     Insignificant = "insignificant",
-    /// Coloured residuals; σ accounts for them.
+    /// The residuals are coloured; the standard deviations account for it.
     ColouredResiduals = "coloured-residuals",
-    /// The cut-off is close to half the sample rate.
+    /// The position filter was not checked, because its cut-off is close to half the sample rate.
     PositionFilterUnchecked = "position-filter-unchecked",
-    /// One check did not run.
+    /// The check for position noise did not run.
     PositionNoiseUnchecked = "position-noise-unchecked",
-    /// Too few rows, or nothing moves.
+    /// The torque delay was not checked: there are too few rows, or nothing moves.
     TorqueDelayUnchecked = "torque-delay-unchecked",
     /// The check of the controller did not run.
     ControllerUnchecked = "controller-unchecked",
-    /// Bias of the filter; the combined uncertainty includes it.
+    /// The position filter biases a parameter; the combined uncertainty includes this bias.
     FilterBias = "filter-bias",
-    /// Bias of noise; the combined uncertainty includes it.
+    /// Position noise biases a parameter; the combined uncertainty includes this bias.
     NoiseBias = "noise-bias",
-    /// A filter in the drive or the logger; the combined uncertainty includes it.
+    /// A filter in the drive or the logger acted on the signals; the combined uncertainty includes
+    /// its effect.
     LowPassed = "low-passed",
-    /// Outliers, with their times.
+    /// The record contains outliers; the message lists their times.
     Outliers = "outliers",
-    /// Too many outliers.
+    /// Rows are downweighted all over the record: there are too many outliers.
     DownweightedThroughout = "downweighted-throughout",
-    /// Largest unmodelled effect.
+    /// Largest effect in the data that the model does not contain.
     UnmodelledEffect = "unmodelled-effect",
-    /// Possible, and far from the nominal link.
+    /// The bodies are physically consistent, but one is far from its nominal link.
     FarFromNominal = "far-from-nominal",
-    /// Frames or rows count, no times.
+    /// The sample rate was not checked, because the record has frame or row numbers instead of
+    /// times.
     RateUnchecked = "rate-unchecked",
-    /// The unit of the torques is not checked.
+    /// The unit of the torques was not checked.
     TorqueLimitOpen = "torque-limit-open",
 }
 
@@ -152,7 +155,7 @@ use FindingCode as Code;
 use Severity::{Advisory, Blocking};
 use Use::{Monitoring, PhysicalValues, Prediction, RigidBody};
 
-/// Every use with a verdict of yes or no.
+/// All uses whose verdict is yes or no.
 const ALL_USES: &[Use] = &[Monitoring, Prediction, PhysicalValues, RigidBody];
 
 /// The catalogue, the blocking findings first.

@@ -1,24 +1,24 @@
-//! A cut-off of the position filter that the data chose.
+//! Cut-off of the position filter that the data chose.
 
 use serde::Serialize;
 
-/// One cut-off that was tried.
+/// Result of one tried cut-off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CutoffTrial {
     /// Cut-off frequency of one pass \[Hz\].
     pub cutoff_hz: f64,
-    /// Relative error over all joints on held-out pieces.
+    /// Relative error over all joints on held-out folds.
     pub held_out: f64,
-    /// Relative uncertainty of the torque where the arm has not been.
+    /// Relative torque uncertainty outside the recorded motion.
     #[serde(rename = "elsewhere")]
     pub extrapolation: f64,
 }
 
-/// The cut-off that was chosen, and what was tried, in rising order.
+/// Chosen cut-off and the tried cut-offs, in ascending order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChosenCutoff {
     /// Cut-off frequency of one pass \[Hz\].
     pub cutoff_hz: f64,
-    /// Every cut-off with which the record could be identified.
+    /// Every cut-off for which the identification succeeded.
     pub trials: Vec<CutoffTrial>,
 }

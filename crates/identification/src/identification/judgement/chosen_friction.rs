@@ -1,4 +1,4 @@
-//! Friction laws that the data chose, and what each gained.
+//! Friction laws that the data chose, and the error reduction of each.
 
 use serde::Serialize;
 
@@ -8,44 +8,44 @@ use didim_dynamics::robot::{FrictionLaw, JointFriction, JointIndex, SignModel};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionChange {
-    /// Another law for the sign.
+    /// Another model of the sign function.
     Sign(SignModel),
-    /// A term that was not there, or was there with another speed or way.
+    /// New friction term, or an existing term with another speed or presliding distance.
     Law(FrictionLaw),
 }
 
-/// One change, and what it gained.
+/// One change, and its effect on the held-out error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrictionGain {
     /// The joint.
     pub joint: JointIndex,
-    /// The change, with the shape after all changes.
+    /// The change, with its final shape parameters.
     pub change: FrictionChange,
-    /// Relative error of the joint on held-out pieces, before and after.
+    /// Relative error of the joint on held-out folds, before and after the change.
     pub held_out: [f64; 2],
 }
 
 /// Prediction error of a model with certain friction laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FrictionScore {
-    /// Relative error over all joints on held-out pieces.
+    /// Relative error over all joints on held-out folds.
     pub held_out: f64,
-    /// Relative uncertainty of the torque where the arm has not been.
+    /// Relative torque uncertainty outside the recorded motion.
     #[serde(rename = "elsewhere")]
     pub extrapolation: f64,
 }
 
-/// The friction laws that were chosen.
+/// Friction laws that the data chose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChosenFriction {
     /// Friction of each joint.
     pub friction: Vec<JointFriction>,
-    /// The changes to what the robot's file states, in the order in which they were made.
+    /// Changes to the friction laws of the robot file, in the order in which they were made.
     pub gains: Vec<FrictionGain>,
-    /// With the laws of the robot's file.
+    /// Score with the laws of the robot file.
     pub before: FrictionScore,
-    /// With those chosen.
+    /// Score with the chosen laws.
     pub after: FrictionScore,
-    /// Identifications that were tried.
+    /// Number of identifications that were tried.
     pub trials: usize,
 }

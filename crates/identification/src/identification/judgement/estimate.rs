@@ -24,7 +24,7 @@ use didim_dynamics::robot::{JointFriction, Robot};
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
 
-/// One parameter with its uncertainty. Nothing leaves the library without one.
+/// One identified parameter with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterEstimate {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
@@ -38,17 +38,18 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
     pub standard_deviation: f64,
-    /// Combined standard uncertainty, in the unit of the value: with what the model does not have
-    /// and how well what was stated is known.
+    /// Combined standard uncertainty, in the unit of the value. It includes model errors and the
+    /// tolerances of the configured values.
     pub combined_standard_deviation: f64,
-    /// The classical one, which takes the residuals for white (equation 10).
+    /// Classical standard deviation, in the unit of the value, which assumes white residuals
+    /// (equation 10).
     pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
     pub relative_standard_deviation: f64,
 }
 
 impl ParameterEstimate {
-    /// Every selected parameter, from a solution and its corrected standard deviations.
+    /// Returns every selected parameter, from a solution and its corrected standard deviations.
     pub(crate) fn list(
         robot: &Robot,
         selection: &Selection,
@@ -72,7 +73,7 @@ impl ParameterEstimate {
     }
 }
 
-/// A parameter that was not identified and kept the value of the robot's file.
+/// Parameter that was not identified and has the nominal value of the robot file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KeptParameter {
     /// The field's name in lower case.
@@ -94,16 +95,16 @@ impl KeptParameter {
     }
 }
 
-/// The unit of a regressor column's parameter.
+/// Returns the unit of a regressor column's parameter.
 fn unit(robot: &Robot, column: usize) -> &'static str {
     let parameter = robot.parameters().parameters()[column];
     parameter.kind.unit(robot.chain()[parameter.joint].kind)
 }
 
-/// When the torque of a joint acts, over what its timing says.
+/// Delay of a joint's torque beyond its configured timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TorqueDelay {
-    /// Later than stated by this \[s\]; earlier where negative.
+    /// Delay beyond the configured timing \[s\]; negative if the torque acts earlier.
     pub delay_s: f64,
     /// Its corrected standard deviation \[s\].
     pub standard_deviation_s: f64,
@@ -125,39 +126,41 @@ impl SingularValues {
         Self { max, min }
     }
 
-    /// The largest over the smallest.
+    /// Returns the ratio of the largest to the smallest singular value.
     pub(crate) fn condition_number(&self) -> f64 {
         self.max / self.min
     }
 }
 
-/// Where the reference of the simulated closed loops came from.
+/// Source of the reference of the simulated closed loops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceSource {
     /// The reference was recorded.
     Recorded,
-    /// It was not: the filtered measured position was used instead.
+    /// The reference was not recorded; the filtered measured position was used instead.
     MeasuredPosition,
 }
 
 /// One closed-loop simulation and the least-squares step from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ConvergenceStep {
-    /// Number of the simulation, from 1; those that failed count.
+    /// Number of the simulation, from 1; failed simulations count.
     pub simulation: u32,
-    /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
+    /// ‖y − Xθ‖ / ‖y‖ with X from this simulation and θ from the least-squares step that follows
+    /// it.
     pub relative_error: f64,
-    /// Its change from the step before, relative to that step's, or to 1e-3 where that is less.
+    /// Change of the relative error since the previous step, divided by the previous relative error
+    /// or by 1e-3, whichever is larger.
     pub relative_error_change: Option<f64>,
-    /// Largest difference between a parameter of the step and the simulated one, in standard
-    /// deviations of the step.
+    /// Largest difference between the parameters of the step and the simulated parameters, in
+    /// standard deviations of the step.
     pub parameter_change: f64,
     /// Number of halvings of the previous step until the simulation succeeded.
     pub halvings: u32,
 }
 
-/// The result of one identification. Its JSON is a contract: see the command line.
+/// Result of one identification. The command line documents its JSON layout, which is stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Estimate {
     /// Version of this record's layout.
@@ -172,17 +175,17 @@ pub struct Estimate {
     pub rows: usize,
     /// Travel, speed and acceleration of each joint.
     pub reached_per_joint: Vec<ReachedRange>,
-    /// The cut-off of the position filter, where the data chose it and not the cell.
+    /// Cut-off of the position filter, if the data chose it instead of the cell file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_cutoff: Option<ChosenCutoff>,
-    /// The friction laws, where the data chose them and not the robot's file.
+    /// Friction laws, if the data chose them instead of the robot file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<ChosenFriction>,
-    /// The friction laws of each joint, with which the parameters belong.
+    /// Friction laws of each joint that the parameters refer to.
     pub friction_laws: Vec<JointFriction>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterEstimate>,
-    /// Further parameters that kept their nominal values; every other is 0.
+    /// Further base parameters that kept their nominal values; all others are 0.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[serde(rename = "kept")]
     pub nominal: Vec<KeptParameter>,
@@ -191,17 +194,17 @@ pub struct Estimate {
     pub covariance: Option<ParameterCovariance>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
-    /// Its extreme singular values.
+    /// Extreme singular values of the weighted, decimated observation matrix.
     pub singular_values: SingularValues,
     /// Condition number of the same matrix without the weights.
     pub unweighted_condition_number: f64,
-    /// Its extreme singular values: the μ of the paper's tables 2 and 5.
+    /// Extreme singular values of the unweighted matrix: the μ of the paper's tables 2 and 5.
     pub unweighted_singular_values: SingularValues,
     /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
     pub relative_error: f64,
-    /// The same per joint.
+    /// ‖y − Xθ‖ / ‖y‖ of each joint, unweighted.
     pub relative_error_per_joint: Vec<f64>,
-    /// The same over all joints of each recording, where there are several.
+    /// ‖y − Xθ‖ / ‖y‖ of each recording over all joints, unweighted; empty for a single recording.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relative_error_per_recording: Vec<f64>,
     /// Root mean square of the residual per joint \[N·m or N\].
@@ -211,18 +214,19 @@ pub struct Estimate {
     pub relative_prediction_deviation_per_joint: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
     pub durbin_watson_per_joint: Vec<f64>,
-    /// The statistic of white noise behind the decimation filter.
+    /// Durbin–Watson statistic that white noise has after the decimation filter.
     pub durbin_watson_expected: f64,
-    /// The probability that white noise behind the decimation filter has residuals as correlated
-    /// as those of each joint.
+    /// Probability, for each joint, that white noise after the decimation filter has residuals at
+    /// least as correlated as the measured ones.
     pub whiteness_per_joint: Vec<f64>,
-    /// The test that says so.
+    /// Ljung–Box test of each joint, from which `whiteness_per_joint` is taken.
     pub ljung_box_per_joint: Vec<LjungBox>,
-    /// Number of independent rows to which the rows of each joint are equivalent in a mean.
+    /// Number of independent rows that carry as much information about a mean as the rows of each
+    /// joint.
     pub effective_rows_per_joint: Vec<f64>,
-    /// Delay of each joint's torque beyond the stated one; null where it is not identifiable.
+    /// Delay of each joint's torque beyond the configured timing; null if it is not identifiable.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// Estimates of the nuisance parameters, those with the largest torques first.
+    /// Estimates of the nuisance parameters, sorted by their torque, the largest first.
     #[serde(rename = "freedoms")]
     pub nuisance_parameters: Vec<NuisanceEstimate>,
     /// Torque uncertainty outside the recorded motion.
@@ -233,11 +237,11 @@ pub struct Estimate {
     pub model_uncertainty: Option<ModelUncertainty>,
     /// Prediction error on held-out folds of the motion.
     pub held_out: HeldOut,
-    /// Effect of the position filter and of the position noise, if it is known.
+    /// Effect of the position filter and of the position noise; `None` if it is not known.
     pub position_bias: Option<PositionBias>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
-    /// Closed-loop simulations of the iteration, those that failed included; the check for position
+    /// Closed-loop simulations of the iteration, including failed ones; the check for position
     /// noise takes two more.
     pub simulations: u32,
     /// The steps of the iteration, for methods that iterate.
@@ -246,11 +250,12 @@ pub struct Estimate {
     /// The reference of the simulated loops, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
-    /// The smallest bandwidth of a stand-in loop \[Hz\], where the sample rate bears less than is
-    /// stated.
+    /// Smallest bandwidth of a substitute controller \[Hz\] after a reduction, because the
+    /// configured bandwidth is unstable at this sample rate. `None` without a reduction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slower_bandwidth_hz: Option<f64>,
-    /// Rows of each joint of whose residual less than a half counts, with robust weights.
+    /// Number of rows of each joint whose residual has a weight below one half, with robust
+    /// weights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub downweighted_rows_per_joint: Option<Vec<usize>>,
     /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation,
@@ -258,17 +263,19 @@ pub struct Estimate {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_position_error_per_joint: Option<Vec<f64>>,
     /// ‖τ − τ_s‖ / ‖τ‖ over the rows of each joint, with τ_s the torques of the last simulation,
-    /// for methods that simulate (the paper's table 3); absent where the logged torques and those
-    /// of the simulated controller do not act at the same time.
+    /// for methods that simulate (the paper's table 3). Absent if the logged torques and the
+    /// torques of the simulated controller do not act at the same time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_torque_error_per_joint: Option<Vec<f64>>,
-    /// Distance between the recorded torque and the command that the described controller makes of
-    /// the recorded reference and position, relative to the torque and without noise. `None`
-    /// without a described controller, or if it cannot be decided.
+    /// Distance of each joint between the recorded torque and the command that the described
+    /// controller computes from the recorded reference and position, relative to the torque and
+    /// without noise. `None` without a described controller, or if the distance cannot be
+    /// determined.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with
-    /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
+    /// instruments: 1 if both span the same space, 0 if a combination of parameters has no
+    /// instrument.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_instrument_correlation: Option<f64>,
     /// Cost of physical consistency, if the robot file has nominal values.
@@ -289,37 +296,37 @@ pub struct Fit {
     pub measured: Vec<Vec<f64>>,
     /// Torque predicted by the identified model for the same rows, X θ.
     pub predicted: Vec<Vec<f64>>,
-    /// Residuals of the solved equation: `measured − predicted`; with CLOE those of the positions
-    /// \[rad or m\].
+    /// Residuals of the solved equation: `measured − predicted`; for CLOE, the residuals of the
+    /// positions \[rad or m\].
     pub equation_residuals: Vec<Vec<f64>>,
     /// Autocorrelation that white noise would have in `equation_residuals` after the decimation
     /// filter, from lag 1.
     pub white_noise: Vec<NoiseAutocorrelation>,
-    /// Rows of each joint of whose residual less than a half counts, in rising order; nothing
+    /// Rows of each joint whose residual has a weight below one half, in ascending order; empty
     /// without robust weights.
     pub downweighted: Vec<Vec<usize>>,
     /// Information on each parameter by moves, in the order of the estimate's parameters.
     pub information: Information,
-    /// The motion that it was identified along.
+    /// Recorded motion of the fit.
     pub motion: FitMotion,
 }
 
-/// A motion as plots need it: at so many of the rows as a plot can show.
+/// Motion for plots: a subset of the rows, as many as a plot can show.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitMotion {
     /// Time of each since the first sample \[s\].
     pub time_s: Vec<f64>,
     /// Filtered positions, one vector per joint \[rad or m\].
     pub position: Vec<Vec<f64>>,
-    /// Their velocities, likewise \[rad/s or m/s\].
+    /// Velocities, one vector per joint \[rad/s or m/s\].
     pub velocity: Vec<Vec<f64>>,
 }
 
 impl FitMotion {
-    /// Rows that are kept at most: twice what a panel has pixels.
+    /// Largest number of rows that are kept: twice the width of a panel in pixels.
     const MAX_PLOT_ROWS: usize = 1000;
 
-    /// Creates it from a motion whose rows are these samples at these times.
+    /// Creates it from a motion; `samples` and `time_s` are the samples and times of its rows.
     pub(super) fn new(motion: &Motion, samples: &[usize], time_s: &[f64]) -> Self {
         let every = samples.len().div_ceil(Self::MAX_PLOT_ROWS).max(1);
         let rows = || samples.iter().copied().step_by(every);
@@ -337,11 +344,11 @@ impl FitMotion {
     }
 }
 
-/// An estimate with the data to examine it.
+/// Estimate with the data to examine it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// The result.
     pub estimate: Estimate,
-    /// Measurement against model.
+    /// Measured and predicted torques.
     pub fit: Fit,
 }

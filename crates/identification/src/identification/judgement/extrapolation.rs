@@ -12,28 +12,29 @@ use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, relative_errors};
 
-/// States that are looked at.
+/// Number of random states.
 const STATE_COUNT: usize = 1500;
 
-/// The same states for every result of an arm.
+/// Seed of the random states, the same for every result.
 const SEED: u64 = 1;
 
-/// Torque uncertainty outside the recorded motion: at positions anywhere within the arm's limits,
-/// at speeds and accelerations up to those of the record. Root mean squares.
+/// Torque uncertainty outside the recorded motion, as root mean squares over random states.
+/// Positions are anywhere within the arm's limits, velocities and accelerations within the ranges
+/// of the record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Extrapolation {
-    /// Relative to the torque there, over all joints.
+    /// Torque error over all joints, relative to the torque in these states.
     pub relative_error: f64,
-    /// The same of each joint.
+    /// Torque error of each joint, relative to its torque in these states.
     pub relative_error_per_joint: Vec<f64>,
     /// Torque error of each joint \[N·m or N\].
     pub error_per_joint_nm: Vec<f64>,
 }
 
 impl Extrapolation {
-    /// Difference between the fitted model and the data with the nuisance parameters, and their
-    /// posterior. Errors that stay with the arm, as the zero of an encoder does, are in both and
-    /// cancel.
+    /// Computes the difference between the fitted model and the model with the nuisance parameters,
+    /// including their posterior uncertainty. Errors that stay with the arm, such as an encoder's
+    /// zero error, are in both and cancel.
     pub(super) fn new(
         context: &Context<'_>,
         motion: &Motion,
@@ -66,9 +67,9 @@ impl Extrapolation {
     }
 }
 
-/// The states are processed in blocks, so that their matrices stay in the nearest caches.
+/// Returns the states in blocks, so that their matrices fit in the nearest caches.
 fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
-    /// Number of samples in a block; a divisor of all.
+    /// Number of states in a block; it divides the number of all states.
     const BLOCK_SAMPLES: usize = 250;
     let all_states = states.matrices();
     (0..STATE_COUNT).step_by(BLOCK_SAMPLES).map(move |first| {
@@ -78,8 +79,8 @@ fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
     })
 }
 
-/// Positions within the limits of the robot, velocities and accelerations within those of the
-/// counted samples, all of them uniform.
+/// Returns uniformly distributed states: positions within the limits of the robot, velocities and
+/// accelerations within the ranges of the counted samples.
 fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let joints = context.robot.joints();

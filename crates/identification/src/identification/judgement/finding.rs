@@ -1,4 +1,4 @@
-//! Findings of a verdict as data: a code, its severity, what it is about, and its figure.
+//! Findings of a verdict as data: code, severity, subject, and figure.
 
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ use crate::identification::problem::Use;
 pub enum Severity {
     /// The result is not usable for the uses that the finding names.
     Blocking,
-    /// Nothing speaks against the result.
+    /// The finding is for information only; it does not block any use.
     Advisory,
 }
 
@@ -31,20 +31,21 @@ pub enum Subject {
     Parameters(Vec<String>),
 }
 
-/// A finding as it is stored: readable without parsing a sentence.
+/// Finding as stored in a result file, which programs can read without parsing a sentence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// Its code, which does not change.
+    /// Code of the finding, which does not change between versions.
     pub code: FindingCode,
-    /// Its consequence.
+    /// Consequence of the finding.
     pub severity: Severity,
-    /// The uses that it blocks, whether the cell requires them or not.
+    /// Uses that the finding blocks, including uses that the cell does not require.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub uses: Vec<Use>,
-    /// The joints, motors, links or parameters concerned; `None` if it concerns the whole result.
+    /// Affected joints, motors, links or parameters; `None` if the finding affects the whole
+    /// result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subject: Option<Subject>,
-    /// The figure, if there is one.
+    /// Deciding number, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<f64>,
     /// The limit that the figure exceeds or falls short of.
@@ -53,7 +54,7 @@ pub struct Finding {
     /// Unit of figure and limit: `1` for shares, ratios and counts, `σ` for standard deviations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// The sentence, which may change between versions.
+    /// Message for the user, whose wording may change between versions.
     pub message: String,
 }
 
@@ -86,7 +87,7 @@ impl Facts {
     fn finding(self, code: FindingCode, uses: Vec<Use>, message: String) -> Finding {
         let severity = if uses.is_empty() { Severity::Advisory } else { Severity::Blocking };
         let Self { subject, figure, limit, unit } = self;
-        // JSON has no word for what is not a number.
+        // JSON cannot represent numbers that are not finite.
         let [figure, limit] = [figure, limit].map(|of| of.filter(|value| value.is_finite()));
         let unit = unit.map(str::to_owned);
         Finding { code, severity, uses, subject, figure, limit, unit, message }
@@ -306,7 +307,8 @@ fn clipped(found: &ClippedSignal) -> Facts {
     Facts::new(Some(Subject::Motors(vec![found.motor])), found.share, "1")
 }
 
-/// Correction of a configured value: a factor, or what has to be added in the unit of the quantity.
+/// Returns the correction of a configured value: a factor, or an offset in the unit of the
+/// quantity.
 fn correction(found: &NuisanceEstimate) -> Facts {
     let subject = Some(Subject::Joints(vec![found.joint]));
     match (found.correction_factor(), found.quantity) {

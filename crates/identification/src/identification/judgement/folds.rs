@@ -7,29 +7,29 @@ use nalgebra::{DMatrix, DVector};
 use crate::identification::observation::Motion;
 use crate::identification::problem::Context;
 
-/// Number of folds of a motion that does not consist of several recordings.
+/// Number of folds of a motion with too few different recordings.
 const FOLD_COUNT: usize = 5;
 
-/// Smallest number of recordings for which each is a fold. With two, each alone would have to
-/// identify everything.
+/// Smallest number of recordings for which each recording is a fold. With only two, each one alone
+/// would have to identify all parameters.
 const MIN_RECORDINGS: usize = 3;
 
 /// Largest number of folds. More recordings share them.
 const MAX_FOLDS: usize = 32;
 
-/// Two states are the same if every position and speed agrees within the sum of two shares. One is
-/// this share of its change between rows, the other is a share of its standard deviation along the
-/// motion.
+/// Two states are the same if every position and speed agrees within the sum of two tolerances:
+/// `SAME_STATE_STEP_SHARE` of its change between rows, and a share of its standard deviation along
+/// the motion (`REPEATABLE_SHARES`, for positions and speeds).
 const SAME_STATE_STEP_SHARE: f64 = 0.6;
 const REPEATABLE_SHARES: [f64; 2] = [0.02, 0.05];
 
-/// Rows at most this far apart are one passage through a state.
+/// Largest distance of rows that belong to the same passage through a state.
 const PASSAGE_ROWS: usize = 25;
 
-/// Cell number beyond which all cells are one.
+/// Largest cell number; higher ones are limited to it.
 const MAX_CELL_NUMBER: f64 = 1e15;
 
-/// A joint moves when it is faster than this share of its highest speed.
+/// Share of its highest speed above which a joint is moving.
 const MOVING_SHARE: f64 = 0.1;
 
 /// Motion split into folds of equal length. Repeated motion counts once.
@@ -48,7 +48,8 @@ pub(super) struct Folds {
 }
 
 impl Folds {
-    /// Splits the rows of a context into folds, by recording if enough recordings differ.
+    /// Splits the rows of a context into folds: by recording if there are enough different
+    /// recordings, otherwise into parts of equal length.
     pub(super) fn from_context(context: &Context<'_>, motion: &Motion) -> Self {
         let cut = Self::new(motion, &context.samples, context.rows_hz());
         let recording = |row: usize| context.experiment.recording_of(context.samples[row]);
@@ -65,11 +66,12 @@ impl Folds {
         Self { fold_of_row: of_row.into_iter().map(number).collect(), count, ..cut }
     }
 
-    /// `samples` are the samples of the rows, `rows_hz` is the number of rows per second.
+    /// Splits rows into parts of equal length. `samples` are the samples of the rows, `rows_hz` is
+    /// the number of rows per second.
     pub(super) fn new(motion: &Motion, samples: &[usize], rows_hz: f64) -> Self {
         let states = States::new(motion, samples, rows_hz);
         let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-        // For each row the first row like it, as an index into `firsts`.
+        // For each row the first row with the same state, as an index into `firsts`.
         let (mut firsts, mut like) = (Vec::new(), Vec::with_capacity(samples.len()));
         let (mut moving, mut moving_first) = (0.0, 0.0);
         for row in 0..samples.len() {
@@ -109,11 +111,11 @@ impl Folds {
 struct States {
     /// One column for each position and speed.
     values: DMatrix<f64>,
-    /// Distance within which other values are the same, in the same columns.
+    /// Distance within which two values count as equal, in the same columns.
     tolerances: DMatrix<f64>,
-    /// Largest reach of each column.
+    /// Largest tolerance of each column.
     largest_tolerances: Vec<f64>,
-    /// The two columns that distinguish most states.
+    /// The two columns that distinguish the most states.
     finest_columns: [usize; 2],
     moving_joints: Vec<bool>,
 }
@@ -183,7 +185,7 @@ impl States {
             let cell = (self.values[(row, column)] / widest)
                 .floor()
                 .clamp(-MAX_CELL_NUMBER, MAX_CELL_NUMBER) as i64;
-            // A constant value is the same everywhere.
+            // All values of a constant column are in the same cell.
             if widest > 0.0 { cell } else { 0 }
         })
     }

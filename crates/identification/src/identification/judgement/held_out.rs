@@ -1,8 +1,8 @@
-//! Prediction error on held-out data: folds of the motion, each predicted with parameters found
-//! without it.
+//! Prediction error on held-out data: folds of the motion, each predicted with parameters that were
+//! identified without it.
 //!
-//! The regressor is that of the result; a piece's rows leave the equation, and no loop is simulated
-//! anew.
+//! The regressor is that of the result. The rows of a fold are removed from the equation, and no
+//! loop is simulated again.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::Serialize;
@@ -13,26 +13,27 @@ use crate::identification::observation::Motion;
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{Observations, relative_errors};
 
-/// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some
-/// eight.
+/// Number of rows on either side of a sample over which the filters spread it. A spike of one
+/// sample shows in about eight rows.
 pub(crate) const NEIGHBOUR_ROWS: usize = 10;
 
-/// Torques of the pieces of the motion, each predicted with parameters that were found without it
-/// and without what is like it.
+/// Prediction error of the held-out folds. Each fold is predicted with parameters that were
+/// identified without it and without similar motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// ‖y − Xθ‖ / ‖y‖ over all joints; none where the motion is too short or too poor for it.
+    /// ‖y − Xθ‖ / ‖y‖ over all joints; `None` if the motion is too short or too poor to hold out
+    /// folds.
     pub relative_error: Option<f64>,
-    /// The same of each joint.
+    /// ‖y − Xθ‖ / ‖y‖ of each joint.
     pub relative_error_per_joint: Vec<f64>,
     /// Quantiles of each joint's residuals at the sample rate \[N·m or N\].
     pub quantiles_per_joint: Vec<ResidualQuantiles>,
 }
 
 impl HeldOut {
-    /// `residuals` are those of the parameters in the rows of `torque`. With it, the standard
-    /// deviation of each parameter by how much the pieces disagree; none where nothing can be held
-    /// out.
+    /// Computes the held-out errors, and the standard deviation of each parameter from the
+    /// disagreement of the folds; `None` if no fold can be held out. `residuals` are the residuals
+    /// of the parameters in the rows of `torque`.
     pub(super) fn new(
         context: &Context<'_>,
         motion: &Motion,
@@ -74,9 +75,9 @@ impl HeldOut {
     }
 }
 
-/// The jackknife's standard deviations (J. W. Tukey, *Bias and confidence in not quite large
-/// samples*, 1958), of what the parameters change by without each piece. It asks nothing of the
-/// residuals: what was there in one piece alone is in it.
+/// Returns the jackknife standard deviations (J. W. Tukey, *Bias and confidence in not quite large
+/// samples*, 1958) from the parameter changes without each fold. They assume nothing about the
+/// residuals and include disturbances that occur in one fold only.
 fn jackknife_deviations(changes: &[DVector<f64>]) -> DVector<f64> {
     let count = changes.len() as f64;
     let deviation = |k: usize| {
@@ -87,7 +88,7 @@ fn jackknife_deviations(changes: &[DVector<f64>]) -> DVector<f64> {
     DVector::from_fn(changes.first().map_or(0, DVector::len), |k, _| deviation(k))
 }
 
-/// Returns the change of the parameters without each fold; `None` if one cannot be left out.
+/// Returns the change of the parameters without each fold; `None` if a fold cannot be left out.
 fn without_each(
     folds: &Folds,
     torque: &Observations,
@@ -97,7 +98,7 @@ fn without_each(
         return None;
     }
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
-    // Folds that each row is in or near, one bit for each.
+    // Bit mask of the folds that contain each row or are close to it.
     let mut near = vec![0_u64; rows];
     for (row, piece) in folds.fold_of_row.iter().enumerate() {
         let end = rows.min(row + NEIGHBOUR_ROWS + 1);
@@ -106,7 +107,7 @@ fn without_each(
             .for_each(|near| *near |= 1 << piece);
     }
     let levels = torque.noise_levels(residuals);
-    // The equation of the rows of each kind, which is part of several.
+    // Normal equation of all rows with the same bit mask, which several folds share.
     let of_kind = |kind: u64| {
         let joint_rows: Vec<usize> = (0..rows).filter(|row| near[*row] == kind).collect();
         let (mut normal, mut right) =
@@ -143,7 +144,7 @@ fn without_each(
             if count * torque.joints() <= columns {
                 return None;
             }
-            // Parameters of all sizes.
+            // Scaling of the parameters, whose magnitudes differ.
             let scale = normal.diagonal().map(|square| 1.0 / square.sqrt());
             if !scale.iter().all(|scale| scale.is_finite()) {
                 return None;

@@ -5,24 +5,28 @@ use core::ops::Range;
 use crate::identification::observation::Motion;
 use crate::regression::{Observations, ResidualAnalysis};
 
-/// An arm rests while no joint is faster than this share of its highest speed.
+/// Share of its highest speed below which a joint is at rest. The arm rests if all joints are at
+/// rest.
 const REST_SPEED_SHARE: f64 = 0.02;
 
-/// Moves of fewer rows belong to the next one; a last one belongs to the one before.
+/// Smallest number of rows of a move. A shorter move is merged with the next one, a short last move
+/// with the one before.
 const MIN_ROWS: usize = 5;
 
-/// A motion without rests, or with more than so many moves, is cut into slices of equal length.
+/// Largest number of moves. A motion without rests, or with more moves, is divided into
+/// `MOTION_SLICES` slices of equal length.
 const MAX_MOVES: usize = 30;
 const MOTION_SLICES: usize = 10;
 
 /// Share of the information about each parameter that comes from each move.
 ///
-/// The standard deviation of a parameter is `1/‖z‖`, with z the part of its column of Ω^(−1/2) X
-/// that is orthogonal to all other columns: only that tells it from the others. So the squares of z
-/// over the rows of a move are the move's share of its information 1/σ², the classical one.
+/// The standard deviation of a parameter is `1/‖z‖`. Here z is the part of its column of Ω^(−1/2) X
+/// that is orthogonal to all other columns, because only this part distinguishes the parameter. So
+/// the share of a move in the classical information 1/σ² is the sum of squares of z over its rows,
+/// divided by ‖z‖².
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Information {
-    /// Begin and end of each move since the first sample \[s\].
+    /// Start and end of each move since the first sample \[s\].
     pub moves_s: Vec<Range<f64>>,
     /// True if the moves lie between rests; otherwise they are slices of equal length.
     pub between_rests: bool,
@@ -65,7 +69,7 @@ impl Information {
     }
 }
 
-/// Returns the rows of each move, and whether rests divide them.
+/// Returns true if rests separate the moves, and the rows of each move.
 fn find_moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
         return (false, Vec::new());
@@ -76,7 +80,7 @@ fn find_moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let rests = |k: usize| {
         highest.iter().enumerate().all(|(joint, most)| speed(k, joint) <= REST_SPEED_SHARE * most)
     };
-    // The middle of each rest, as a row.
+    // The middle of each rest separates two moves.
     let mut ends = Vec::new();
     let mut begun = None;
     for k in first..=last {

@@ -1,5 +1,5 @@
-//! Rows that robust weights removed. Isolated groups of rows are outliers. Rows all over the record
-//! are those that the model does not describe.
+//! Rows that robust weights removed. Isolated groups of rows are outliers. If such rows occur all
+//! over the record, the model does not describe them.
 
 use core::ops::Range;
 use didim_dynamics::robot::JointIndex;
@@ -7,18 +7,18 @@ use didim_dynamics::robot::JointIndex;
 use super::reasons::Note;
 use crate::regression::{RobustLoss, RobustSolution};
 
-/// Number of rows that one sample affects behind the decimation filter.
+/// Number of rows that a single sample affects after the decimation filter.
 const SPIKE_ROWS: usize = 8;
 
-/// Rows at most this far apart may have one cause: half of that reach, because the filter response
-/// crosses zero.
+/// Largest distance of rows that may have the same cause: half of the filter's reach, because the
+/// filter response crosses zero.
 const ONE_CAUSE: usize = SPIKE_ROWS / 2;
 
-/// Residuals above this number of scales are not normal errors, which exceed it in one row in a
-/// hundred thousand.
+/// Normalised residual above which an error is not normally distributed. Normal errors exceed it in
+/// one of a hundred thousand rows.
 const NOT_NORMAL: f64 = 4.5;
 
-/// Largest share of a joint's rows that rare outliers may affect.
+/// Largest share of a joint's rows that isolated outliers may affect.
 const RARE: f64 = 0.25;
 
 /// Largest excess of rows outside the groups over the number that normal errors have, in standard
@@ -28,16 +28,16 @@ const TOO_MANY: f64 = 4.0;
 /// Number of groups whose times a note lists.
 const NAMED: usize = 6;
 
-/// Rows whose residual counts by less than half.
+/// Rows whose residual has a weight below one half.
 #[derive(Clone, Debug)]
 pub(crate) struct DownweightedRows {
     /// Number of rows N of each joint.
     rows: usize,
     /// Row numbers in rising order, joint by joint.
     per_joint: Vec<Vec<usize>>,
-    /// Subset of `per_joint` whose residuals are not normal errors.
+    /// Subset of `per_joint` with residuals that are too large for normal errors.
     not_normal: Vec<Vec<usize>>,
-    /// Expected share of such rows if all errors are normal.
+    /// Share of downweighted rows that is expected for normal errors.
     normal_share: f64,
 }
 
@@ -60,13 +60,13 @@ impl DownweightedRows {
         }
     }
 
-    /// Returns the row numbers within each joint, in rising order.
+    /// Returns the downweighted row numbers of each joint, in ascending order.
     pub(crate) fn per_joint(&self) -> &[Vec<usize>] {
         &self.per_joint
     }
 
-    /// Returns groups of rows of one joint that may have one cause. Each group contains a residual
-    /// that is not a normal error.
+    /// Returns groups of rows of one joint that may have the same cause. Each group contains a
+    /// residual that is too large for normal errors.
     fn groups(&self, joint: usize) -> Vec<Range<usize>> {
         let mut groups = together(self.per_joint[joint].iter().map(|&row| row..row + 1));
         groups.retain(|group| self.not_normal[joint].iter().any(|row| group.contains(row)));
@@ -89,9 +89,9 @@ impl DownweightedRows {
         spread.collect()
     }
 
-    /// Returns the samples that outliers affect: the groups of all joints, with a row to either
-    /// side. `samples` are the samples of the rows. Returns nothing if rows are downweighted all
-    /// over, because these are not outliers.
+    /// Returns the samples that outliers affect: the groups of all joints, with one more row on
+    /// either side. `samples` are the samples of the rows. Returns an empty list if rows are
+    /// downweighted all over the record, because they are not outliers.
     pub(crate) fn outlier_samples(&self, samples: &[usize]) -> Vec<Range<usize>> {
         let Some(last) = samples.len().checked_sub(1).filter(|_| self.spread().is_empty()) else {
             return Vec::new();
@@ -133,7 +133,7 @@ impl DownweightedRows {
     }
 }
 
-/// Merges ranges, sorted by their starts, that may have one cause.
+/// Merges ranges, sorted by their starts, that may have the same cause.
 fn together(ranges: impl Iterator<Item = Range<usize>>) -> Vec<Range<usize>> {
     let mut groups: Vec<Range<usize>> = Vec::new();
     for range in ranges {

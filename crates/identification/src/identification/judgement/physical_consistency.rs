@@ -11,24 +11,24 @@ use crate::identification::problem::Context;
 /// Cost of physically consistent parameters near the nominal ones of the robot file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysicalConsistency {
-    /// Judgement of the cost.
+    /// Judgement of this cost.
     pub judgement: Judgement,
-    /// Squared distance of the nearest bodies from the parameters in their standard deviations,
-    /// where the nominal ones hardly count.
+    /// Squared distance between the estimate and the nearest physically consistent parameters, in
+    /// the metric of the estimate's covariance and with a negligible weight of the nominal ones.
     pub cost: f64,
-    /// Limit that the cost of true bodies stays below (χ², 99 %).
+    /// Limit below which the cost of the true bodies stays in 99 % of cases (χ²).
     pub cost_limit: f64,
-    /// By how much bodies move each parameter, in its standard deviations, where the nominal ones
-    /// count.
+    /// Shift of each parameter to the physically consistent ones, in its standard deviations and
+    /// with the default weight of the nominal ones.
     pub shift_per_parameter: Vec<f64>,
     /// Distance of each link's body from the nominal one \[nats\].
     pub divergence_per_link: Vec<f64>,
 }
 
 impl PhysicalConsistency {
-    /// The bodies nearest to the values of the selected parameters; none where the robot's file
-    /// states no nominal ones, where the selection leaves out what bodies have, or where the
-    /// nearest are not found.
+    /// Returns the physically consistent parameters nearest to the values of the selected
+    /// parameters. Returns `None` if the robot file has no nominal parameters, if the selection
+    /// lacks parameters that bodies depend on, or if the minimisation fails.
     pub(super) fn nearest_bodies(
         context: &Context<'_>,
         values: &[f64],
@@ -48,7 +48,7 @@ impl PhysicalConsistency {
         .ok()
     }
 
-    /// Summarises an outcome.
+    /// Summarises an outcome for the first `parameters` parameters.
     pub(super) fn new(outcome: &Outcome, parameters: usize) -> Self {
         let shifts = outcome.shifts.iter().take(parameters);
         Self {

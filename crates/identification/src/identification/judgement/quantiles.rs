@@ -13,20 +13,20 @@ const QUANTILE_LEVELS: [f64; 3] = [0.99, 0.999, 0.9999];
 /// Quantiles of the absolute residuals of one joint \[N·m or N\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ResidualQuantiles {
-    /// 99 %.
+    /// 99 % quantile.
     #[serde(rename = "99 %")]
     pub of_99: f64,
-    /// 99.9 %.
+    /// 99.9 % quantile.
     #[serde(rename = "99.9 %")]
     pub of_999: f64,
-    /// 99.99 %.
+    /// 99.99 % quantile.
     #[serde(rename = "99.99 %")]
     pub of_9999: f64,
 }
 
 impl ResidualQuantiles {
     /// Returns the quantiles of each joint's residual torque at every counted sample. `which`
-    /// selects the parameters that predict a sample, and is called for each.
+    /// returns the index of the parameters that predict a given sample.
     pub(crate) fn per_joint(
         context: &Context<'_>,
         motion: &Motion,
@@ -47,7 +47,7 @@ impl ResidualQuantiles {
         let mut next = 0;
         while let Some(&first) = samples.get(next) {
             let neighbours = which(first);
-            // Neighbours that are predicted with the same parameters.
+            // Counts consecutive samples that are predicted with the same parameters.
             let together = samples[next..].iter().take(WIDTH).enumerate();
             let count = together
                 .take_while(|(k, sample)| **sample == first + k && which(**sample) == neighbours)
@@ -72,10 +72,10 @@ impl ResidualQuantiles {
     }
 }
 
-/// The largest of many values, as many as the quantiles need.
+/// Largest of many values, as many as the quantiles require.
 #[derive(Clone)]
 struct LargestValues {
-    /// Number of all values.
+    /// Total number of values.
     count: usize,
     /// The largest values and others, at most twice the needed number.
     values: Vec<f64>,
@@ -86,12 +86,13 @@ impl LargestValues {
         Self { count, values: Vec::with_capacity(2 * Self::needed_values(count)) }
     }
 
-    /// Returns the number of values from the smallest quantile up.
+    /// Returns the number of values from the smallest quantile upwards.
     fn needed_values(count: usize) -> usize {
         count - Self::quantile_index(count, QUANTILE_LEVELS[0])
     }
 
-    /// Returns the index, in rising order, of the value that this share of all values stays below.
+    /// Returns the index, in ascending order, of the quantile with this share of all values below
+    /// it.
     fn quantile_index(count: usize, share: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,

@@ -51,22 +51,22 @@ impl<T: Copy + Into<f64>> MatrixRows<T> {
         Self((0..matrix.nrows()).map(row).collect())
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// One number.
+    /// Returns one number.
     pub(super) fn get(&self, row: usize, column: usize) -> f64 {
         self.0[row][column].into()
     }
 
-    /// True if there are this number of rows, each with its given length.
+    /// Returns true if there are `rows` rows, and row k has `length(k)` numbers.
     pub(super) fn has_shape(&self, rows: usize, length: impl Fn(usize) -> usize) -> bool {
         self.0.len() == rows && self.0.iter().enumerate().all(|(k, row)| row.len() == length(k))
     }
 
-    /// Returns part of the symmetric matrix whose lower triangle this is.
+    /// Returns part of the symmetric matrix whose lower triangle is stored here.
     pub(super) fn symmetric_part(&self, part: Range<usize>) -> DMatrix<f64> {
         DMatrix::from_fn(part.len(), part.len(), |i, j| {
             self.get(part.start + i.max(j), part.start + i.min(j))

@@ -1,21 +1,22 @@
 //! Uncertainty of a result, including the model and the configured values.
 //!
-//! The least-squares value ignores the nuisance parameters η. They are solved for together with the
+//! The least-squares value ignores the nuisance parameters η. They are estimated together with the
 //! parameters, with a prior for each. This gives their posterior mean μ and covariance P. A unit of
-//! η moves the value by K, so that its uncertainty is
+//! η shifts the value by K, so that the uncertainty u of the value is
 //!
 //! ```text
 //! u² = noise + K (μ μᵀ + P) Kᵀ
 //! ```
 //!
-//! The noise is that of the residuals' spectrum, or the disagreement of the folds if that is
-//! larger. If a low-pass explains much of the residual, its shift of the value is added.
+//! The noise is computed from the spectrum of the residuals, or from the disagreement of the folds
+//! if that is larger. If a low-pass explains much of the residual, the resulting shift of the value
+//! is added.
 //!
 //! If the data contradict the configured value of a nuisance parameter, its μ and P come from the
 //! data alone.
 //!
-//! The value stays that of the method. With the nuisance parameters it would be more uncertain, and
-//! wrong by the part that they absorb.
+//! The reported value stays that of the method. An estimate together with the nuisance parameters
+//! would be more uncertain, and biased by the part of the torque that they absorb.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,8 +30,8 @@ use super::reasons::Note;
 use crate::identification::problem::{IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
 
-/// Residual share of a joint's torque with a rigid model and named friction, however quiet the data
-/// are.
+/// Smallest residual of a joint, as a share of its torque, for a rigid model with the usual
+/// friction laws. The residual is not smaller even with very little noise.
 const NOISE_FLOOR: f64 = 0.01;
 
 /// Effect of the nuisance parameters on a result.
@@ -47,19 +48,20 @@ pub(super) struct Uncertainty {
     pub(super) notes: Vec<Note>,
 }
 
-/// Information on a result, in addition to the checked equation.
+/// Additional information on a result, which the checked equation does not contain.
 #[derive(Clone, Copy)]
 pub(super) struct Supplements<'a> {
-    /// Number of rows with the same information that count as one.
+    /// Mean number of repetitions of the same motion, which count as one.
     pub(super) mean_repeats: f64,
     /// Standard deviation of each parameter from the disagreement of the folds.
     pub(super) fold_deviations: Option<&'a DVector<f64>>,
-    /// Difference of the checked parameters from those of the result, if they are not the same.
+    /// Difference of the checked parameters from those of the result; `None` if they are the same.
     pub(super) other: Option<&'a DVector<f64>>,
 }
 
 impl Uncertainty {
-    /// `bias` is the possible error of each parameter due to the position filter.
+    /// Creates the uncertainty of a fitted model. `bias` is the possible error of each parameter
+    /// due to the position filter.
     pub(super) fn new(
         fitted: &FittedModel<'_>,
         bias: Option<&DVector<f64>>,
@@ -70,8 +72,8 @@ impl Uncertainty {
         let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
         let observed = Observed::new(context, motion, auxiliary, observations);
         let columns = NuisanceColumns::new(context, parameters, observed);
-        // Rows that an M-estimate removed from the equation do not inform the nuisance parameters
-        // either.
+        // Rows that the M-estimate removed from the equation contain no information on the nuisance
+        // parameters either.
         let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?
             .with_zero_rows(analysis.rows_without_equation());
         let products = analysis.products(&along);
@@ -91,7 +93,8 @@ impl Uncertainty {
         let by_low_passes =
             |k: usize| low_passed.iter().map(|of| of.shifted[k].powi(2)).sum::<f64>();
         let combined_by = |solution: &JointSolution| {
-            // A configured value that the data contradict does not limit the error of the estimate.
+            // If the data contradict a configured value, it does not limit the error of the
+            // estimate.
             let unstated = solution
                 .without_contradicted(&columns.has_prior(), Tolerances::CONTRADICTION_DEVIATIONS);
             let after = unstated.covariance.view((own, own), (all - own, all - own));
@@ -108,8 +111,8 @@ impl Uncertainty {
             })
         };
         let mut combined = combined_by(&solution);
-        // Configured values are judged without this doubt, which could itself be the cause of a
-        // contradiction.
+        // Configured values are judged without these noise floors, because a wrong configured value
+        // could be the cause of the large residual.
         if let Some(of_motion) = of_motion.filter(|of| *of != floors) {
             combined = combined.sup(&combined_by(&solved(&of_motion)?));
         }
@@ -120,7 +123,8 @@ impl Uncertainty {
         if let Some(other) = other {
             solution.parameter_change += other;
         }
-        // A record is predicted behind the filter. The residual of unfiltered rows is much larger.
+        // Predictions are compared with filtered records. The residual of unfiltered rows is much
+        // larger.
         let model = (!context.decimation.is_none()).then(|| {
             let noise = observations.rms_per_joint(&remaining);
             ModelUncertainty::new(&columns, noise, &solution, sensitivity)
@@ -139,10 +143,11 @@ impl Uncertainty {
     }
 }
 
-/// Returns the noise floor of each joint's rows \[N·m or N\] if the positions of motors are in
-/// doubt. `torque` and `residuals` are those of all joints. A motor that is geared to two joints
-/// takes part in the motion of both. The residual of one joint may be an error of the motion. The
-/// other joint then has this error too, but its parameters may hide it. Returns `None` without such
+/// Returns the noise floor of each joint's rows \[N·m or N\] if the positions of motors may be
+/// wrong. `torque` and `residuals` are those of all joints. A motor that is geared to two joints
+/// takes part in the motion of both. So the residual of one joint may be due to an error of the
+/// motion. The other joint then has this error too, but its parameters may hide it. Returns `None`
+/// without such a motor.
 /// a motor.
 fn floors_of_motion(
     fitted: &FittedModel<'_>,
@@ -161,7 +166,7 @@ fn floors_of_motion(
             coupled.iter().any(|&motor| turns(motor, joint) && turns(motor, *other))
         };
         let shares = (0..joints).filter(geared).map(|other| residual_rms[other] / torque[other]);
-        // A joint without torque has no share.
+        // The share of a joint without torque is not finite and is ignored.
         shares.filter(|share| share.is_finite()).fold(NOISE_FLOOR, f64::max)
     };
     Ok(Some((0..joints).map(|joint| share(joint) * torque[joint]).collect()))

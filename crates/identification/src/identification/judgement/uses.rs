@@ -13,15 +13,16 @@ use crate::identification::problem::{Failure, Use};
 /// Its JSON has the reasons and notes as sentences, and both as [`findings`](Self::findings).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// True if nothing speaks against the uses that the cell asks for.
+    /// True if there is no reason against the uses that the cell requires.
     pub applicable: bool,
-    /// Reasons against one of these uses.
+    /// Reasons against the required uses.
     pub reasons: Vec<Reason>,
-    /// Verdict for each use, including those that the cell does not ask for.
+    /// Verdict for each use, including those that the cell does not require.
     pub uses: Uses,
-    /// Notes on the result that do not speak against its use.
+    /// Notes on the result that do not affect its use.
     pub notes: Vec<Note>,
-    /// Failure of the method despite a result, if any: that of the first reason that reports one.
+    /// Kind of failure of the method even though it has a result: that of the first reason with a
+    /// failure.
     pub failure: Option<Failure>,
 }
 
@@ -37,10 +38,10 @@ pub struct Uses {
     pub rigid_body: UseVerdict,
 }
 
-/// Returns the verdict for one use.
+/// Verdict for one use.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct UseVerdict {
-    /// True if the result is usable for it; `None` if that cannot be decided.
+    /// True if the result is usable for this use; `None` if that cannot be decided.
     pub applicable: Option<bool>,
     /// The deciding figure.
     pub figure: Option<f64>,
@@ -63,7 +64,7 @@ impl UseVerdict {
         limit: Option<f64>,
         reasons: Vec<Reason>,
     ) -> Self {
-        // All reasons report only that the use cannot be judged.
+        // If all reasons only report that the use cannot be judged, there is no verdict.
         let unidentifiable = !reasons.is_empty() && reasons.iter().all(Reason::is_unidentifiable);
         let applicable = (!unidentifiable).then_some(reasons.is_empty());
         Self { applicable, figure, unit, limit, reasons, quantiles_per_joint: Vec::new() }
@@ -71,7 +72,7 @@ impl UseVerdict {
 }
 
 impl Uses {
-    /// The verdict for one use.
+    /// Returns the verdict for one use.
     pub fn get(&self, wanted: Use) -> &UseVerdict {
         match wanted {
             Use::Monitoring => &self.monitoring,
@@ -92,7 +93,7 @@ impl Verdict {
                 reasons.push(reason.clone());
             }
         }
-        // Reasons that others may follow from come first.
+        // Reasons that may be the cause of others come first.
         reasons.sort_by_key(|reason| {
             !matches!(reason, Reason::OppositeCommand { .. } | Reason::Controller { .. })
         });
@@ -105,7 +106,7 @@ impl Verdict {
         Finding::list(&self.uses, &self.notes)
     }
 
-    /// Returns the same verdict with further reasons against every use.
+    /// Returns the verdict with further reasons against every use.
     #[must_use]
     pub(crate) fn with_reasons(
         self,

@@ -1,4 +1,4 @@
-//! Positive definiteness of an estimate's mass matrix over the workspace.
+//! Check that an estimate's mass matrix is positive definite over the workspace.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
@@ -8,14 +8,14 @@ use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
 use didim_dynamics::robot::Robot;
 
-/// Number of postures that are tried.
+/// Number of tried postures.
 const POSTURE_COUNT: u32 = 1000;
 
-/// Number of postures that are examined among those with an indefinite mass matrix: those with the
-/// smallest eigenvalues.
+/// Largest number of examined postures with an indefinite mass matrix: those with the smallest
+/// eigenvalues.
 const MAX_EXAMINED_POSTURES: usize = 128;
 
-/// Number of postures per evaluation of the dynamics, a divisor of their total number.
+/// Number of postures per evaluation of the dynamics; it divides the number of tried postures.
 const POSTURES_AT_ONCE: usize = WIDTH;
 
 /// Bases of the low-discrepancy sequence, one per joint.
@@ -25,15 +25,15 @@ const SEQUENCE_BASES: [u32; didim_dynamics::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 1
 pub(super) struct Indefinite {
     /// The posture \[rad or m\].
     pub(super) posture: Vec<f64>,
-    /// Distance of its smallest eigenvalue below zero, in standard deviations.
+    /// Distance of its smallest eigenvalue below zero, in standard deviations of the eigenvalue.
     pub(super) deviations: f64,
 }
 
 /// Returns the posture within the robot's limits where the mass matrix of these parameters is
-/// furthest from positive definite, relative to the statistical uncertainty. A thousand postures of
-/// Halton's sequence (*Numer. Math.* 2, 1960), which fill the workspace evenly, are tried. The
-/// hundred or so with the most negative eigenvalues are examined. Returns `None` if the mass matrix
-/// is positive definite at all of them.
+/// furthest from positive definite, relative to the statistical uncertainty. It tries a thousand
+/// postures of Halton's sequence (*Numer. Math.* 2, 1960), which fills the workspace evenly. It
+/// examines the 128 postures with the most negative eigenvalues. Returns `None` if the mass matrix
+/// is positive definite in all tried postures.
 pub(super) fn indefinite_posture(
     robot: &Robot,
     model: &Model,
@@ -112,7 +112,8 @@ fn indefinite_postures(
     postures
 }
 
-/// Returns the digits of `index` mirrored at the radix point: between 0 and 1.
+/// Returns the number between 0 and 1 whose digits are those of `index`, mirrored at the radix
+/// point.
 fn radical_inverse(mut index: u32, base: u32) -> f64 {
     let (mut value, mut place) = (0.0, 1.0);
     while index > 0 {

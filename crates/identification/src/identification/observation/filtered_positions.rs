@@ -15,7 +15,7 @@ pub(crate) struct FilteredPositions {
     rate_hz: f64,
     /// End of each recording, including the last.
     recording_ends: Vec<usize>,
-    /// 0 beyond the joints.
+    /// Position of each joint at every sample \[rad or m\]; 0 beyond the number of joints.
     samples: Vec<[f64; MAX_JOINTS]>,
     /// Hysteresis state of friction along the positions. Empty if not requested, or without
     /// hysteresis.
@@ -70,7 +70,7 @@ impl FilteredPositions {
         hysteresis_from(&self.hysteresis, first)
     }
 
-    /// Their number.
+    /// Returns the number of samples.
     pub(crate) fn samples(&self) -> usize {
         self.samples.len()
     }
@@ -125,8 +125,8 @@ impl FilteredPositions {
     }
 }
 
-/// Number of samples that are transposed at once, between joint after joint and side by side. They
-/// fit in the nearest cache.
+/// Number of samples that are transposed at once between the layouts joint by joint and sample by
+/// sample. They fit in the nearest cache.
 const CACHED_SAMPLES: usize = 64;
 
 /// Writes the joints' signals sample by sample.

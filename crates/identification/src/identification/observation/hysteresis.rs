@@ -5,8 +5,9 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::numeric::Lanes;
 use didim_dynamics::robot::Hysteresis;
 
-/// Returns the hysteresis state of friction along these positions. `ends` are the samples at which
-/// a recording ends. Empty without hysteresis. Each recording begins midway.
+/// Returns the hysteresis state of friction along these positions; empty without hysteresis. `ends`
+/// are the samples at which a recording ends. In each recording the state starts at 0, midway
+/// between its limits.
 pub(crate) fn hysteresis_along(
     state: Option<Hysteresis>,
     ends: &[usize],

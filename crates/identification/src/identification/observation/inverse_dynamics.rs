@@ -23,8 +23,8 @@ impl InverseDynamics {
         Self { standard_parameters: standard, workspace: Workspace::new() }
     }
 
-    /// Returns the torque of every joint \[N·m or N\] at these states, and zeros beyond. The model
-    /// is that of the estimate or one of another geometry.
+    /// Returns the torque of every joint \[N·m or N\] at these states; entries beyond the number of
+    /// joints are 0. The model is that of the estimate, or one with another geometry.
     pub(crate) fn torque(
         &mut self,
         model: &Model,
@@ -45,8 +45,8 @@ impl InverseDynamics {
     }
 }
 
-/// Returns the rates of an estimate's torques along a motion, behind the parallel filter: the rows
-/// of each joint together \[N·m/s or N/s\].
+/// Returns the time derivatives of an estimate's torques along a motion, filtered and decimated,
+/// with the rows of each joint together \[N·m/s or N/s\].
 ///
 /// # Errors
 /// [`IdentificationError::Regressor`] when they are not finite.

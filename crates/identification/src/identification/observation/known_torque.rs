@@ -10,8 +10,8 @@ use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{ObservationMatrix, Observations};
 use crate::signal::{Group, ParallelDecimation};
 
-/// Returns the equation of these torques and their observation matrix along a motion, both behind
-/// the filter. The known part of the torques is subtracted.
+/// Returns the equation of these torques and their observation matrix along a motion. Both are
+/// filtered and decimated. The known part of the torques is subtracted.
 ///
 /// # Errors
 /// Those of [`Observations::new`], with the parameters' names, and

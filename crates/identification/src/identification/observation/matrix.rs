@@ -19,7 +19,7 @@ use didim_dynamics::dynamics::{Model, RegressorColumns, Workspace};
 /// [`IdentificationError::Regressor`] when the regressor is not finite.
 ///
 /// # Panics
-/// When model, selection and motion are not of the same robot.
+/// If model, selection and motion belong to different robots.
 pub fn observation_matrix(
     model: &Model,
     selection: &Selection,
@@ -61,7 +61,7 @@ pub(crate) fn fitted_matrix_of(
     Ok(ObservationMatrix::of_entries(model.joints(), columns.width(), base_entries, entries))
 }
 
-/// Returns the rows of each joint together, of these regressor columns at the states of a motion
+/// Returns these regressor columns at the states of a motion, with the rows of each joint together
 /// (states · n × columns).
 ///
 /// # Errors
@@ -77,7 +77,7 @@ pub(crate) fn regressor_rows(
     Ok(matrix_of(&columns, model.joints(), entries))
 }
 
-/// Columns of all base parameters along a motion, behind the parallel filter, at the fitted rows.
+/// Columns of all base parameters along a motion, filtered and decimated, at the fitted rows.
 pub(crate) struct BaseColumns {
     /// Columns of the selected parameters, the observation matrix X.
     pub(crate) selected: ObservationMatrix,
@@ -130,7 +130,7 @@ fn entries(
         .map_err(IdentificationError::of_regressor)
 }
 
-/// Returns the entries of these regressor columns, by lanes of samples from the first on.
+/// Returns a function that writes the entries of these regressor columns for groups of samples.
 fn entries_along<'a>(
     model: &'a Model,
     columns: &'a RegressorColumns,
@@ -144,7 +144,7 @@ fn entries_along<'a>(
     }
 }
 
-/// Arranges rows of the entries so that the rows of each joint are together.
+/// Arranges the rows of the entries so that the rows of each joint are together.
 fn matrix_of(columns: &RegressorColumns, joints: usize, entries: DMatrix<f64>) -> DMatrix<f64> {
     let all_entries = columns.entries().iter().copied();
     ObservationMatrix::of_entries(joints, columns.width(), all_entries, entries).dense()

@@ -11,24 +11,24 @@ use didim_dynamics::numeric::{Lanes, WIDTH};
 use didim_dynamics::robot::{Hysteresis, JointIndex, Robot};
 use didim_dynamics::simulation::set_row;
 
-/// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
-/// rad/s²; m for a prismatic joint\].
+/// Joint positions, velocities and accelerations on one time grid, each samples × joints \[rad,
+/// rad/s, rad/s²; m, m/s, m/s² for a prismatic joint\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// q.
+    /// Positions q.
     pub position: DMatrix<f64>,
     rates: Rates,
     /// Hysteresis state of friction at each sample. Empty without hysteresis or without a history.
     hysteresis: Vec<[f64; MAX_JOINTS]>,
 }
 
-/// q̇ and q̈.
+/// Velocities q̇ and accelerations q̈.
 #[derive(Clone, Debug, PartialEq)]
 enum Rates {
-    /// In memory.
+    /// Stored matrices.
     Provided([DMatrix<f64>; 2]),
     /// Central differences of the positions, separately for each recording, computed on request.
-    /// Stored, they would take twice the memory of the positions.
+    /// Storing them would take twice the memory of the positions.
     Differences {
         rate_hz: f64,
         /// End of each recording, including the last.
@@ -37,8 +37,8 @@ enum Rates {
 }
 
 impl Motion {
-    /// Creates a motion from matrices of samples × joints. Friction is past its presliding distance
-    /// in every state.
+    /// Creates a motion from matrices of samples × joints. The hysteresis of friction is assumed to
+    /// be saturated in every state.
     ///
     /// # Panics
     /// When the matrices differ in size.
@@ -72,7 +72,7 @@ impl Motion {
         }
     }
 
-    /// Returns q, q̇ and q̈ in memory, samples × joints each.
+    /// Returns q, q̇ and q̈ as matrices, samples × joints each.
     pub fn matrices(&self) -> [DMatrix<f64>; 3] {
         let (samples, joints) = self.position.shape();
         let matrix_of =
@@ -83,7 +83,7 @@ impl Motion {
     }
 
     /// Sets the state of all joints at a sample, and the hysteresis state of friction. The rates
-    /// are in memory from then on.
+    /// are stored in memory from then on.
     pub(crate) fn set_sample(
         &mut self,
         sample: usize,

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use crate::identification::problem::{Context, IdentificationError};
 use didim_dynamics::trajectory::SampledReference;
 
-/// Returns the references of the recording with these samples, the first at time 0. They are
-/// continuous, as the drive makes them, and have this delay \[s\]. `references` are those of the
+/// Returns the references of the recording with these samples; the first sample is at time 0. They
+/// are interpolated like in the drive and have this delay \[s\]. `references` are those of the
 /// experiment.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Measured torque at the instants of the positions, behind the parallel filter.
+//! Measured torque at the instants of the positions, filtered and decimated.
 
 use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
@@ -9,12 +9,13 @@ use crate::signal::delay_linear;
 /// Returns the measurements y of equation 7: torques shifted to the instants of the positions,
 /// filtered, and decimated, the rows of each joint together.
 ///
-/// A delayed or held value counts at an instant as the value logged one mean delay before, linear
+/// The torque at an instant is the value logged one mean delay before, with linear interpolation
 /// between samples. For a command held over one period, this is the mean of the commands before and
 /// after the instant.
 ///
-/// At either end up to one sample may be missing, such as the command before the first one. The
-/// nearest is then used. A longer gap would require a torque that was not measured.
+/// At either end of the record, up to one sample may be missing, such as the command before the
+/// first one. The nearest sample then replaces it. A longer gap would require a torque that was not
+/// measured.
 ///
 /// # Errors
 /// [`IdentificationError::TorqueOutside`] and [`IdentificationError::Signal`].
@@ -24,7 +25,7 @@ pub(crate) fn filtered_torque(context: &Context<'_>) -> Result<DVector<f64>, Ide
     delayed_torque(context, delay)
 }
 
-/// Returns [`filtered_torque`] with a delay of the caller's choice \[samples\].
+/// Returns the same as [`filtered_torque`] with a given delay \[samples\].
 pub(crate) fn delayed_torque(
     context: &Context<'_>,
     delay: f64,
@@ -33,7 +34,7 @@ pub(crate) fn delayed_torque(
     context.rows_of(&delay_samples(context.experiment, delay)?, "torque")
 }
 
-/// Returns the torques logged this number of samples before every sample, samples × joints,
+/// Returns the torques that were logged `delay` samples before every sample, samples × joints,
 /// separately for each recording.
 ///
 /// # Errors
@@ -60,7 +61,8 @@ pub(crate) fn delay_samples(
     Ok(torque)
 }
 
-/// Checks that the record holds the torque of every counted sample, except for one at either end.
+/// Checks that the record contains the torque of every counted sample; one sample may be missing at
+/// either end.
 fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
     for of in experiment.recordings() {
         let first = of.counted_samples.start as f64 - shift_samples;

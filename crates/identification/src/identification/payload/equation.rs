@@ -7,20 +7,21 @@ use crate::regression::RegressionError;
 use didim_dynamics::dynamics::{BaseParameters, format_sum, select_columns};
 use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
 
-/// Order in which parameters are chosen, by index among the ten: mass and centre, which are needed
-/// first, then inertia. Later ones are regrouped into earlier ones.
+/// Order in which load parameters are chosen to represent the sums, by index among the ten. Mass
+/// and centre come first, because they are most useful, then inertia. Later parameters are
+/// regrouped into earlier ones.
 const CHOICE_ORDER: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
 
-/// Sums of the ten parameters that motions of an arm make identifiable, like [`BaseParameters`] for
-/// a whole arm.
+/// Sums of the ten load parameters that are identifiable from motions of an arm, like
+/// [`BaseParameters`] for a complete arm.
 pub struct LoadSums {
-    /// k × 10: sums = S φ.
+    /// Matrix S (k × 10) with sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
-    /// Parameter whose column represents each sum, ascending.
+    /// Load parameter whose regressor column represents each sum, ascending.
     chosen_parameters: Vec<usize>,
-    /// Parameters that no motion makes identifiable.
+    /// Load parameters without effect on any torque of the arm.
     without_effect: Vec<usize>,
-    /// b' × k: change of the selected base parameters with each sum.
+    /// Change of the selected base parameters per unit of each sum (b' × k).
     base_parameter_change: DMatrix<f64>,
 }
 
@@ -37,7 +38,7 @@ impl LoadSums {
     ) -> Result<Self, PayloadError> {
         let last = robot.joints() - 1;
         let column = |kind| robot.parameters().column(kind, JointIndex::new(last));
-        // A link has all ten.
+        // A link has all ten parameters.
         let columns: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
         let load_columns = base.regrouping().select_columns(&columns);
         let is_changed = |row: &usize| load_columns.row(*row).iter().any(|entry| *entry != 0.0);
@@ -60,15 +61,15 @@ impl LoadSums {
         })
     }
 
-    /// Returns the sums that a record distinguishes, by the observation matrix of its motion (r ×
-    /// b'). The others are regrouped into these, or have no effect there.
+    /// Returns the sums that a record distinguishes, according to the observation matrix of its
+    /// motion (r × b'). The other sums are regrouped into these, or have no effect in this record.
     ///
     /// # Errors
     /// [`PayloadError::Unseen`].
     pub fn identifiable_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
         let preference =
             CHOICE_ORDER.into_iter().filter_map(|parameter| self.sum_of_parameter(parameter));
-        // If rounding decides, the regression reports the fault.
+        // If the choice fails because of rounding, the regression reports the error.
         let preference: Vec<usize> = preference.collect();
         let Ok(identifiable) = select_columns(&self.sum_torques(matrix), &preference) else {
             return Ok(self);
@@ -110,13 +111,13 @@ impl LoadSums {
             .map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
     }
 
-    /// Returns the parameter of the last link whose regressor column is that of each sum.
+    /// Returns the parameter of the last link that represents each sum.
     pub fn kinds(&self) -> impl Iterator<Item = ParameterKind> {
         self.chosen_parameters.iter().map(|chosen| ParameterKind::LINK[*chosen])
     }
 
-    /// Returns the parameters of the ten that no motion makes identifiable, and those that this
-    /// record does not identify by themselves.
+    /// Returns the load parameters that no motion makes identifiable, and those that this record
+    /// does not identify separately.
     pub(super) fn unidentifiable(&self) -> [Vec<&'static str>; 2] {
         let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
         let is_open = |parameter: &usize| {
@@ -128,7 +129,7 @@ impl LoadSums {
         ]
     }
 
-    /// Returns the base parameters (b') of an arm with this load, from those without.
+    /// Returns the base parameters (b') of an arm with this load, from those of the arm without it.
     pub(super) fn loaded_parameters(
         &self,
         arm: &DVector<f64>,
@@ -137,13 +138,13 @@ impl LoadSums {
         arm + &self.base_parameter_change * values
     }
 
-    /// Returns Z (r × k): the torques of each sum, along the motion of this observation matrix (r ×
-    /// b').
+    /// Returns Z (r × k): the torque of a unit of each sum along the motion of this observation
+    /// matrix (r × b').
     pub(super) fn sum_torques(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
         matrix * &self.base_parameter_change
     }
 
-    /// Converts the failure of a regression, with columns called by their names.
+    /// Converts a regression failure, with names of sums in place of column numbers.
     pub(super) fn regression_failure(&self, error: RegressionError) -> PayloadError {
         match error {
             RegressionError::ZeroColumns { columns }
@@ -154,20 +155,20 @@ impl LoadSums {
         }
     }
 
-    /// Returns the sum that a parameter of the ten represents.
+    /// Returns the sum that a load parameter represents.
     fn sum_of_parameter(&self, parameter: usize) -> Option<usize> {
         self.chosen_parameters.iter().position(|chosen| *chosen == parameter)
     }
 
-    /// Returns the sum that consists of this parameter of the ten alone, if there is one.
+    /// Returns the sum that consists of this load parameter alone, if there is one.
     pub(super) fn separate_sum(&self, parameter: usize) -> Option<usize> {
         let row = self.sum_of_parameter(parameter)?;
         let terms = self.regrouping.row(row).iter().filter(|entry| **entry != 0.0).count();
         (terms == 1).then_some(row)
     }
 
-    /// Returns the ten (φ, and their covariance) for these sums: those that are sums by themselves,
-    /// every other 0.
+    /// Returns the ten load parameters φ and their covariance. Parameters that are sums by
+    /// themselves have the values of these sums, all others are 0.
     pub(super) fn load_parameters(
         &self,
         values: &DVector<f64>,

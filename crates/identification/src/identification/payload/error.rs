@@ -7,7 +7,7 @@ use crate::identification::problem::IdentificationError;
 use crate::regression::RegressionError;
 use didim_dynamics::dynamics::BaseParametersError;
 
-/// Reason why no load is found. Each message says what to do.
+/// Reason why no load is identified. Each message says what to do.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PayloadError {
     /// The result contains no uncertainty.
@@ -22,19 +22,19 @@ pub enum PayloadError {
         to all its digits"
     )]
     Covariance,
-    /// A load changes base parameters that were not identified.
+    /// A load changes base parameters that the result has not identified.
     #[error(
         "a load changes {}, which the result has not identified; without them the arm would \
             count as load. Identify all base parameters, with the arm empty", .names.join(" ")
     )]
     NotIdentified {
-        /// Their names.
+        /// Names of these base parameters.
         names: Vec<String>,
     },
     /// No motion of this arm makes a load identifiable.
     #[error("no motion of this arm shows a load on its last link; nothing can be found")]
     Unseen,
-    /// The record does not distinguish parameters of a load.
+    /// The record does not distinguish some parameters of the load.
     #[error(
         "the record does not identify {} of a load; record with all joints moving, the last \
             ones in several orientations to gravity", .names.join(" ")
@@ -43,7 +43,7 @@ pub enum PayloadError {
         /// Their names.
         names: Vec<String>,
     },
-    /// The geometry does not decide which of the ten an arm makes identifiable.
+    /// The geometry does not determine which of the ten load parameters are identifiable.
     #[error(transparent)]
     Ambiguous(#[from] BaseParametersError),
     /// The equation has no solution.
@@ -52,7 +52,7 @@ pub enum PayloadError {
     /// Robot, record and options do not form an identification.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
-    /// No body was found.
+    /// No physically consistent body was found.
     #[error(transparent)]
     Feasibility(#[from] FeasibilityError),
 }

@@ -20,18 +20,18 @@ use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointIndex, Robot};
 
-/// Smallest noise of a joint, as a share of its torque.
+/// Smallest noise level of a joint, as a share of its torque.
 const MIN_NOISE: f64 = 1e-6;
-/// Factor on the rows of a joint at rest. It makes them negligible compared with those of the
-/// others.
+/// Factor on the rows of a joint at rest, which makes them negligible compared with the rows of
+/// other joints.
 const REST_ROW_FACTOR: f64 = 1e-6;
 
-/// Arm without load, from a result.
+/// Identified arm without load.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownArm<'a> {
-    /// Its parameters, and the available information on model errors.
+    /// Parameters of the arm, and the available information on model errors.
     pub model: KnownModel<'a>,
-    /// Covariance of the parameters, in their order. `None` is refused.
+    /// Covariance of the parameters, in their order. [`find_payload`] refuses `None`.
     pub covariance: Option<&'a ParameterCovariance>,
 }
 
@@ -42,27 +42,28 @@ pub struct Payload {
     pub presence: Presence,
     /// Identifiable values of the load.
     pub load: Load,
-    /// Sums from which the load is formed.
+    /// Sums of load parameters from which `load` is computed.
     pub parameters: Vec<LoadParameter>,
-    /// Parameters of the ten that no motion of this arm makes identifiable.
+    /// Load parameters, of ten, that no motion of this arm makes identifiable.
     pub without_effect: Vec<&'static str>,
-    /// Others of the ten that the arm or record identifies only in sums with others, or not at all.
+    /// Other load parameters that the arm or the record identifies only in sums, or not at all.
     #[serde(rename = "not_told")]
     pub not_identifiable: Vec<&'static str>,
-    /// Joints at rest along the record, in JSON counted from 1. Static friction holds any torque
-    /// below its own, so their torques do not count.
+    /// Joints at rest during the record, in JSON counted from 1. Their torques are not used,
+    /// because static friction may balance any torque up to its limit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub standing: Vec<JointIndex>,
-    /// Physically consistent body; `None` without a mass that is seen or declared.
+    /// Physically consistent body of the load; `None` if the mass is neither detected nor declared.
     pub body: Option<LoadBody>,
-    /// Comparison of the estimated and the declared load; `None` if no estimated value is declared.
+    /// Comparison of the estimated and the declared load; `None` if no identifiable value is
+    /// declared.
     pub declared: Option<Comparison>,
-    /// True if the uncertainty includes the effect of errors in the arm's model. False if the
-    /// result does not contain them.
+    /// True if the uncertainty includes the effect of errors in the arm's model, false if the
+    /// result does not contain the necessary information.
     pub with_model_errors: bool,
-    /// Difference of the torques from those of the arm without load.
+    /// Prediction error of the arm without the load.
     pub before: PredictionError,
-    /// Difference of the torques from those of the arm with the load.
+    /// Prediction error of the arm with the load.
     pub after: PredictionError,
 }
 
@@ -112,7 +113,7 @@ pub fn find_payload(
     standing_rows(&stands, &arm).for_each(|rows| moving.rows_mut(rows.start, rows.len()).fill(0.0));
     let sums = sums.identifiable_by(&moving)?;
     drop(moving);
-    // The friction grows with the payload.
+    // Load-dependent friction grows with the payload.
     if context.model.feels_loads() {
         context.settle_loads(|context| {
             let arm = equation(context, fitted_matrix(context, &motion)?)?;
@@ -162,7 +163,8 @@ pub fn find_payload(
     })
 }
 
-/// Appends columns of the model errors. They hardly count in the rows of joints at rest.
+/// Appends the columns of the model errors. Their rows of joints at rest are scaled to be
+/// negligible.
 fn with_errors(
     mut of_arm: DMatrix<f64>,
     errors: Option<&DMatrix<f64>>,
@@ -182,7 +184,7 @@ fn with_errors(
     of_arm
 }
 
-/// Returns the least noise of each joint \[N·m or N\], as a share of its measured torque.
+/// Returns the smallest noise level of each joint \[N·m or N\], from its measured torque.
 fn noise_floors(stands: &[bool], arm: &Observations) -> Vec<f64> {
     let torques = arm.rms_per_joint(&arm.measured_values());
     let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { MIN_NOISE };
@@ -195,7 +197,7 @@ fn standing_rows(stands: &[bool], arm: &Observations) -> impl Iterator<Item = Ra
     standing.map(|joint| arm.joint_rows(joint))
 }
 
-/// Returns for each joint if it is at rest along the counted samples.
+/// Returns for each joint whether it is at rest during the counted samples.
 fn resting_joints(experiment: &Experiment, motion: &Motion, limits: &PayloadLimits) -> Vec<bool> {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let columns = motion.position.column_iter().map(|positions| {
@@ -220,7 +222,7 @@ fn uncertain_arm(
 /// one column per sum.
 struct Equation<'a> {
     sums: &'a LoadSums,
-    /// X, with faint rows for joints at rest.
+    /// X, with scaled-down rows of joints at rest.
     matrix: DMatrix<f64>,
     system: Observations,
 }
@@ -242,16 +244,16 @@ impl<'a> Equation<'a> {
         Ok(Self { sums, matrix, system })
     }
 
-    /// Returns the sums alone, with the same weight for every row.
+    /// Returns the sums by ordinary least squares, without the unknowns of the arm.
     fn ordinary_sums(&self) -> Result<DVector<f64>, PayloadError> {
         let solution =
             self.system.solve_ordinary().map_err(|error| self.sums.regression_failure(error))?;
         Ok(solution.parameters)
     }
 
-    /// Returns the sums and their covariance, solved together with the unknowns of the arm:
-    /// `of_arm` (r × m) times independent unknowns of standard deviation 1. Noise is at least that
-    /// of the floors.
+    /// Returns the sums and their covariance, solved together with the unknowns of the arm.
+    /// `of_arm` (r × m) has the columns of independent unknowns of standard deviation 1. `floors`
+    /// are the smallest noise levels of the joints.
     fn solve_sums(
         &self,
         context: &Context<'_>,
@@ -267,15 +269,16 @@ impl<'a> Equation<'a> {
         let filter = context.row_filter();
         let analysis = ResidualAnalysis::new(&self.system, &solution, &filter);
         let of_arm = ObservationMatrix::from_dense(of_arm, self.system.joints());
-        // Every row counts once.
+        // Repeated motion is not taken into account: every row counts once.
         let products = analysis.products(&of_arm);
         let joint = analysis.with_prior(&of_arm, &products, floors, 1.0).map_err(named)?;
         Ok((&solution.parameters + &joint.parameter_change, joint.coloured_covariance()))
     }
 }
 
-/// Returns the estimate if it is a body, else the nearest body. Declared values replace
-/// unidentifiable ones. Returns `None` if no mass is seen or declared.
+/// Returns the nearest physically consistent body, which is the estimate itself if that is
+/// consistent. Declared values replace unidentifiable ones. Returns `None` if no mass is detected
+/// or declared.
 fn load_body(
     sums: &LoadSums,
     load: &Load,
@@ -291,7 +294,7 @@ fn load_body(
     let (body, cost) = if is_the_estimate {
         (estimate, 0.0)
     } else {
-        // A declared load that is not above that of the result is no body.
+        // A declared mass that is not positive is not that of a body.
         let declared_kg = declared.mass_kg.filter(|kg| *kg > 0.0);
         let Some(mass) = seen.or(declared_kg) else { return Ok(None) };
         let identified = |k: usize| load.centre_m[k].map(|of| of.value);

@@ -22,7 +22,7 @@ impl UncertainValue {
     }
 }
 
-/// One of the sums of the ten parameters that this arm makes identifiable, in SI units.
+/// Identifiable sum of the ten load parameters for this arm, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoadParameter {
     /// Expression of the sum: `m`, or `xx - yy`.
@@ -34,20 +34,20 @@ pub struct LoadParameter {
     pub found: UncertainValue,
 }
 
-/// Mass, centre and inertia from the record and the result. Values are `None` if they are
-/// identifiable only in sums with others, or not at all.
+/// Mass, centre and inertia of the load. A value is `None` if it is identifiable only in a sum with
+/// others, or not at all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].
     pub mass_kg: Option<UncertainValue>,
-    /// Centre of mass in the frame of the last link \[m\]; `None` without a mass that is seen.
+    /// Centre of mass in the frame of the last link \[m\]; `None` if no mass is detected.
     pub centre_m: [Option<UncertainValue>; 3],
-    /// Inertia about the centre of mass, xx xy xz yy yz zz, along the axes of that frame \[kg·m²\].
-    /// Entry xy is minus the integral of xy.
+    /// Inertia about the centre of mass, xx xy xz yy yz zz, along the axes of the frame of the last
+    /// link \[kg·m²\]. Entry xy is minus the integral of xy.
     pub inertia_kg_m2: [Option<UncertainValue>; 6],
 }
 
-/// Body nearest to the estimate.
+/// Physically consistent body nearest to the estimate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoadBody {
     /// Mass \[kg\].
@@ -56,29 +56,31 @@ pub struct LoadBody {
     pub centre_m: [f64; 3],
     /// Inertia about the centre of mass, xx xy xz yy yz zz \[kg·m²\].
     pub inertia_kg_m2: [f64; 6],
-    /// True if all ten parameters are identifiable and belong to a body without any change. The
-    /// body is then the estimate.
+    /// True if all ten parameters are identifiable and already physically consistent. The body is
+    /// then the estimate itself.
     pub is_the_estimate: bool,
     /// Squared distance from the estimate, in the metric of its covariance.
     pub cost: f64,
-    /// Limit that the cost of the true body stays below (χ², 99 %).
+    /// Limit below which the cost of the true body stays in 99 % of cases (χ²).
     pub cost_limit: f64,
 }
 
 impl Load {
-    /// Creates the load from the sums and their covariance, by first order if a value is no sum.
+    /// Creates the load from the sums and their covariance. Uncertainties of values that are not
+    /// sums are propagated to first order.
     pub(super) fn from_sums(
         sums: &LoadSums,
         values: &DVector<f64>,
         covariance: &DMatrix<f64>,
         limits: &PayloadLimits,
     ) -> Self {
-        // Indices among the ten.
+        // Indices among the ten load parameters.
         const MX_INDEX: usize = 6;
         const M_INDEX: usize = 9;
 
         let (ten, covariance) = sums.load_parameters(values, covariance);
-        // With its gradient, which contains everything it depends on.
+        // Value with its uncertainty, from its gradient with respect to all load parameters that it
+        // depends on.
         let uncertain = |value: f64, gradient: &[(usize, f64)]| {
             let is_identifiable = gradient.iter().all(|(k, _)| sums.separate_sum(*k).is_some());
             let both = |(i, a): &(usize, f64)| -> f64 {

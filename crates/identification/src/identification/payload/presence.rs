@@ -9,8 +9,8 @@ use super::error::PayloadError;
 use super::load::UncertainValue;
 use crate::identification::problem::PayloadLimits;
 
-/// Declared values of the load, which are compared with the estimate. If the estimate has no such
-/// value, the search for bodies starts there.
+/// Declared values of the load, which are compared with the estimate. They also provide the start
+/// of the search for a consistent body if the estimate lacks these values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeclaredLoad {
     /// Mass \[kg\].
@@ -19,14 +19,14 @@ pub struct DeclaredLoad {
     pub centre_m: Option<[f64; 3]>,
 }
 
-/// Distance of several values from others, by their covariance.
+/// Squared distance of several values from reference values, in the metric of their covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MahalanobisDistance {
-    /// χ².
+    /// Squared distance χ².
     pub chi_squared: f64,
     /// Degrees of freedom of χ².
     pub degrees_of_freedom: usize,
-    /// Probability of a χ² this large by chance.
+    /// Probability that χ² is at least this large by chance.
     pub probability: f64,
 }
 
@@ -42,7 +42,7 @@ impl MahalanobisDistance {
         Ok(Self { chi_squared, degrees_of_freedom, probability })
     }
 
-    /// True if the distance is not by chance.
+    /// Returns true if the distance is too large to occur by chance.
     pub fn is_significant(&self, limits: &PayloadLimits) -> bool {
         self.probability < limits.chance_probability
     }
@@ -51,13 +51,14 @@ impl MahalanobisDistance {
 /// Presence of a load.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Presence {
-    /// True if a load is present: its mass is more than 3 standard deviations. If the mass is
-    /// unidentifiable, true if the torques are not those of the arm alone.
+    /// True if a load is present: its mass exceeds 3 standard deviations. If the mass is
+    /// unidentifiable, true if the torques differ significantly from those of the arm alone.
     pub seen: bool,
-    /// Mass over its standard deviation; `None` if the mass is unidentifiable.
+    /// Mass divided by its standard deviation; `None` if the mass is unidentifiable.
     pub mass_deviations: Option<f64>,
-    /// Upper limit of an unseen mass with a probability of 95 %, as no mass is negative \[kg\].
-    /// `None` if the estimate is so negative that no mass agrees with it.
+    /// Upper limit of an undetected mass \[kg\]: the mass is lower with a probability of 95 %,
+    /// given that it is not negative. `None` if the estimate is so negative that it agrees with no
+    /// mass.
     pub mass_limit_kg: Option<f64>,
     /// Distance of all identifiable load values from zero.
     pub from_none: MahalanobisDistance,
@@ -86,10 +87,11 @@ impl Presence {
     }
 }
 
-/// Returns the quantile of a normal variable that is known to be non-negative.
+/// Returns the upper limit of a mass that is known to be non-negative, at the probability
+/// `mass_limit_probability`.
 fn mass_limit(mass: UncertainValue, limits: &PayloadLimits) -> f64 {
     let normal = Normal::standard();
-    // Probability above the limit: this share of the probability above 0.
+    // Probability of a mass above the limit: a share of the probability of a positive mass.
     let above = (1.0 - limits.mass_limit_probability) * normal.sf(-mass.deviations_from(0.0));
     mass.value - mass.standard_deviation * normal.inverse_cdf(above)
 }
@@ -97,16 +99,17 @@ fn mass_limit(mass: UncertainValue, limits: &PayloadLimits) -> f64 {
 /// Comparison of the estimated and the declared load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// Excess of the mass over the declared one, in its standard deviations; `None` if it is
-    /// unidentifiable or not declared.
+    /// Difference between the estimated and the declared mass, in standard deviations of the
+    /// estimate; `None` if the mass is unidentifiable or not declared.
     pub mass_deviations: Option<f64>,
-    /// Same deviations of the first moments. The declared centre and the estimated mass give the
-    /// declared moments, so this works for a mass that is not seen.
+    /// Differences of the first moments, in standard deviations. The declared moments are computed
+    /// from the declared centre and the estimated mass, so the comparison also works for an
+    /// undetected mass.
     pub centre_deviations: [Option<f64>; 3],
-    /// Distance of all values together.
+    /// Distance of all compared values together.
     pub together: MahalanobisDistance,
-    /// True if the declared load lies within the uncertainty: such a distance is not rarer by
-    /// chance than one of 3 σ.
+    /// True if the declared load agrees with the estimate: a distance this large occurs by chance
+    /// at least as often as one of 3 σ.
     pub within: bool,
 }
 
@@ -123,7 +126,7 @@ impl Comparison {
         const FIRST_MOMENT_INDICES: usize = 6;
 
         let mass = sums.separate_sum(MASS_INDEX);
-        // Sums with their weights, and the declared total.
+        // Each comparison: sums with their weights, and the declared total.
         let of_mass = declared.mass_kg.zip(mass).map(|(kg, m)| (vec![(m, 1.0)], kg));
         let of_centre = [0, 1, 2].map(|k| {
             let (centre, m) = (declared.centre_m?, mass?);
@@ -153,7 +156,7 @@ impl Comparison {
     }
 }
 
-/// Returns the limit that the cost of the true body stays below, for this number of identifiable
+/// Returns the limit below which the cost of the true body stays, for this number of identifiable
 /// sums.
 pub(super) fn cost_limit(sums: usize, limits: &PayloadLimits) -> f64 {
     let distribution = ChiSquared::new(sums as f64);

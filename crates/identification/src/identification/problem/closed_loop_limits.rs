@@ -1,23 +1,23 @@
-//! When a result of the closed loop counts.
+//! Limits for accepting a closed-loop result.
 
-/// Limits beyond which a result of CLOE, CLIE or IDIM-IV is not that of the arm.
+/// Limits beyond which a result of CLOE, CLIE or IDIM-IV is not accepted as that of the arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedLoopLimits {
-    /// Largest ratio of the torque error to the noise of the equation error \[1\]. Derived: both
-    /// are about the same if the models are right, and a simulated motion adds the controller's
-    /// response to the noise.
+    /// Largest ratio of the torque error to the noise of the equation error \[1\]. Derived: the
+    /// ratio is about 1 if both models are correct, but a simulated motion also contains the
+    /// controller's response to the noise.
     pub noise_ratio: f64,
-    /// Least distance from zero of an IDIM-LS parameter that counts as known \[σ\]. Convention: 3
-    /// standard deviations.
+    /// Smallest distance from zero of an IDIM-LS parameter that counts as significant \[σ\].
+    /// Convention: 3 standard deviations.
     pub significant_deviations: f64,
-    /// Largest median of the relative standard deviations of known parameters, if the criterion
-    /// identifies them \[1\]. Convention: 10 %, as for a required value.
+    /// Largest median of the relative standard deviations of the significant parameters \[1\].
+    /// Convention: 10 %, the same as for a required value.
     pub relative_deviation: f64,
-    /// Largest median of the factors by which IDIM-LS knows them better \[1\]. Convention: a motion
-    /// that tells IDIM-LS no more either is no fault of the criterion.
+    /// Largest median ratio of the standard deviations to those of IDIM-LS \[1\]. Convention: if
+    /// IDIM-LS is equally uncertain, the motion is the cause and not the criterion.
     pub deviation_ratio: f64,
-    /// Least correlation of an instrument of IDIM-IV with its column \[1\]. Convention: half of the
-    /// column's variation is then the instrument's.
+    /// Smallest correlation of an instrument of IDIM-IV with its column \[1\]. Convention: the
+    /// instrument then explains half of the column's variation.
     pub instrument_correlation: f64,
 }
 

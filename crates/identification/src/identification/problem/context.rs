@@ -14,11 +14,11 @@ use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Robot};
 
-/// Entries of an observation matrix without decimation, those included that are 0: 160 MB at most.
+/// Largest number of entries of an observation matrix without decimation, zeros included: 160 MB.
 const MAX_ENTRIES: usize = 20_000_000;
 
-/// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the
-/// loads about the share by which friction grows with them, a few hundredths.
+/// Number of alternations between the parameters and the loads. Each one reduces the error of the
+/// loads to a few hundredths, about the ratio in which friction grows with the load.
 const LOAD_PASSES: usize = 8;
 
 /// Input of every method.
@@ -31,18 +31,18 @@ pub(crate) struct Context<'a> {
     pub(crate) model: Model,
     pub(crate) selection: Selection,
     pub(crate) decimation: ParallelDecimation,
-    /// The sample of each row of a joint.
+    /// Sample of each row of a joint.
     pub(crate) samples: Vec<usize>,
-    /// Indices of the fitted rows among those behind the decimation; `None` for all.
+    /// Indices of the fitted rows among the decimated rows; `None` if all are fitted.
     fitted_rows: Option<Vec<usize>>,
 }
 
 impl<'a> Context<'a> {
-    /// Creates the context of a method. Its rows are behind the decimation filter unless it
-    /// simulates and the options leave the filter out.
+    /// Creates the context of a method. Its rows are decimated, unless the method simulates and the
+    /// options disable the decimation filter.
     ///
     /// # Errors
-    /// Robot, experiment and options that allow no identification.
+    /// Robot, experiment and options that permit no identification.
     pub(crate) fn new(
         robot: &'a Robot,
         base: &'a BaseParameters,
@@ -108,7 +108,8 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// The same context with the loads of a final estimate, which is judged with its own loads.
+    /// Returns the context with the loads of a final estimate, which are used to judge this
+    /// estimate.
     #[must_use]
     pub(crate) fn with_final_loads(&self, parameters: &DVector<f64>) -> Self {
         let mut judged = self.clone();
@@ -116,16 +117,16 @@ impl<'a> Context<'a> {
         judged
     }
 
-    /// Gives the model the loads of the arm with these selected parameters, where friction grows
-    /// with them.
+    /// Sets the loads of the arm with these selected parameters, if the model's friction depends on
+    /// them.
     pub(crate) fn set_loads(&mut self, parameters: &DVector<f64>) {
         if self.model.feels_loads() {
             self.model = self.with_loads(parameters);
         }
     }
 
-    /// Gives the model the loads that `find` returns for the selected parameters, if friction grows
-    /// with them.
+    /// Sets the loads that follow from the parameters that `find` returns, if friction depends on
+    /// them. Parameters and loads are determined in turn.
     ///
     /// # Errors
     /// Those of `find`.
@@ -142,17 +143,17 @@ impl<'a> Context<'a> {
         Ok(())
     }
 
-    /// The model with these loads.
+    /// Returns the model with the loads of these selected parameters.
     pub(crate) fn with_loads(&self, parameters: &DVector<f64>) -> Model {
         self.model.clone().with_load(self.selection.to_standard(parameters))
     }
 
-    /// Decimates a number of signals, each recording separately, and returns the fitted rows (rows
-    /// × signals). `read` is that of [`decimate_groups`](ParallelDecimation::decimate_groups) for
-    /// the whole experiment.
+    /// Decimates signals, each recording separately, and returns the fitted rows (rows × signals).
+    /// `read` has the same meaning as in [`decimate_groups`](ParallelDecimation::decimate_groups),
+    /// for the whole experiment.
     ///
     /// # Errors
-    /// As `decimate_groups`.
+    /// Those of `decimate_groups`.
     pub(crate) fn decimate_signals(
         &self,
         signals: usize,
@@ -167,11 +168,11 @@ impl<'a> Context<'a> {
         Ok(rows)
     }
 
-    /// Decimates signals that are known a sample at a time
+    /// Decimates signals that are read one sample at a time
     /// ([`decimate_signals`](ParallelDecimation::decimate_signals)).
     ///
     /// # Errors
-    /// As `decimate_groups`.
+    /// Those of `decimate_groups`.
     pub(crate) fn decimate_samples(
         &self,
         signals: usize,
@@ -186,11 +187,11 @@ impl<'a> Context<'a> {
         Ok(rows)
     }
 
-    /// As [`decimate_signals`](Self::decimate_signals), and the differences of
-    /// [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
+    /// Does the same as [`decimate_signals`](Self::decimate_signals) and also returns the
+    /// differences of [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
     ///
     /// # Errors
-    /// As `decimate_groups`.
+    /// Those of `decimate_groups`.
     pub(crate) fn decimate_with_differences(
         &self,
         signals: usize,
@@ -202,8 +203,8 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// Decimates each recording by itself: its samples, the counted ones, and its start in the
-    /// experiment.
+    /// Decimates each recording separately. `filter` receives the number of samples, the counted
+    /// range and the start of the recording in the experiment.
     fn decimate_each<const N: usize>(
         &self,
         mut filter: impl FnMut(
@@ -236,7 +237,7 @@ impl<'a> Context<'a> {
         }))
     }
 
-    /// Returns the fitted rows of those behind the decimation filter.
+    /// Returns the fitted rows among these decimated rows.
     fn select_fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
         match &self.fitted_rows {
             None => rows,
@@ -244,11 +245,11 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The rows of one signal per joint (samples × joints), filtered, decimated and fitted, joint
-    /// after joint.
+    /// Returns the rows of one signal per joint (samples × joints), filtered, decimated and
+    /// restricted to the fitted rows, joint after joint.
     ///
     /// # Errors
-    /// [`IdentificationError::Signal`] with this name.
+    /// [`IdentificationError::Signal`] with the name `signal`.
     pub(crate) fn rows_of(
         &self,
         signals: &DMatrix<f64>,
@@ -280,7 +281,7 @@ impl<'a> Context<'a> {
         RowFilter::new(self.samples.len(), passband, |ratio| self.decimation.noise_power(ratio))
     }
 
-    /// The same with another model of the arm.
+    /// Returns the context with another model of the arm.
     #[must_use]
     pub(crate) fn with_model(&self, model: Model) -> Self {
         Self { model, ..self.clone() }
@@ -291,7 +292,7 @@ impl<'a> Context<'a> {
         self.experiment.sample_rate_hz() / self.decimation.factor() as f64
     }
 
-    /// Time of each row of a joint since the first sample \[s\].
+    /// Returns the time of each row of a joint since the first sample \[s\].
     pub(crate) fn time_s(&self) -> Vec<f64> {
         let rate_hz = self.experiment.sample_rate_hz();
         self.samples.iter().map(|&k| k as f64 / rate_hz).collect()

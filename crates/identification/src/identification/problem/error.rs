@@ -1,4 +1,4 @@
-//! Why an identification is refused.
+//! Reasons for which an identification is refused or fails.
 
 use core::ops::Range;
 use didim_dynamics::robot::JointIndex;
@@ -17,10 +17,11 @@ use crate::signal::SignalError;
 use didim_dynamics::simulation::SetupError;
 use didim_dynamics::trajectory::TrajectoryError;
 
-/// Why an identification is refused or fails; each message ends with the remedy.
+/// Reason for which an identification is refused or fails; each message ends with the remedy.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IdentificationError {
-    /// Experiment and robot are not the same arm. Remedy: check the robot named in the cell file.
+    /// Experiment and robot have different numbers of joints. Remedy: check the robot named in the
+    /// cell file.
     #[error(
         "the experiment has {experiment} joints, robot {robot:?} has {joints}; \
          choose the robot that was recorded"
@@ -33,13 +34,14 @@ pub enum IdentificationError {
         /// Joints of the experiment.
         experiment: usize,
     },
-    /// The base parameters belong to another robot. Remedy: compute them from this one's model.
+    /// The base parameters belong to another robot. Remedy: compute them from the model of this
+    /// robot.
     #[error("the base parameters are not those of robot {robot:?}; compute them from its model")]
     OtherBaseParameters {
         /// The robot.
         robot: String,
     },
-    /// No base parameter has this name. Remedy: use one of those listed.
+    /// No base parameter has this name. Remedy: use one of the available names.
     #[error("{name:?} is no base parameter of this robot; known are: {}", available.join(" "))]
     UnknownParameter {
         /// The name given.
@@ -47,8 +49,8 @@ pub enum IdentificationError {
         /// Every base parameter.
         available: Vec<String>,
     },
-    /// Parameters shall keep their nominal values, and there are none. Remedy: give the robot's
-    /// file some.
+    /// Parameters shall keep their nominal values, but the robot file has none. Remedy: add
+    /// `[nominal]` to the robot file.
     #[error(
         "identification.keep_nominal keeps nominal values, and the file of robot {robot:?} has no \
          [nominal]; add it, or leave keep_nominal out"
@@ -57,7 +59,8 @@ pub enum IdentificationError {
         /// The robot.
         robot: String,
     },
-    /// A parameter shall keep its nominal value and has none. Remedy: give the robot's file one.
+    /// A parameter shall keep its nominal value but has none. Remedy: add the value to the robot
+    /// file.
     #[error(
         "{name:?} shall keep its nominal value, and the robot's file has none or 0; add it to \
          [nominal], or take it out of identification.keep_nominal"
@@ -66,7 +69,8 @@ pub enum IdentificationError {
         /// The name.
         name: String,
     },
-    /// A parameter shall keep its nominal value and is identified. Remedy: one of the two.
+    /// A parameter shall keep its nominal value and is also identified. Remedy: remove it from one
+    /// of the two lists.
     #[error(
         "{name:?} is identified and shall keep its nominal value as well; take it out of \
          identification.keep_nominal or of identification.parameters"
@@ -81,8 +85,8 @@ pub enum IdentificationError {
         /// The name.
         name: String,
     },
-    /// `"auto"` chooses by the prediction error on held-out folds, and no fold can be held out.
-    /// Remedy: a longer or a richer motion, or a statement.
+    /// `"auto"` chooses by the prediction error on held-out folds, but no fold can be held out.
+    /// Remedy: record a longer or a richer motion, or configure the value.
     #[error(
         "\"auto\" needs held-out parts of the motion to choose by, and none can be left out of \
         this one. Record longer, with all joints moving, or set the cut-off in the cell file and \
@@ -96,10 +100,10 @@ pub enum IdentificationError {
     /// sample rate.
     #[error("position filter: {0}")]
     PositionFilter(SignalError),
-    /// The filter for decimation cannot be designed. Remedy: as the cause says.
+    /// The decimation filter cannot be designed. Remedy: see the cause.
     #[error("decimation filter: {0}")]
     DecimationFilter(SignalError),
-    /// A joint's signal cannot be filtered or differentiated. Remedy: as the cause says; usually a
+    /// A joint's signal cannot be filtered or differentiated. Remedy: see the cause; usually a
     /// longer record.
     #[error("{signal} of joint {joint}: {cause}")]
     Signal {
@@ -110,33 +114,33 @@ pub enum IdentificationError {
         /// The problem.
         cause: SignalError,
     },
-    /// The columns of the regressor cannot be filtered. Remedy: as the cause says; usually a longer
+    /// The columns of the regressor cannot be filtered. Remedy: see the cause; usually a longer
     /// record.
     #[error("regressor: {0}")]
     RegressorFilter(SignalError),
-    /// Counted samples need torques from before or after the record: the torque acts that much
-    /// later or earlier than it was logged. Remedy: count only samples that lie inside by the
-    /// shift.
+    /// Counted samples need torques from before or after the record, because the torque acts later
+    /// or earlier than it was logged. Remedy: count only samples whose shifted time lies inside the
+    /// record.
     #[error(
         "the torque acts {shift_samples} samples after it was logged, so samples {} to {} need \
             torques outside the record's {samples} samples; count fewer samples at its ends",
         counted.start, counted.end
     )]
     TorqueOutside {
-        /// The shift \[samples\]; negative where the torque acted before.
+        /// The shift \[samples\]; negative if the torque acted before it was logged.
         shift_samples: f64,
         /// The counted samples.
         counted: Range<usize>,
         /// Samples of the record.
         samples: usize,
     },
-    /// A limit of the verdict makes no sense. Remedy: correct the named limit.
+    /// A limit of the verdict has an impossible value. Remedy: correct the named limit.
     #[error(transparent)]
     Limit(#[from] LimitError),
-    /// A tolerance makes no sense.
+    /// A tolerance has an impossible value. Remedy: correct the named tolerance.
     #[error(transparent)]
     Tolerance(#[from] ToleranceError),
-    /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
+    /// The observation matrix has a value that is not finite. Remedy: look for impossible positions
     /// near that sample.
     #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]
     Regressor {
@@ -172,7 +176,7 @@ pub enum IdentificationError {
         parameters.join(", ")
     )]
     RankDeficient {
-        /// Every parameter that takes part.
+        /// Names of all parameters of the dependent combinations.
         parameters: Vec<String>,
     },
     /// A joint's torque is zero in every row. Remedy: check that it is recorded.
@@ -181,7 +185,7 @@ pub enum IdentificationError {
         /// Joint.
         joint: JointIndex,
     },
-    /// A limit of the iteration makes no sense. Remedy: correct the named key.
+    /// A limit of the iteration has an impossible value. Remedy: correct the named key.
     #[error("convergence.{key} = {value} must be {expected}")]
     Convergence {
         /// The key in the file.
@@ -191,20 +195,21 @@ pub enum IdentificationError {
         /// Allowed range.
         expected: &'static str,
     },
-    /// The iterations of DIDIM before CLIE or CLOE leave none for these. Remedy: fewer of them (one
-    /// or two are of use), or more simulations.
+    /// The DIDIM iterations before CLIE or CLOE use up all permitted simulations. Remedy: fewer
+    /// DIDIM iterations (one or two are useful), or more simulations.
     #[error(
         "didim_steps = {steps} must be less than convergence.max_simulations = {max_simulations}, \
          which counts them too; one or two are of use"
     )]
     DidimSteps {
-        /// The iterations of DIDIM asked for.
+        /// Configured number of DIDIM iterations.
         steps: u32,
         /// The simulations allowed.
         max_simulations: u32,
     },
-    /// Samples of the simulated controller do not fall on those of the record. Remedy: state the
-    /// real controller's period; the record's must be a whole multiple of it.
+    /// The samples of the simulated controller do not coincide with those of the record. Remedy:
+    /// configure the period of the real controller; the record's sample period must be a whole
+    /// multiple of it.
     #[error(
         "a controller period of {:.3} µs does not divide the record's sample period of {:.3} µs \
          into 1 to 200 whole parts; state the controller's own period (timing.sample_period_s)",
@@ -216,8 +221,8 @@ pub enum IdentificationError {
         /// Sample period of the record \[s\].
         sample_period_s: f64,
     },
-    /// Without the decimation filter every sample is a row, and there are too many. Remedy:
-    /// decimate.
+    /// Without the decimation filter every sample is a row, and the observation matrix would have
+    /// too many entries. Remedy: decimate.
     #[error(
         "{rows} rows of {parameters} parameters without the decimation filter take too much \
          memory; decimate, or take a shorter part"
@@ -228,8 +233,8 @@ pub enum IdentificationError {
         /// Parameters.
         parameters: usize,
     },
-    /// A torque command that is held acts when the controller says so, and layout and controller
-    /// say different things. Remedy: make them agree.
+    /// A held torque command acts from the instant that the controller timing sets, but the layout
+    /// and the controller configure different delays. Remedy: make them agree.
     #[error(
         "the logged torque is held from {:.3} µs after its sample on (delay_us in the layout), the \
          simulated controller's from {:.3} µs on (computation_delay_s); make the two agree",
@@ -241,27 +246,28 @@ pub enum IdentificationError {
         /// Computation delay of the simulated controller \[s\].
         simulated_s: f64,
     },
-    /// The simulated loop cannot be built. Remedy: as the cause says.
+    /// The simulated loop cannot be built. Remedy: see the cause.
     #[error("simulated loop: {0}")]
     Setup(SetupError),
-    /// The recorded reference cannot be followed. Remedy: as the cause says.
+    /// The recorded reference cannot be followed. Remedy: see the cause.
     #[error(transparent)]
     Reference(TrajectoryError),
-    /// The robot's file has no nominal parameters to start from. Remedy: another start, or state
-    /// them.
+    /// The robot file has no nominal parameters to start from. Remedy: choose another start, or add
+    /// `[nominal]`.
     #[error("robot {robot:?} states no [nominal] parameters to start from; choose another start")]
     NoNominalParameters {
         /// The robot.
         robot: String,
     },
-    /// The steps cannot be held to bodies. Remedy: as the cause says, or leave `simulation.bodies`
-    /// out.
+    /// The steps cannot be restricted to physically consistent parameters. Remedy: see the cause,
+    /// or leave `simulation.bodies` out.
     #[error("simulation.bodies: {0}")]
     Consistency(FeasibilityError),
-    /// The iteration with simulated loops failed. Remedy: as the cause says.
+    /// The iteration with simulated loops failed. Remedy: see the cause.
     #[error(transparent)]
     Iteration(#[from] IterationError),
-    /// The arm's controller is not described. Remedy: describe it, or choose IDIM-LS.
+    /// The method simulates the closed loop, but the cell file describes no controller. Remedy:
+    /// describe it, or choose IDIM-LS.
     #[error(
         "{method} simulates the closed loop, and the cell has no controller; describe \
             [controller], or choose idim-ls"
@@ -270,58 +276,58 @@ pub enum IdentificationError {
         /// The method.
         method: Method,
     },
-    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
-    /// method, or no robust weights.
+    /// The method does not support the configured robust loss. Remedy: choose another method, or
+    /// leave `robust` out.
     #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
     NotRobust {
         /// The method.
         method: Method,
     },
-    /// No use is asked for. Remedy: name one, or leave `required_uses` out.
+    /// The list of required uses is empty. Remedy: name a use, or leave `required_uses` out.
     #[error("required_uses is empty; name a use, or leave it out for monitoring and prediction")]
     NoUse,
-    /// A parameter is asked for that is not identified. Remedy: name one that is, or leave
+    /// A required parameter is not identified. Remedy: name an identified parameter, or leave
     /// `required_parameters` out.
     #[error(
         "required_parameters: `{name}` is not identified; available are {}; leave the key out \
             for those that contribute to the torque", available.join(", ")
     )]
     NotIdentified {
-        /// Its name, empty where none is given.
+        /// Its name; empty if the list is empty.
         name: String,
-        /// The names there are.
+        /// Names of the identified parameters.
         available: Vec<String>,
     },
-    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    /// A significance level is not between 0 and 1. Remedy: use 0.05, the usual level.
     #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
     Level {
         /// The level given.
         level: f64,
     },
-    /// Too few counted samples for the blocks. Remedy: two blocks or more, each longer than what
-    /// the filters mix at its ends.
+    /// Too few counted samples for the blocks. Remedy: use at least two blocks, each longer than
+    /// the filters' reach at its ends.
     #[error(
         "{samples} counted samples are too few for {blocks} held-out blocks; at least 2 are \
          needed, each of more than {guard} samples"
     )]
     Blocks {
-        /// Blocks wanted.
+        /// Requested number of blocks.
         blocks: usize,
         /// Counted samples.
         samples: usize,
-        /// Samples that the filters reach over.
+        /// Reach of the filters \[samples\].
         guard: usize,
     },
-    /// Samples cannot be held out. Remedy: as the cause says.
+    /// Samples cannot be held out. Remedy: see the cause.
     #[error("held-out samples: {0}")]
     HeldOut(ExperimentError),
-    /// Any other failure of the least squares. Remedy: as the cause says.
+    /// Any other failure of the least squares. Remedy: see the cause.
     #[error("least squares: {0}")]
     Regression(RegressionError),
 }
 
 impl IdentificationError {
-    /// The failure of a filter over what the model makes of a motion.
+    /// Converts the failure of a filter that was applied to the model's signals along a motion.
     pub(crate) fn of_regressor(cause: SignalError) -> Self {
         match cause {
             SignalError::NotFinite { index } => Self::Regressor { sample: index },
@@ -329,8 +335,8 @@ impl IdentificationError {
         }
     }
 
-    /// Returns how the identification failed; `None` if options, robot and experiment do not fit
-    /// each other, so that there was none.
+    /// Returns the kind of failure; `None` if no identification was attempted because options,
+    /// robot and experiment do not match.
     pub fn failure(&self) -> Option<Failure> {
         match self {
             Self::Iteration(error) => Some(error.failure()),

@@ -17,16 +17,16 @@ use didim_dynamics::robot::Transmission;
 pub(crate) struct Recording {
     /// Its samples.
     pub(crate) samples: Range<usize>,
-    /// The counted ones of these samples.
+    /// The samples that may become rows, a subset of `samples`.
     pub(crate) counted_samples: Range<usize>,
 }
 
-/// Joint-side signals of one window on a uniform grid, or of several one after the other: one row
-/// per sample, one column per joint.
+/// Joint-side signals on a uniform grid, of one recording or of several that follow each other: one
+/// row per sample, one column per joint.
 ///
-/// Everything is finite, sizes agree, and the counted samples lie inside: guaranteed by its
-/// constructors. Positions are measured at the instants of the grid. No filter goes from one
-/// recording to the next.
+/// The constructors guarantee finite values, equal sizes and counted samples inside the record.
+/// Positions are measured at the instants of the grid. No filter crosses the boundary between two
+/// recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     sample_rate_hz: f64,
@@ -35,17 +35,17 @@ pub struct Experiment {
     reference_rad: Option<DMatrix<f64>>,
     torque_timing: SignalTiming,
     reference_timing: SignalTiming,
-    /// In the order of their samples, without gaps; at least one.
+    /// The recordings, in the order of their samples and without gaps; at least one.
     recordings: Vec<Recording>,
     /// Samples whose rows are not fitted.
     held_out: Vec<Range<usize>>,
 }
 
 impl Experiment {
-    /// Creates an experiment from joint-side signals. Every signal describes its instant and every
-    /// sample counts until [`with_torque_timing`](Self::with_torque_timing) and
-    /// [`with_counted`](Self::with_counted) say otherwise. Owned signals are freed one by one, so
-    /// that they are not in memory twice.
+    /// Creates an experiment from joint-side signals. Every signal is valid at its sample instant
+    /// and every sample counts, unless [`with_torque_timing`](Self::with_torque_timing) and
+    /// [`with_counted`](Self::with_counted) set something else. Owned signals are freed one by one,
+    /// so that memory never holds two copies of all signals.
     ///
     /// # Errors
     /// Every [`ExperimentError`] but `Timing` and `Counted`.
@@ -89,11 +89,12 @@ impl Experiment {
         })
     }
 
-    /// Creates an experiment from motor-side signals: positions by R⁻¹, torques by Rᵀ.
+    /// Creates an experiment from motor-side signals. R⁻¹ transforms the positions and Rᵀ the
+    /// torques.
     ///
     /// # Errors
-    /// As [`joint_side`](Self::joint_side), and [`ExperimentError::Axes`] when the transmission has
-    /// another number of motors.
+    /// Those of [`joint_side`](Self::joint_side), and [`ExperimentError::Axes`] if the transmission
+    /// has another number of motors.
     pub fn motor_side<'s>(
         signals: impl Into<Cow<'s, Signals>>,
         transmission: &Transmission,
@@ -111,22 +112,23 @@ impl Experiment {
         map_samples(&mut experiment.torque_nm, |motor, joint| {
             transmission.joint_torque(motor, joint);
         });
-        // A huge finite value may have overflowed.
+        // The transmission may overflow huge finite values.
         check_finite("position", &experiment.position_rad)?;
         check_finite("torque", &experiment.torque_nm)?;
         experiment.reference_rad.iter().try_for_each(|r| check_finite("reference", r))?;
         Ok(experiment)
     }
 
-    /// Returns its first recordings with this number of samples together, from the first counted
-    /// one; of a longer one, the beginning.
+    /// Returns the first recordings, at most up to this number of samples after the first counted
+    /// sample. The last of them may be truncated.
     #[must_use]
     pub(crate) fn first_samples(&self, samples: usize) -> Self {
         let limit =
             self.recordings.first().map_or(0, |first| first.counted_samples.start) + samples;
         let mut recordings: Vec<Recording> = Vec::new();
         for Recording { samples: own, counted_samples: counted } in &self.recordings {
-            // A part of one is wanted where those before are few.
+            // A recording that crosses the limit is cut there if the earlier ones have less than
+            // half of the samples; otherwise it is left out.
             let few = recordings.last().is_none_or(|last| 2 * last.samples.end < limit);
             if own.end > limit && !few {
                 break;
@@ -149,7 +151,7 @@ impl Experiment {
         }
     }
 
-    /// Returns the same with the logs of two motors, counted from 0, swapped.
+    /// Returns the experiment with the logs of two motors, counted from 0, swapped.
     #[must_use]
     pub(crate) fn with_exchanged_motors(
         &self,
@@ -165,8 +167,8 @@ impl Experiment {
         swapped
     }
 
-    /// The same as it was before a low-pass of first order with this time constant \[s\], each
-    /// recording by itself.
+    /// Returns the experiment with a first-order low-pass of this time constant \[s\] undone, each
+    /// recording separately.
     #[must_use]
     pub(crate) fn before_low_pass(&self, time_constant_s: f64) -> Self {
         let mut before = self.clone();
@@ -189,7 +191,7 @@ impl Experiment {
         before
     }
 
-    /// States when a logged torque acts.
+    /// Sets the times at which a logged torque acts.
     ///
     /// # Errors
     /// [`ExperimentError::Timing`].
@@ -199,7 +201,7 @@ impl Experiment {
         Ok(self)
     }
 
-    /// States when a logged reference acts.
+    /// Sets the times at which a logged reference acts.
     ///
     /// # Errors
     /// [`ExperimentError::Timing`].
@@ -209,12 +211,12 @@ impl Experiment {
         Ok(self)
     }
 
-    /// Several recordings of one arm as one experiment, each with the samples that count in it.
-    /// References are kept where all have them.
+    /// Joins several recordings of one arm into one experiment; each keeps its counted samples.
+    /// References are kept if all recordings have them.
     ///
     /// # Errors
-    /// [`ExperimentError::Empty`] without any, [`ExperimentError::Different`] where one has another
-    /// sample rate, another number of joints or other timings than the first.
+    /// [`ExperimentError::Empty`] without recordings, [`ExperimentError::Different`] if one has
+    /// another sample rate, number of joints or timing than the first.
     pub fn join(recordings: &[Self]) -> Result<Self, ExperimentError> {
         let first = recordings.first().ok_or(ExperimentError::Empty)?;
         for (recording, other) in (1..).zip(recordings).skip(1) {
@@ -259,8 +261,9 @@ impl Experiment {
         Ok(joined)
     }
 
-    /// Sets which samples may become rows of the observation matrix. All samples are filtered, so
-    /// that the ends of the counted part have neighbours. Joined recordings have their own ranges.
+    /// Sets the samples that may become rows of the observation matrix. All samples are filtered,
+    /// so that the filters have neighbours at the ends of the counted part. Joined recordings have
+    /// their own ranges.
     ///
     /// # Errors
     /// [`ExperimentError::Counted`].
@@ -273,15 +276,15 @@ impl Experiment {
         Ok(self)
     }
 
-    /// Holds samples out: they pass the filters as the others do, and their rows enter no equation,
-    /// of whatever method. The filters reach over some ten rows, so `samples` should have so many
-    /// more at either end than what is to be predicted.
+    /// Holds samples out. They pass the filters like all others, but their rows are not fitted by
+    /// any method. The filters reach over about ten rows, so `samples` should extend that far
+    /// beyond the predicted part at either end.
     ///
-    /// The rows before and after are taken for neighbours where residuals are judged: at one place
-    /// per range, a few products of an autocorrelation are of rows that are far apart.
+    /// The residual tests treat the rows before and after the range as neighbours. So a few
+    /// products of an autocorrelation per range belong to rows that are far from each other.
     ///
     /// # Errors
-    /// [`ExperimentError::Counted`] when they are not in the record.
+    /// [`ExperimentError::Counted`] if the samples are not in the record.
     pub fn with_held_out(mut self, samples: Range<usize>) -> Result<Self, ExperimentError> {
         if samples.is_empty() || samples.end > self.samples() {
             return Err(ExperimentError::Counted { counted: samples, samples: self.samples() });
@@ -290,80 +293,82 @@ impl Experiment {
         Ok(self)
     }
 
-    /// True if the row of a sample is not fitted.
+    /// Returns true if the row of a sample is not fitted.
     pub(crate) fn is_held_out(&self, sample: usize) -> bool {
         self.held_out.iter().any(|range| range.contains(&sample))
     }
 
-    /// True if any samples are held out.
+    /// Returns true if any samples are held out.
     pub(crate) fn has_held_out(&self) -> bool {
         !self.held_out.is_empty()
     }
 
-    /// Number of joints.
+    /// Returns the number of joints.
     pub fn joints(&self) -> usize {
         self.position_rad.ncols()
     }
 
-    /// Number of samples, counted or not.
+    /// Returns the number of samples, counted or not.
     pub fn samples(&self) -> usize {
         self.position_rad.nrows()
     }
 
-    /// Samples per second \[Hz\].
+    /// Returns the sample rate \[Hz\].
     pub fn sample_rate_hz(&self) -> f64 {
         self.sample_rate_hz
     }
 
-    /// Measured joint positions, samples × joints \[rad or m\].
+    /// Returns the measured joint positions, samples × joints \[rad or m\].
     pub fn position_rad(&self) -> &DMatrix<f64> {
         &self.position_rad
     }
 
-    /// Returns joint torques as logged, samples × joints \[N·m or N\];
-    /// [`torque_timing`](Self::torque_timing) gives the times at which they act.
+    /// Returns the joint torques as logged, samples × joints \[N·m or N\]. They act at the times
+    /// that [`torque_timing`](Self::torque_timing) returns.
     pub fn torque_nm(&self) -> &DMatrix<f64> {
         &self.torque_nm
     }
 
-    /// Joint references as logged, samples × joints \[rad or m\], when they are known.
+    /// Returns the joint references as logged, samples × joints \[rad or m\]; `None` if they were
+    /// not recorded.
     pub fn reference_rad(&self) -> Option<&DMatrix<f64>> {
         self.reference_rad.as_ref()
     }
 
-    /// When a logged torque acts.
+    /// Returns the times at which a logged torque acts.
     pub fn torque_timing(&self) -> SignalTiming {
         self.torque_timing
     }
 
-    /// When a logged reference acts.
+    /// Returns the times at which a logged reference acts.
     pub fn reference_timing(&self) -> SignalTiming {
         self.reference_timing
     }
 
-    /// The samples that may become rows of the observation matrix; of several recordings, from the
-    /// first of the first to the last of the last.
+    /// Returns the samples that may become rows of the observation matrix. For several recordings,
+    /// the range goes from the first counted sample of the first to the last counted sample of the
+    /// last.
     pub fn counted(&self) -> Range<usize> {
         let [first, last] = [self.recordings.first(), self.recordings.last()];
         first.map_or(0, |of| of.counted_samples.start)..last.map_or(0, |of| of.counted_samples.end)
     }
 
-    /// The samples that count, of each recording in turn.
+    /// Returns the counted samples of each recording in turn.
     pub(crate) fn counted_samples(&self) -> impl Iterator<Item = usize> {
         self.recordings.iter().flat_map(|of| of.counted_samples.clone())
     }
 
-    /// The recordings, one as a rule.
+    /// Returns the recordings; most experiments have one.
     pub(crate) fn recordings(&self) -> &[Recording] {
         &self.recordings
     }
 
-    /// Returns the end of each recording, including the last \[samples\].
+    /// Returns the end \[samples\] of each recording, including the last.
     pub(crate) fn ends(&self) -> Vec<usize> {
         self.recordings.iter().map(|of| of.samples.end).collect()
     }
 
-    /// The recording of a sample.
+    /// Returns the index of the recording that contains a sample.
     pub(crate) fn recording_of(&self, sample: usize) -> usize {
         self.recordings.partition_point(|of| of.samples.end <= sample)
     }
@@ -383,7 +388,7 @@ impl Experiment {
     }
 }
 
-/// Rates that differ by less are the same: times in a file are rounded.
+/// Relative difference up to which two sample rates are equal, because times in a file are rounded.
 const SAME_RATE: f64 = 3e-4;
 
 fn to_matrix(
@@ -423,8 +428,8 @@ fn check_finite(signal: &'static str, matrix: &DMatrix<f64>) -> Result<(), Exper
     Ok(())
 }
 
-/// Swaps two motors in joint positions, or in quantities that transform like them, as speeds
-/// (samples × joints).
+/// Swaps two motors in joint positions, or in speeds and other quantities that transform like
+/// positions (samples × joints).
 pub(crate) fn exchange_positions(
     positions: &mut DMatrix<f64>,
     transmission: &Transmission,
@@ -439,7 +444,7 @@ pub(crate) fn exchange_positions(
     });
 }
 
-/// Torques of joints (samples × joints), with those of two motors exchanged.
+/// Swaps the torques of two motors in joint torques (samples × joints).
 pub(crate) fn exchange_torques(
     torques: &mut DMatrix<f64>,
     transmission: &Transmission,
@@ -454,7 +459,7 @@ pub(crate) fn exchange_torques(
     });
 }
 
-/// Replaces every row by its image.
+/// Replaces every row by the result of `map`.
 fn map_samples(signals: &mut DMatrix<f64>, map: impl Fn(&[f64], &mut [f64])) {
     let joints = signals.ncols();
     let (mut from, mut to) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);

@@ -2,24 +2,25 @@
 
 use serde::Serialize;
 
-/// The kinds of failure of an identification.
+/// Kind of failure of an identification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failure {
-    /// The simulated loop is unstable, or its parameters belong to no arm.
+    /// The simulated loop is unstable, or the parameters are not those of a possible arm.
     Diverged,
-    /// Converged where the error is far above the noise.
+    /// The iteration converged to a minimum whose error is far above the noise.
     LocalMinimum,
-    /// The criterion does not depend on the parameters, or hardly.
+    /// The criterion does not depend on the parameters, or hardly depends on them.
     Insensitive,
-    /// The estimates still change, or no step lowers the error.
+    /// The estimates still change after the last permitted simulation, or no step lowers the error.
     NotConverged,
-    /// The experiment does not allow for it: too short, or not exciting.
+    /// The experiment does not permit an identification: it is too short, or it does not excite the
+    /// parameters.
     Refused,
 }
 
 impl Failure {
-    /// The name: `local-minimum`.
+    /// Returns the name, for example `local-minimum`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Diverged => "diverged",

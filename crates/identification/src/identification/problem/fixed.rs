@@ -51,7 +51,7 @@ impl From<KeptParameters> for RawKeptParameters {
 }
 
 impl KeptParameters {
-    /// Lets a selection keep the nominal values of these base parameters.
+    /// Makes a selection keep the nominal values of these base parameters.
     ///
     /// # Errors
     /// [`IdentificationError::NothingNominal`], [`IdentificationError::NoNominalValue`], and those

@@ -72,17 +72,18 @@ impl Default for VerdictLimits {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("limit {name} = {value} must be finite and greater than 0, and a share at most 1")]
 pub struct LimitError {
-    /// Its key.
+    /// Key of the limit.
     pub name: &'static str,
-    /// The value given.
+    /// Configured value.
     pub value: f64,
 }
 
 impl VerdictLimits {
-    /// Checks that every limit is finite and greater than 0: no comparison with NaN fails.
+    /// Checks that every limit is finite and greater than 0, because a comparison with NaN would
+    /// never fail.
     ///
     /// # Errors
-    /// [`LimitError`] names the first that is not.
+    /// [`LimitError`] with the first invalid limit.
     pub fn validate(&self) -> Result<(), LimitError> {
         for (name, value) in [
             ("rows_per_parameter", self.rows_per_parameter),

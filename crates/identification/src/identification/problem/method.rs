@@ -1,4 +1,4 @@
-//! The list of methods, and what is known of each without running it.
+//! Identification methods and their properties.
 
 use core::fmt;
 use core::str::FromStr;
@@ -24,10 +24,10 @@ pub enum Method {
 }
 
 impl Method {
-    /// Every method, in the order of the paper's tables.
+    /// All methods, in the order of the paper's tables.
     pub const ALL: [Self; 5] = [Self::IdimLs, Self::IdimIv, Self::Clie, Self::Cloe, Self::Didim];
 
-    /// The name: `idim-ls`.
+    /// Returns the name, for example `idim-ls`.
     pub fn name(self) -> &'static str {
         self.name_list().0
     }
@@ -54,18 +54,20 @@ impl Method {
         self != Self::IdimLs
     }
 
-    /// Returns true if the method uses the sensitivities of the simulated loop. Steps of DIDIM may
-    /// then bring it near the minimum.
+    /// Returns true if the method uses the sensitivities of the simulated loop. A few DIDIM steps
+    /// may then bring the start closer to the minimum.
     pub fn uses_sensitivities(self) -> bool {
         matches!(self, Self::Clie | Self::Cloe)
     }
 
-    /// Returns true if rows with large residuals may get less weight.
+    /// Returns true if the method supports robust weights, which reduce the effect of rows with
+    /// large residuals.
     pub fn has_robust_weights(self) -> bool {
         matches!(self, Self::IdimLs | Self::Didim)
     }
 
-    /// Returns true if the paper also has the method without the decimation filter (its table 1).
+    /// Returns true if the paper also applies the method without the decimation filter (its table
+    /// 1).
     pub fn has_strict_framework(self) -> bool {
         self.uses_sensitivities() || self == Self::Didim
     }
@@ -77,11 +79,11 @@ impl fmt::Display for Method {
     }
 }
 
-/// No method has this name. Remedy: one of [`Method::ALL`].
+/// No method has this name. Remedy: use a name from [`Method::ALL`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("unknown method {name:?}; known: {}", Method::ALL.map(Method::name).join(", "))]
 pub struct UnknownMethod {
-    /// The name given.
+    /// Given name.
     pub name: String,
 }
 

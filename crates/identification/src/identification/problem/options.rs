@@ -1,4 +1,4 @@
-//! The options of an identification.
+//! Options of an identification.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ use didim_dynamics::control::SimulatedController;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
-/// The options of an identification, by whatever method, as a cell file states them.
+/// Options of an identification, the same for every method, as configured in a cell file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Options {
@@ -42,19 +42,20 @@ pub struct Options {
     /// Requirements of an applicable result.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// Intended uses: an applicable result is usable for all of these. Monitoring and prediction
-    /// unless stated.
+    /// Required uses: an applicable result is usable for all of these. The default is monitoring
+    /// and prediction.
     #[serde(default = "Use::default_uses")]
     pub required_uses: Vec<Use>,
-    /// Names of the parameters whose values are asked for; those that carry torque unless stated.
+    /// Names of the parameters whose values are required; by default all that contribute to the
+    /// torque.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub required_parameters: Option<Vec<String>>,
     /// Tolerances of the configured values of cell and robot.
     #[serde(default)]
     pub tolerances: Tolerances,
-    /// Controller of the arm and of the simulated one; methods that simulate the closed loop need
-    /// it. CLIE and CLOE keep its gains through all simulations; those that follow an inertia take
-    /// the one of IDIM-LS.
+    /// Controller of the real and of the simulated arm; methods that simulate the closed loop need
+    /// it. Its gains may follow the inertia: CLIE and CLOE take the inertia of IDIM-LS and keep the
+    /// gains through all simulations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<SimulatedController>,
     /// Simulation of the closed loop, and end of the iteration.
@@ -66,17 +67,17 @@ pub struct Options {
     /// Options of the search for the position filter's cut-off frequency.
     #[serde(skip)]
     pub cutoff_search: CutoffSearch,
-    /// Limits beyond which a result of the closed loop is not that of the arm.
+    /// Limits beyond which a closed-loop result is not accepted as that of the arm.
     #[serde(skip)]
     pub closed_loop_limits: ClosedLoopLimits,
-    /// Limits of the judgement of a load.
+    /// Limits for judging a payload.
     #[serde(skip)]
     pub payload_limits: PayloadLimits,
 }
 
 impl Options {
-    /// With these filters, and whatever else has a usual value at that: every base parameter, least
-    /// squares, the usual limits, and nothing that controls the arm.
+    /// Creates options with these filters and default values for all others: every base parameter,
+    /// least squares, default limits and no controller.
     pub fn new(position_filter: PositionFilter, decimation_filter: DecimationFilter) -> Self {
         Self {
             position_filter,
@@ -97,7 +98,7 @@ impl Options {
         }
     }
 
-    /// Adds the friction terms that a robot has besides the usual ones to the parameters.
+    /// Adds the parameters of the robot's additional friction laws to the list of parameters.
     #[must_use]
     pub fn with_friction(mut self, robot: &Robot) -> Self {
         let fixed: &[String] = match &self.keep_nominal {
@@ -116,7 +117,7 @@ impl Options {
         self
     }
 
-    /// Returns the base parameters that are identified, and those that keep their nominal values.
+    /// Returns the base parameters that are identified and those that keep their nominal values.
     ///
     /// # Errors
     /// Those of [`Selection::new`]; [`IdentificationError::NoNominalValue`],
@@ -165,7 +166,7 @@ impl Options {
     /// Checks that a method supports the configured robust loss.
     ///
     /// # Errors
-    /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.
+    /// [`IdentificationError::NotRobust`], and an error if the tuning constant is invalid.
     pub fn validate_robust(&self, method: Method) -> Result<(), IdentificationError> {
         match self.robust {
             None => Ok(()),
@@ -177,25 +178,25 @@ impl Options {
     }
 }
 
-/// The Butterworth filter of the positions, forward and backward (paper, section 3.1.1).
+/// Butterworth filter of the positions, applied forward and backward (paper, section 3.1.1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionFilter {
-    /// Order of one pass; 4 unless stated.
+    /// Order of one pass; the default is 4.
     #[serde(default = "PositionFilter::default_order")]
     pub order: usize,
-    /// Cut-off of one pass \[Hz\], five times the highest dynamics to be modelled or more; there is
-    /// no default, because the robot decides it.
+    /// Cut-off of one pass \[Hz\], at least five times the highest frequency of the modelled
+    /// dynamics. It has no default, because it depends on the robot.
     pub cutoff_hz: f64,
 }
 
 impl PositionFilter {
-    /// 4.
+    /// Returns 4.
     pub fn default_order() -> usize {
         4
     }
 
-    /// The filter at a sample rate \[Hz\].
+    /// Designs the filter for a sample rate \[Hz\].
     ///
     /// # Errors
     /// [`SignalError::Order`] and [`SignalError::Cutoff`].
@@ -235,13 +236,13 @@ impl DecimationFilter {
         0.8
     }
 
-    /// Cut-off of one pass at a sample rate before decimation, both \[Hz\].
+    /// Returns the cut-off of one pass \[Hz\] at a sample rate before decimation \[Hz\].
     pub fn cutoff_hz(&self, sample_rate_hz: f64) -> f64 {
         let factor = f64::from(u32::try_from(self.factor).unwrap_or(u32::MAX));
         self.cutoff_ratio * 0.5 * sample_rate_hz / factor
     }
 
-    /// The filter, which depends on the factor only.
+    /// Designs the filter, which does not depend on the sample rate.
     ///
     /// # Errors
     /// [`SignalError::Order`], [`SignalError::Ripple`], [`SignalError::Cutoff`] and

@@ -1,19 +1,19 @@
-//! When a load counts as present, and as the declared one.
+//! Limits for detecting a load and for comparing it with the declared one.
 
-/// Limits of the judgement of a load.
+/// Limits for judging a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PayloadLimits {
     /// Travel along a record below which a joint is at rest \[rad or m\]. Derived: in a held
-    /// posture, gears and filters cause no larger motion.
+    /// posture, elastic gears and the filters cause less motion.
     pub rest_travel: f64,
-    /// Distance from zero above which a value is not zero, and a mass has a centre \[σ\].
-    /// Convention: 3 standard deviations.
+    /// Distance from zero above which a value counts as non-zero, and a mass as large enough to
+    /// determine its centre \[σ\]. Convention: 3 standard deviations.
     pub deviations: f64,
-    /// Probability of reporting a correct load as wrong or an absent load as present \[1\].
-    /// Derived: that of `deviations`.
+    /// Probability of reporting a correct load as wrong, or an absent load as present \[1\].
+    /// Derived: from `deviations`.
     pub chance_probability: f64,
-    /// Share of the masses compatible with the estimate that is below the limit of an unseen mass
-    /// \[1\]. Convention: 95 %.
+    /// Probability that an undetected mass is below the reported limit, given the estimate \[1\].
+    /// Convention: 95 %.
     pub mass_limit_probability: f64,
     /// Share of all records in which the cost of the true body stays below the χ² limit \[1\].
     /// Convention: 99 %.

@@ -3,28 +3,30 @@
 /// Options of the search for friction laws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionSearch {
-    /// Widths of the sign function that are tried, as shares of a joint's highest speed \[1\].
-    /// Convention: steps of 2 to 2.5 over two decades.
+    /// Tried widths of the sign function, as shares of a joint's highest speed \[1\]. Convention:
+    /// steps by a factor of 2 to 2.5 over two decades.
     pub sign_widths: Vec<f64>,
-    /// Speeds of Stribeck friction that are tried, as shares of a joint's highest speed \[1\].
-    /// Convention: steps of 3 over one decade.
+    /// Tried Stribeck speeds, as shares of a joint's highest speed \[1\]. Convention: steps by a
+    /// factor of 3 over one decade.
     pub stribeck_speeds: Vec<f64>,
-    /// Factors by which a chosen width or speed is refined, one after the other, each as often as
-    /// it helps \[1\]. Derived: both ways, by half and by a quarter of the step between candidates.
+    /// Factors by which a chosen width or speed is refined. They are applied in turn, each as long
+    /// as the held-out error decreases \[1\]. Derived: up and down, by half and by a quarter of the
+    /// step between candidates.
     pub refinements: Vec<f64>,
-    /// Largest number of refinements by one factor. Derived: further refinement would go past the
+    /// Largest number of refinements by one factor. Derived: further refinement would pass the
     /// neighbouring candidate.
     pub max_refinements: usize,
-    /// Share of a joint's held-out error that a change has to remove \[1\]. Convention: a law that
-    /// nobody needs is one more that the next motion may contradict.
+    /// Share of a joint's held-out error that a change has to remove \[1\]. Convention: an
+    /// unnecessary law may predict another motion worse.
     pub min_gain: f64,
     /// Increase of the torque uncertainty outside the recorded motion that counts as a tie,
     /// relative to all of the torque \[1\]. Convention.
     pub extrapolation_tie: f64,
-    /// Largest share of the load that friction may take \[1\]. Derived: a gear of which it takes
-    /// more than half locks itself, and cannot be driven back.
+    /// Largest ratio of friction to load \[1\]. Derived: a gear that loses more than half of the
+    /// load is self-locking and cannot be back-driven.
     pub max_load_share: f64,
-    /// Rounds in which every joint may get one change. Convention: no joint needs more laws.
+    /// Number of rounds in which every joint may get one change. Convention: no joint needs more
+    /// laws.
     pub max_rounds: usize,
 }
 
@@ -46,16 +48,17 @@ impl Default for FrictionSearch {
 /// Options of the search for the position filter's cut-off frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CutoffSearch {
-    /// Candidates of a decade \[1\]. Convention: round numbers, 1.4 to 1.5 times the one before.
+    /// Candidates within one decade \[1\]. Convention: round numbers, each 1.4 to 1.5 times the
+    /// previous one.
     pub candidates_of_decade: Vec<f64>,
     /// Lowest and highest candidate, as multiples of the parallel filter's cut-off \[1\].
     /// Convention: the motion lies within this range.
     pub range: [f64; 2],
-    /// Highest candidate as a share of the sample rate \[1\]. Derived: beyond, differences take
-    /// noise for acceleration.
+    /// Highest candidate, as a share of the sample rate \[1\]. Derived: above it, noise dominates
+    /// the accelerations from differences.
     pub highest_share: f64,
-    /// Increase of the held-out error over the smallest one, relative to it, that counts as a tie
-    /// \[1\]. Convention.
+    /// Largest increase over the smallest held-out error that still counts as equal, relative to
+    /// that error \[1\]. Convention.
     pub tie_tolerance: f64,
 }
 

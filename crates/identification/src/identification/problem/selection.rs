@@ -7,29 +7,29 @@ use crate::regression::RegressionError;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{ParameterKind, Robot};
 
-/// The essential parameters: some or all base parameters, in the model's order, with the regressor
-/// column each one stands at.
+/// Essential parameters: some or all base parameters, in the model's order, each with its regressor
+/// column.
 ///
-/// A base parameter's regressor column is that of the standard parameter it is named after.
+/// The regressor column of a base parameter is that of the standard parameter with the same name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     names: Vec<String>,
     columns: Vec<usize>,
     kinds: Vec<ParameterKind>,
     is_regrouped: Vec<bool>,
-    /// Further parameters that are fixed at a value, by regressor column.
+    /// Further parameters with fixed values, by regressor column.
     fixed_columns: Vec<(usize, f64)>,
-    /// Columns of the regressor.
+    /// Number of columns of the regressor.
     width: usize,
 }
 
 impl Selection {
-    /// The base parameters of `robot` with the given names, or all of them.
+    /// Selects the base parameters of `robot` with the given names, or all if `names` is `None`.
     ///
     /// # Errors
-    /// [`IdentificationError::UnknownParameter`],
-    /// [`IdentificationError::RepeatedParameter`], [`IdentificationError::NoParameter`], and
-    /// [`IdentificationError::OtherBaseParameters`] when `base` is not of this robot.
+    /// [`IdentificationError::UnknownParameter`], [`IdentificationError::RepeatedParameter`],
+    /// [`IdentificationError::NoParameter`], and [`IdentificationError::OtherBaseParameters`] if
+    /// `base` belongs to another robot.
     pub fn new(
         robot: &Robot,
         base: &BaseParameters,
@@ -76,7 +76,7 @@ impl Selection {
         })
     }
 
-    /// Without those of a kind.
+    /// Returns the selection without the parameters of a kind.
     pub(crate) fn without_kind(&self, kind: ParameterKind) -> Self {
         let is_other_kind = |index: &usize| self.kinds[*index] != kind;
         let selected: Vec<usize> = (0..self.kinds.len()).filter(is_other_kind).collect();
@@ -90,12 +90,12 @@ impl Selection {
         }
     }
 
-    /// The names, in the model's order.
+    /// Returns the names of the parameters, in the model's order.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// The regressor column of each.
+    /// Returns the regressor column of each parameter.
     pub fn columns(&self) -> &[usize] {
         &self.columns
     }
@@ -105,12 +105,12 @@ impl Selection {
         &self.kinds
     }
 
-    /// Returns for each parameter if others are regrouped into it.
+    /// Returns for each parameter whether others are regrouped into it.
     pub(crate) fn regrouped(&self) -> &[bool] {
         &self.is_regrouped
     }
 
-    /// Lets further base parameters, which are not identified, keep these values; every other is 0.
+    /// Fixes further base parameters, which are not identified, at these values; all others are 0.
     ///
     /// # Errors
     /// [`IdentificationError::UnknownParameter`], [`IdentificationError::RepeatedParameter`], and
@@ -139,12 +139,13 @@ impl Selection {
         Ok(())
     }
 
-    /// Those that keep their values, by regressor column.
+    /// Returns the parameters with fixed values, by regressor column.
     pub(crate) fn fixed(&self) -> &[(usize, f64)] {
         &self.fixed_columns
     }
 
-    /// Standard parameters with these selected ones and those that are kept, every other 0.
+    /// Returns standard parameters with these selected values and the fixed values; all others are
+    /// 0.
     pub(crate) fn to_standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
         let mut standard = vec![0.0; self.width];
         for &(column, value) in &self.fixed_columns {
@@ -158,14 +159,14 @@ impl Selection {
 
     /// Returns the values of the selected parameters from those of all base parameters.
     pub(crate) fn of_base(&self, base: &BaseParameters, values: &[f64]) -> DVector<f64> {
-        // Both are known by their regressor column.
+        // Selection and base parameters identify a parameter by its regressor column.
         let selected = self.columns.iter().map(|column| {
             base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
         });
         DVector::from_iterator(self.columns.len(), selected.map(Option::unwrap_or_default))
     }
 
-    /// The failure of a regression, with columns called by their parameters' names.
+    /// Converts a regression failure, with parameter names in place of column numbers.
     pub(crate) fn regression_failure(&self, error: RegressionError) -> IdentificationError {
         let named = |columns: Vec<usize>| -> Vec<String> {
             columns.iter().filter_map(|&column| self.names.get(column).cloned()).collect()

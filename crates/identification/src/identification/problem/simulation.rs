@@ -65,7 +65,7 @@ impl Default for SimulationOptions {
 }
 
 impl SimulationOptions {
-    /// Checks that the iteration can begin and end.
+    /// Checks that the limits of the iteration are valid.
     ///
     /// # Errors
     /// [`IdentificationError::Convergence`] and [`IdentificationError::DidimSteps`].

@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A tolerance that is none.
+/// Invalid tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("tolerance {name} = {value} must be finite and greater than 0: nothing is known perfectly")]
 pub struct ToleranceError {
-    /// Its key.
+    /// Key of the tolerance.
     pub name: &'static str,
-    /// The value given.
+    /// Configured value.
     pub value: f64,
 }
 
@@ -49,14 +49,15 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
-    /// A configured value is contradicted if the data put it further away than this number of
-    /// standard deviations.
+    /// Distance from a configured value beyond which the data contradict it, in standard
+    /// deviations.
     pub(crate) const CONTRADICTION_DEVIATIONS: f64 = 3.0;
 
-    /// Checks that each is finite and greater than 0: no value is perfectly certain.
+    /// Checks that each tolerance is finite and greater than 0, because no value is perfectly
+    /// certain.
     ///
     /// # Errors
-    /// [`ToleranceError`] names the first that is not.
+    /// [`ToleranceError`] with the first invalid tolerance.
     pub fn validate(&self) -> Result<(), ToleranceError> {
         for (name, value) in [
             ("torque_gain", self.torque_gain),

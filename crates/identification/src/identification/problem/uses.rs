@@ -23,7 +23,7 @@ pub enum Use {
 }
 
 impl Use {
-    /// All of them, in the order in which they are shown.
+    /// All uses, in the order in which they are displayed.
     pub const ALL: [Self; 5] = [
         Self::Monitoring,
         Self::Prediction,
@@ -32,12 +32,12 @@ impl Use {
         Self::RigidBody,
     ];
 
-    /// Those that a cell asks for which says nothing else.
+    /// Returns the required uses of a cell that configures none.
     pub fn default_uses() -> Vec<Self> {
         vec![Self::Monitoring, Self::Prediction]
     }
 
-    /// The name, as a cell and JSON have it.
+    /// Returns the name that is used in cell files and in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Monitoring => "monitoring",

@@ -9,7 +9,7 @@ use super::css_class;
 use crate::comparison::INTERVAL_DEVIATIONS;
 use didim::text::significant_digits;
 
-/// Width of a drawing in a table, height of a line, and total margin of the height.
+/// Width of a drawing in a table, height of one line, and margin above and below the lines \[px\].
 const CHART_WIDTH: f64 = 240.0;
 const LINE_HEIGHT: f64 = 6.0;
 const VERTICAL_MARGIN: f64 = 4.0;
@@ -34,7 +34,8 @@ pub(super) fn interval_labels() -> Markup {
     inline_svg(&svg, 14.0)
 }
 
-/// Draws one line per estimate: a dot with 3 σ to either side, over the band of the reference.
+/// Draws one line per estimate, with a dot at the estimate and a bar of ± 3 σ, over the band of the
+/// reference.
 pub(super) fn intervals(
     reference: &ParameterEstimate,
     truth: Option<f64>,
@@ -164,7 +165,8 @@ impl Decades {
     }
 }
 
-/// The numbers next to a drawing say the same, so the drawing is only visual.
+/// Returns a drawing as inline SVG. The drawing is hidden from screen readers, because the numbers
+/// next to it have the same content.
 fn inline_svg(svg: &str, height: f64) -> Markup {
     let view = format!("0 0 {CHART_WIDTH} {height}");
     html! {

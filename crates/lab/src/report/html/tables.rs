@@ -13,7 +13,7 @@ pub(super) fn section(view: &View<'_>) -> Markup {
 }
 
 fn table(of: &Table) -> Markup {
-    // Two columns hold words, more hold numbers.
+    // A table with two columns has words, a table with more columns has numbers.
     let numbers = of.header.len() > 2;
     html! {
         div.scroll { table.compared {
@@ -30,7 +30,7 @@ fn table(of: &Table) -> Markup {
     }
 }
 
-/// Gives numbers a true minus sign; names with a hyphen do not change.
+/// Replaces the hyphens of a number by minus signs. A name with a hyphen does not change.
 fn signed_text(text: &str) -> String {
     let number = text.starts_with(|c: char| c == '-' || c.is_ascii_digit());
     if number { with_real_minus(text) } else { text.to_owned() }

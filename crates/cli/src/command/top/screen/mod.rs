@@ -1,4 +1,4 @@
-//! The running service on a terminal, drawn as a function of its known state.
+//! Screen of `didim top`: the status of a running service, drawn as a function of a [`View`].
 //!
 //! The screen fits into 80 × 24 and scrolls. A sign or a word repeats the meaning of every colour.
 
@@ -19,15 +19,15 @@ use didim::service::status::render::{duration_text, without_control_characters};
 
 /// Width from which the parameters are shown next to the other sections.
 const SIDE_BY_SIDE_WIDTH: u16 = 120;
-/// Maximum lines for health; further reasons are only counted.
+/// Maximum number of lines about health. Further reasons for bad health are only counted.
 const HEALTH_LINES: usize = 6;
 
-/// The displayed data.
+/// State of the screen: the displayed data, and the choices of the user.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct View {
     /// The last status.
     pub(crate) snapshot: Option<Snapshot>,
-    /// Reason for the missing newer status, and its duration \[s\].
+    /// Reason why no newer status is available, and the time since the last answer \[s\].
     pub(crate) unreachable: Option<(String, u64)>,
     /// True if new statuses are not shown.
     pub(crate) is_paused: bool,
@@ -37,7 +37,7 @@ pub(crate) struct View {
     pub(crate) by_band: bool,
     /// True if an explanation of keys and figures replaces the status.
     pub(crate) shows_help: bool,
-    /// Lines scrolled down.
+    /// Number of lines by which the screen is scrolled down.
     pub(crate) scrolled_lines: u16,
 }
 
@@ -116,7 +116,7 @@ fn title(view: &View, looks: TextStyles) -> Line<'static> {
     Line::from(spans)
 }
 
-/// Returns the reasons for bad health, or a line that all is well.
+/// Returns the lines with the reasons for bad health, or one line if there is no such reason.
 fn health_lines(view: &View, looks: TextStyles, width: u16) -> Vec<Line<'static>> {
     let mut reasons = Vec::new();
     if let Some((why, seconds)) = &view.unreachable {
@@ -171,7 +171,7 @@ fn key_line(view: &View, scrolls: u16) -> Line<'static> {
     Line::styled(format!("q quit  {help}  {pause}  {order}{scroll}"), dim)
 }
 
-/// The keys, and the meaning of the figures.
+/// Lines of the help: the keys, and the meaning of the figures.
 const HELP_LINES: [(&str, &str); 14] = [
     ("q, Esc", "quit"),
     ("?, h", "this help, and back"),

@@ -9,16 +9,17 @@ use didim::service::status::Snapshot;
 use didim::service::status::render::without_control_characters;
 use didim::text::{significant_digits, to_uncertainty};
 
-/// Characters of each half of a bar, which represents half of a band.
+/// Width of half a bar \[characters\]. Half a bar represents half of a parameter's band.
 const HALF_BAR_WIDTH: usize = 6;
-/// Columns of the complete table.
+/// Width of the complete table \[characters\].
 pub(super) const TABLE_WIDTH: u16 = 67;
-/// Widths without the bars, without the changes, and without the standard deviations.
+/// Width of the table without the bars \[characters\]; the next constants are its widths without
+/// the changes and without the standard deviations.
 const WITHOUT_BARS: u16 = 52;
 const WITHOUT_CHANGES: u16 = 42;
 const WITHOUT_DEVIATIONS: u16 = 31;
 
-/// Returns the lines in the model's order, or with the parameters first that use most of their
+/// Returns the lines of the parameters, in the model's order or sorted by the used share of their
 /// bands.
 pub(super) fn lines(
     snapshot: &Snapshot,
@@ -107,7 +108,7 @@ fn row(
 }
 
 /// Returns a bar with the used share of a parameter's band and its direction. An arrow marks a
-/// parameter outside.
+/// parameter outside its band.
 fn bar(change: &ParameterDrift) -> String {
     let (Some(share), Some(deviation)) = (change.band_share, change.deviation_sigma) else {
         return " ".repeat(HALF_BAR_WIDTH) + "│";

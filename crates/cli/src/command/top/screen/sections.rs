@@ -1,4 +1,4 @@
-//! Bus, losses, latencies, windows, the last estimate and its baseline.
+//! Sections of the screen: bus, losses, latencies, windows, the last estimate and its baseline.
 
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
@@ -9,7 +9,7 @@ use didim::live::worker::{EstimationStatus, WindowState};
 use didim::service::status::Snapshot;
 use didim::service::status::render::{Kind, Row, quantile_text, rows, without_control_characters};
 
-/// Width of the names.
+/// Width of the column of names \[characters\].
 const NAME_WIDTH: u16 = 10;
 
 pub(super) fn lines(snapshot: &Snapshot, looks: TextStyles, width: u16) -> Vec<Line<'static>> {

@@ -1,21 +1,21 @@
-//! Levenberg's and Marquardt's steps.
+//! Levenberg–Marquardt steps.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::regression::Observations;
 
-/// The damped steps from one point: `(N + λ D) δ = N δ_0`, with N = ΨᵀΩ⁻¹Ψ, D its diagonal and δ_0
-/// the Gauss–Newton step. The damping is that of the columns' lengths, so that the units of the
-/// parameters do not matter (Marquardt, *J. SIAM* 11, 1963).
+/// Damped steps δ from one point: `(N + λ D) δ = N δ_0`, with N = ΨᵀΩ⁻¹Ψ, its diagonal D and the
+/// Gauss–Newton step δ_0. The damping is relative to the lengths of the columns, so that it does
+/// not depend on the units of the parameters (Marquardt, *J. SIAM* 11, 1963).
 ///
-/// The normal matrix with columns of length 1 is good enough for a step; the result comes from the
-/// QR decomposition of Ψ.
+/// The normal matrix with columns of length 1 is accurate enough for a step. The final result comes
+/// from the QR decomposition of Ψ.
 pub(super) struct DampedProblem {
-    /// D^{-1/2} N D^{-1/2}.
+    /// Normal matrix with columns of length 1: D^{-1/2} N D^{-1/2}.
     normal: DMatrix<f64>,
-    /// Lengths of the columns, the roots of D.
+    /// Lengths of the columns: the square roots of D.
     column_lengths: DVector<f64>,
-    /// D^{-1/2} N δ_0.
+    /// Scaled gradient D^{-1/2} N δ_0.
     gradient: DVector<f64>,
     undamped_step: DVector<f64>,
 }
@@ -26,7 +26,7 @@ impl DampedProblem {
         for (joint, level) in levels.iter().enumerate() {
             columns.rows_range_mut(observations.joint_rows(joint)).unscale_mut(*level);
         }
-        // A full rank is known: no column is 0.
+        // The columns have full rank, so no column is 0.
         let lengths = DVector::from_iterator(
             columns.ncols(),
             columns.column_iter().map(|column| column.norm()),
@@ -39,7 +39,7 @@ impl DampedProblem {
         Self { normal, column_lengths: lengths, gradient, undamped_step: step.clone() }
     }
 
-    /// δ for λ.
+    /// Returns the step δ for the damping λ.
     pub(super) fn step(&self, damping: f64) -> DVector<f64> {
         let mut matrix = self.normal.clone();
         for k in 0..matrix.nrows() {
@@ -47,7 +47,7 @@ impl DampedProblem {
         }
         match Cholesky::new(matrix) {
             Some(factor) => factor.solve(&self.gradient).component_div(&self.column_lengths),
-            // Only rounding makes a damped normal matrix indefinite.
+            // A damped normal matrix can be indefinite only due to rounding.
             None => self.undamped_step.clone(),
         }
     }

@@ -1,4 +1,5 @@
-//! One step of the descent: from a point to the next, damped or halved until it is accepted.
+//! One step of the descent from a point to the next; the step is damped or halved until it is
+//! accepted.
 
 use nalgebra::DVector;
 
@@ -11,17 +12,19 @@ use crate::identification::problem::{IdentificationError, IterationError, Optimi
 use crate::regression::{Observations, Solution};
 use didim_dynamics::simulation::SimulationError;
 
-/// Steps from one point that are tried: each is half as long or ten times as much damped.
+/// Largest number of tried steps from one point. Each further step is half as long, or has ten
+/// times the damping.
 pub(super) const MAX_TRIES: u32 = 12;
 
-/// The damping at the start, for columns of length 1: nearly the linear step (Marquardt 1963 has
+/// Damping at the start, for columns of length 1: nearly the linear step (Marquardt 1963 uses
 /// 0.01).
 const FIRST_DAMPING: f64 = 1e-3;
 
-/// The factor by which the damping changes, Marquardt's ν.
+/// Factor by which the damping changes: Marquardt's ν.
 const DAMPING_CHANGE: f64 = 10.0;
 
-/// A damping below this is none: far below the rounding error of the normal matrix.
+/// Damping below this value is treated as zero; it is far below the rounding error of the normal
+/// matrix.
 const NO_DAMPING: f64 = 1e-9;
 
 /// A step is good above this gain ratio (actual over predicted improvement), and poor below its
@@ -34,12 +37,13 @@ pub(super) struct Linearised {
     pub(super) point: Point,
     pub(super) observations: Observations,
     pub(super) solution: Solution,
-    /// The bodies of the point and of the solution, where they are to be those of an arm.
+    /// Consistent parameters of the point and of the solution, if the steps are restricted to
+    /// physically consistent parameters.
     pub(super) consistent_point: Option<ConsistentPoint>,
     pub(super) consistent_target: Option<ConsistentPoint>,
 }
 
-/// Parameters to go to.
+/// Target of a step.
 pub(super) struct DescentPoint {
     pub(super) parameters: DVector<f64>,
     pub(super) consistent_point: Option<ConsistentPoint>,
@@ -67,23 +71,23 @@ fn penalty(possible: Option<&ConsistentPoint>) -> f64 {
     possible.map_or(0.0, |possible| possible.penalty)
 }
 
-/// Why the descent cannot continue from a point.
+/// Reason for which the descent cannot continue from a point.
 pub(super) enum Rejection {
     Simulation(SimulationError),
-    /// Its parameters cannot be distinguished there, or not be computed.
+    /// The parameters cannot be distinguished or computed at this point.
     Equation(IdentificationError),
 }
 
-/// A way down the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
+/// Descent of the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
 pub(super) struct Descent<'p, 'a> {
     pub(super) problem: &'p mut Problem<'a>,
     /// Restriction of the steps.
     pub(super) consistent_parameters: Option<&'p ConsistentParameters>,
-    /// σ_j.
+    /// Noise level σ_j of each joint.
     pub(super) noise_levels: Vec<f64>,
     damping: f64,
-    /// Simulations of new parameters, those before the first sensitivities included; those for
-    /// differences are not counted.
+    /// Number of simulations of new parameters, including those before the first sensitivities and
+    /// without those for differences.
     pub(super) trials: u32,
     pub(super) linear_steps: u32,
     pub(super) convergence: Convergence<'a>,
@@ -107,8 +111,8 @@ impl<'p, 'a> Descent<'p, 'a> {
         }
     }
 
-    /// Next to instability the sensitivities grow beyond what can be solved. The descent cannot
-    /// continue from such a point.
+    /// Computes the equation at a point. Close to instability, the sensitivities may be too large
+    /// to solve it. The descent cannot continue from such a point.
     pub(super) fn linearise(
         &mut self,
         mut point: Point,
@@ -152,15 +156,15 @@ impl<'p, 'a> Descent<'p, 'a> {
         Ok((solution, Some(target)))
     }
 
-    /// Σ ‖ρ_j‖²/σ_j².
+    /// Returns Σ ‖ρ_j‖²/σ_j².
     fn criterion(&self, residuals: &DVector<f64>) -> f64 {
         let rows = residuals.len() / self.noise_levels.len();
         let joints = residuals.as_slice().chunks(rows).zip(&self.noise_levels);
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
     }
 
-    /// The next point: the first along ever shorter steps that lowers the criterion and still tells
-    /// the parameters apart.
+    /// Returns the next point: the first, along ever shorter steps, that lowers the criterion and
+    /// where the parameters are still distinguishable.
     pub(super) fn advance(
         &mut self,
         from: &Linearised,
@@ -223,8 +227,9 @@ impl<'p, 'a> Descent<'p, 'a> {
         Some(self.consistent_parameters?.interpolate(possible, target, part)?.into())
     }
 
-    /// The point with these parameters, if it is one to go on from; why not, where that is more
-    /// than a criterion that is not below `before`.
+    /// Returns the point with these parameters if it lowers the criterion and its equation can be
+    /// solved. Otherwise returns the rejection, or `None` if the criterion is just not below
+    /// `before`.
     fn try_point(
         &mut self,
         place: DescentPoint,
@@ -233,8 +238,8 @@ impl<'p, 'a> Descent<'p, 'a> {
     ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {
         let parameters = &place.parameters;
         let before = before - place.penalty();
-        // Most first tries are accepted. After a rejected one, a simulation without sensitivities
-        // is the faster check of the next.
+        // Most first tries are accepted. After a rejected try, a simulation without sensitivities
+        // is the faster check of the next try.
         if tries > 0 && self.problem.is_exact() {
             match self.problem.simulate_output(parameters)? {
                 Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
@@ -257,8 +262,8 @@ impl<'p, 'a> Descent<'p, 'a> {
         self.criterion(&self.problem.residuals(point)) < before
     }
 
-    /// Less damping where the linear equation has predicted the criterion, more where it has not:
-    /// `gain` is the actual improvement of a step over the predicted one.
+    /// Reduces the damping if the linear equation predicted the criterion well, increases it if
+    /// not. `gain` is the ratio of the actual to the predicted improvement of a step.
     fn adapt_damping(&mut self, gain: f64) {
         if gain > GOOD_GAIN {
             self.damping /= DAMPING_CHANGE;

@@ -1,4 +1,4 @@
-//! Simulation and step in turn, until the parameters stand still.
+//! Alternates simulations and steps until the parameters converge.
 
 use nalgebra::DVector;
 
@@ -7,18 +7,19 @@ use crate::identification::judgement::ConvergenceStep;
 use crate::identification::problem::{IdentificationError, IterationError};
 use crate::regression::{Observations, Solution};
 
-/// Weights are renewed no more often than this: each time the parameters move by less, and two or
-/// three settle them.
+/// Largest number of weight renewals. The parameters change less with each renewal, and two or
+/// three are usual.
 const MAX_RENEWALS: u32 = 5;
 
-/// A noise level that changes by no more than this share does not ask for other weights: the
-/// parameters would move by a small part of their standard deviations.
+/// Largest relative change of a noise level that requires no new weights. Such a change would move
+/// the parameters by a small part of their standard deviations.
 const LEVEL_TOLERANCE: f64 = 0.1;
 
-/// Smallest noise level, as a share of the measurements: below, only rounding would be left to fit.
+/// Smallest noise level, as a share of the measurements. Smaller residuals are only rounding
+/// errors.
 const MIN_LEVEL: f64 = 1e-9;
 
-/// The point where the parameters stand still, and the way there.
+/// Converged point, and the steps to it.
 pub(super) struct Optimum {
     pub(super) linearisation: Linearised,
     pub(super) linear_steps: u32,
@@ -72,7 +73,7 @@ impl Descent<'_, '_> {
         }
     }
 
-    /// The first point and its weights.
+    /// Returns the first point with its weights.
     fn first_linearisation(
         &mut self,
         start: &DVector<f64>,
@@ -97,10 +98,10 @@ impl Descent<'_, '_> {
         Ok(self.solve_at(point, place.consistent_point, observations))
     }
 
-    /// Returns the initial weights. Residuals of the first linear step, without weights, do not
-    /// contain the error of the start, to first order. From a far start they show how badly each
-    /// joint can be linearised, and weigh it accordingly. They stay until the parameters have
-    /// converged.
+    /// Returns the initial weights. They come from the residuals of the first linear step without
+    /// weights, which do not contain the error of the start, to first order. If the start is far
+    /// away, they also show how nonlinear the output of each joint is. The weights stay constant
+    /// until the parameters have converged.
     fn first_levels(&self, observations: &Observations) -> Result<Vec<f64>, IdentificationError> {
         let named = |error| self.problem.regression_failure(error);
         let solution = observations.solve_ordinary().map_err(named)?;

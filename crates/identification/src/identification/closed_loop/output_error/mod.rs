@@ -22,22 +22,22 @@ use crate::identification::problem::{Context, IdentificationError, Method};
 use descent::{Descent, Linearised};
 use problem::Problem;
 
-/// Identifies base parameters by closed-loop input error: the parameters whose simulated closed
-/// loop has the measured torques (equations 18 and 19).
+/// Identifies base parameters by closed-loop input error. The parameters are those for which the
+/// torques of the simulated closed loop match the measured torques (equations 18 and 19).
 ///
-/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference, and its
-///    sensitivities ∂τ_s/∂θ with it.
-/// 2. Filter and decimate the error of the torque and the sensitivities alike.
-/// 3. A weighted Levenberg–Marquardt or Gauss–Newton step gives the next θ.
-/// 4. Repeat until the linear step is a small part of the standard deviations; renew the weights,
-///    and repeat until they stay.
+/// 1. Simulate the closed loop and its sensitivities ∂τ_s/∂θ with the current estimate θ, along the
+///    recorded reference.
+/// 2. Filter and decimate the torque error and the sensitivities in the same way.
+/// 3. Take a weighted Levenberg–Marquardt or Gauss–Newton step to the next θ.
+/// 4. Repeat until the linear step is a small part of the standard deviations. Then renew the
+///    weights, and repeat until the weights no longer change.
 ///
-/// Where `simulation.bodies` asks for it, the linear step goes to the nearest parameters that
-/// bodies can have, it is halved rather than damped, and what has to fall is the criterion with the
-/// distance of the bodies from what is known of them.
+/// If `simulation.bodies` is set, the linear step goes to the nearest physically consistent
+/// parameters and is halved instead of damped. The criterion that has to decrease then includes the
+/// distance of the bodies from the prior knowledge about them.
 ///
-/// Torques are aligned as in DIDIM, and so are initial state and reference. The
-/// gains of the simulated controller are fixed: the sensitivities belong to one controller.
+/// Torques, initial state and reference are aligned as in DIDIM. The gains of the simulated
+/// controller are fixed, because the sensitivities belong to one controller.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -45,14 +45,15 @@ pub(crate) fn clie(context: &Context<'_>) -> Result<Identification, Identificati
     identify(context, Method::Clie, Output::Torque)
 }
 
-/// Identifies base parameters by closed-loop output error: the parameters whose simulated closed
-/// loop has the measured positions (equations 16 and 17).
+/// Identifies base parameters by closed-loop output error. The parameters are those for which the
+/// positions of the simulated closed loop match the measured positions (equations 16 and 17).
 ///
-/// As CLIE, with the error of the joint positions in place of that of the torques. Standard
-/// deviations, whiteness and Durbin–Watson statistics are those of the positions' equation. The
-/// errors of the estimate, and its fit, are those of the torques along the simulated motion, so
-/// that methods can be compared. So are the checks of the model: as DIDIM's, on the weighted least
-/// squares solution of the torques along that motion, and in its standard deviations.
+/// The method is that of CLIE with joint positions instead of torques. Standard deviations,
+/// whiteness and Durbin–Watson statistics are those of the positions' equation. The errors and the
+/// fit of the estimate are those of the torques along the simulated motion, so that methods can be
+/// compared. The model checks also use these torques: like DIDIM's, they examine the weighted
+/// least-squares solution of the torques along the simulated motion, and use its standard
+/// deviations.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -82,7 +83,7 @@ fn identify(
         Output::Position => context.rows_of(context.experiment.position_rad(), "position")?,
     };
     let PseudoLinear { simulations, mut simulator, .. } = approach;
-    // The addition to the start is part of it: these parameters are the arm.
+    // The inertia that was added to the start parameters is part of this arm.
     let (start, before) = (
         simulator.simulated_parameters(&start),
         before.map(|before| simulator.simulated_parameters(&before)),
@@ -139,7 +140,8 @@ fn identify(
     Ok(with_sufficiency(context, output, &fit, above_noise, outcome))
 }
 
-/// Adds to the verdict that the output is above the noise or insensitive to the parameters.
+/// Adds reasons to the verdict if the output error exceeds the noise or the output is insensitive
+/// to the parameters.
 fn with_sufficiency(
     context: &Context<'_>,
     output: Output,
@@ -149,8 +151,9 @@ fn with_sufficiency(
 ) -> Identification {
     let insensitive = sufficiency::insensitivity_reason(context, output, &outcome.estimate, fit);
     let mut reasons = [above_noise, insensitive];
-    // Torques that are off make the standard deviations of CLIE large; those of CLOE are of
-    // positions, and where they do not say what the parameters are, torques are off.
+    // Torque errors enlarge the standard deviations of CLIE, so the noise is reported first. The
+    // standard deviations of CLOE are those of positions: if these do not determine the parameters,
+    // torque errors follow, so insensitivity is reported first.
     if output == Output::Position {
         reasons.reverse();
     }

@@ -1,4 +1,4 @@
-//! From parameters to the simulated rows and their sensitivities.
+//! Simulated rows and their sensitivities as functions of the parameters.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,21 +14,21 @@ use crate::regression::{Observations, RegressionError};
 use didim_dynamics::numeric::WIDTH;
 use didim_dynamics::simulation::{SimulationError, set_row};
 
-/// Relative step of a parameter for differences. Rounding makes an error of about 1e-11 over it,
-/// relative to the derivative, and curvature one of its own size.
+/// Relative step of a parameter for finite differences. The relative error of the derivative is
+/// about 1e-11 divided by the step due to rounding, and about the step itself due to curvature.
 const DIFFERENCE_STEP: f64 = 1e-6;
 
-/// Simulations for differences that run side by side.
+/// Number of simulations for differences that run in parallel.
 const PARALLEL_SIMULATIONS: usize = WIDTH;
 
 /// One simulation and its results.
 pub(super) struct Point {
     pub(super) parameters: DVector<f64>,
     pub(super) motion: Motion,
-    /// The rows of both simulated outputs.
+    /// Rows of both simulated outputs.
     pub(super) torque: DVector<f64>,
     position: DVector<f64>,
-    /// Ψ of the output whose error is minimised, once it is known.
+    /// Ψ of the minimised output; `None` until it has been computed.
     jacobian: Option<DMatrix<f64>>,
 }
 
@@ -41,7 +41,7 @@ impl Point {
     }
 }
 
-/// Measurements and the loop that is to explain them.
+/// Measurements, and the simulated loop that has to reproduce them.
 pub(super) struct Problem<'a> {
     pub(super) output: Output,
     pub(super) context: &'a Context<'a>,
@@ -49,7 +49,7 @@ pub(super) struct Problem<'a> {
     /// Measured rows of the output.
     pub(super) measured: DVector<f64>,
     pub(super) simulator: Simulator<'a>,
-    /// Closed-loop simulations, those that failed and those for differences included.
+    /// Number of closed-loop simulations, including failed ones and those for differences.
     pub(super) simulations: u32,
 }
 
@@ -57,7 +57,8 @@ impl Problem<'_> {
     /// Simulates once, with exact sensitivities if requested.
     ///
     /// # Errors
-    /// Outside, an error that no other parameters would avoid; inside, the end of the simulation.
+    /// The outer result is an error that no other parameters would avoid; the inner one is a
+    /// simulation that ended early.
     pub(super) fn simulate(
         &mut self,
         parameters: &DVector<f64>,
@@ -65,12 +66,12 @@ impl Problem<'_> {
         self.run(parameters, self.is_exact())
     }
 
-    /// True if simulations come with exact sensitivities.
+    /// Returns true if simulations include exact sensitivities.
     pub(super) fn is_exact(&self) -> bool {
         self.context.options.simulation.sensitivities == SensitivityMethod::Exact
     }
 
-    /// The same without sensitivities, which takes a fraction of the time.
+    /// Simulates once without sensitivities, which takes a fraction of the time.
     pub(super) fn simulate_output(
         &mut self,
         parameters: &DVector<f64>,
@@ -125,7 +126,7 @@ impl Problem<'_> {
     /// with Δθ = θ − θ_s).
     ///
     /// # Errors
-    /// Inside, the end of a simulation for a difference.
+    /// The inner result is the error of a simulation for a difference that ended early.
     pub(super) fn linearise(
         &mut self,
         point: &mut Point,
@@ -144,7 +145,7 @@ impl Problem<'_> {
         Observations::new(jacobian, equation, joints).map(Ok).map_err(named)
     }
 
-    /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
+    /// Returns `(y_s(θ + h) − y_s(θ)) / h`, one column per parameter.
     fn difference_sensitivities(
         &mut self,
         point: &Point,
@@ -155,13 +156,13 @@ impl Problem<'_> {
         let (samples, joints) = point.motion.position.shape();
         let output = self.output;
         let columns: Vec<usize> = (0..point.parameters.len()).collect();
-        // The chunk size keeps the memory of their signals small.
+        // The chunk size limits the memory of the simulated signals.
         for columns in columns.chunks(PARALLEL_SIMULATIONS) {
             let mut steps = [0.0; PARALLEL_SIMULATIONS];
             let mut loops = Vec::with_capacity(PARALLEL_SIMULATIONS);
             for (h, &k) in steps.iter_mut().zip(columns) {
                 let mut perturbed = point.parameters.clone();
-                // A parameter that is 0 has the size of its uncertainty.
+                // The step of a parameter with value 0 is relative to its standard deviation.
                 perturbed[k] += DIFFERENCE_STEP * point.parameters[k].abs().max(deviations[k]);
                 *h = perturbed[k] - point.parameters[k];
                 loops.push(self.simulator.closed_loops(&perturbed)?);
@@ -187,13 +188,13 @@ impl Problem<'_> {
         Ok(Ok(jacobian))
     }
 
-    /// `y − y_s`.
+    /// Returns `y − y_s`.
     pub(super) fn residuals(&self, point: &Point) -> DVector<f64> {
         &self.measured - point.simulated_signal(self.output)
     }
 
-    /// The failure of a regression: where columns do not tell parameters apart, it is the criterion
-    /// that does not see them.
+    /// Converts a regression failure. Dependent columns mean that the criterion is insensitive to
+    /// these parameters.
     pub(super) fn regression_failure(&self, error: RegressionError) -> IdentificationError {
         let signal = match self.output {
             Output::Torque => "torque",
@@ -209,7 +210,7 @@ impl Problem<'_> {
     }
 }
 
-/// Returns the name of a simulated signal in an error.
+/// Returns the name of a simulated signal for error messages.
 fn signal_name(output: Output) -> &'static str {
     match output {
         Output::Torque => "simulated torque",

@@ -1,12 +1,12 @@
-//! Sensitivities on the record's grid, and the rows that they become.
+//! Sensitivities on the record's grid, and the rows that are computed from them.
 
 use nalgebra::DMatrix;
 
 use crate::identification::problem::{Context, IdentificationError};
 
-/// The sensitivities of one output at every sample: joint after joint, parameter after parameter, a
-/// column per sample. 8 bytes per sample, joint and parameter: 46 MB for the paper's 34,500 samples
-/// of 6 joints with 28 parameters.
+/// Sensitivities of one output at every sample: joint after joint, parameter after parameter, one
+/// column per sample. They take 8 bytes per sample, joint and parameter: 46 MB for the paper's
+/// 34,500 samples of 6 joints with 28 parameters.
 pub(super) struct SensitivitySignals {
     values: DMatrix<f64>,
     width: usize,
@@ -17,14 +17,14 @@ impl SensitivitySignals {
         Self { values: DMatrix::zeros(joints * width, samples), width }
     }
 
-    /// The sensitivities of one sample, joints × parameters.
+    /// Stores the sensitivities of one sample, joints × parameters.
     pub(super) fn set(&mut self, sample: usize, values: &[f64]) {
         for (to, value) in self.values.column_mut(sample).iter_mut().zip(values) {
             *to = *value;
         }
     }
 
-    /// Ψ, filtered as the signals are.
+    /// Returns Ψ: the sensitivities, filtered and decimated like the signals.
     pub(super) fn rows(&self, context: &Context<'_>) -> Result<DMatrix<f64>, IdentificationError> {
         let Self { values, width } = self;
         let signals = values.nrows();

@@ -1,4 +1,4 @@
-//! Checks that a minimum is that of the arm's parameters, and that the criterion identifies them.
+//! Checks that a minimum belongs to the arm's parameters, and that the criterion identifies them.
 
 use nalgebra::DVector;
 
@@ -6,9 +6,10 @@ use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::judgement::{Estimate, Output, Reason};
 use crate::identification::problem::Context;
 
-/// A minimum that leaves more than the noise is not that of the arm's parameters: the torque
-/// errors, in the noise levels of the equation error, √(Σ ‖ρ_j‖²/σ_j² / (r − b)), about 1 where
-/// both models are right.
+/// Returns a reason against the result if the residual at the minimum exceeds the noise, because
+/// the minimum then does not belong to the arm's parameters. The ratio is √(Σ ‖ρ_j‖²/σ_j² / (r −
+/// b)) with the torque errors ρ_j and the noise levels σ_j of the equation error. It is about 1 if
+/// both models are correct.
 pub(super) fn above_noise_reason(
     context: &Context<'_>,
     fit: &EquationErrorFit,
@@ -24,10 +25,11 @@ pub(super) fn above_noise_reason(
     (!noise).then_some(Reason::AboveNoise { ratio })
 }
 
-/// A criterion that hardly depends on the parameters has not said what they are, although the
-/// record tells (section 4.3). Only the parameters that IDIM-LS finds significantly count. Half of
-/// them have a large relative uncertainty, and half are much less certain than by IDIM-LS on the
-/// same record.
+/// Returns a reason against the result if the criterion hardly depends on the parameters, although
+/// the record contains enough information (section 4.3). Only parameters that IDIM-LS identifies
+/// significantly are examined. The criterion is insensitive if the median of their relative
+/// standard deviations is large, and the median ratio to their standard deviations by IDIM-LS is
+/// large too.
 pub(super) fn insensitivity_reason(
     context: &Context<'_>,
     output: Output,
@@ -51,7 +53,7 @@ pub(super) fn insensitivity_reason(
     (!determined).then_some(Reason::Insensitive { output, deviation, loss, singular_value })
 }
 
-/// The upper median; none of none.
+/// Returns the upper median; `None` for an empty list.
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

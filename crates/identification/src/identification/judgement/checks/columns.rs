@@ -1,4 +1,5 @@
-//! The torques of another motion than the filtered one, filtered and decimated as the model's own.
+//! Torques along another motion than the filtered one, filtered and decimated like those of the
+//! model.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,8 +11,9 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
 
 impl FittedModel<'_> {
-    /// The rows of what the estimate predicts along the motion, less those of another.
-    /// Without the glitches of the positions, which are no motion that a filter could distort.
+    /// Returns the rows of the torques that the estimate predicts along the motion, minus those
+    /// along the `other` positions. Within `reach` samples of a glitch the difference is 0, because
+    /// a glitch is no motion that a filter could distort.
     pub(super) fn torque_difference(
         &self,
         other: &FilteredPositions,
@@ -45,7 +47,8 @@ impl FittedModel<'_> {
         Ok(difference)
     }
 
-    /// Returns the samples around outliers where a joint differs most.
+    /// Returns the samples of outliers where the torque difference of a joint exceeds its largest
+    /// difference at all other samples.
     fn glitches(&self, other: &FilteredPositions) -> Vec<usize> {
         if self.outliers.is_empty() {
             return Vec::new();
@@ -79,7 +82,8 @@ impl FittedModel<'_> {
     }
 }
 
-/// Signals of the joints over all samples (samples × joints). `read` writes them from a sample on.
+/// Returns the signals of the joints over all samples (samples × joints). `read` writes them in
+/// groups, starting at a given sample.
 fn read_signals(
     samples: usize,
     joints: usize,

@@ -16,29 +16,30 @@ use crate::regression::{FurtherColumn, FurtherColumns, Observations};
 use crate::signal::Group;
 use didim_dynamics::numeric::{Lanes, Scalar};
 
-/// Friction laws of each direction in addition to the model's: the bends and the curvature.
+/// Number of additional friction laws of each direction: the bends and the curvature.
 const EXTRA_LAWS: usize = 4;
 
-/// Numbers of columns of the states that are kept, 16 MB.
+/// Largest number of stored values of state-dependent columns: 16 MB.
 const MAX_STORED_VALUES: usize = 1 << 21;
 
-/// C (r × m), each column in its standard deviation beforehand. Functions that jump with the speed
-/// pass the filter themselves; smooth ones are computed from the filtered motion. For long records,
-/// columns are formed when they are needed.
+/// Matrix C (r × m) of the nuisance parameters. Functions that are not smooth in the speed are
+/// filtered themselves; smooth ones are computed from the filtered motion. For long records,
+/// columns are computed when they are needed.
 pub(in super::super) struct NuisanceObservation<'a> {
     columns: &'a NuisanceColumns<'a>,
     auxiliary: &'a AuxiliaryObservation,
-    /// Columns after the filter: the additional friction laws of each direction, the sign function
-    /// of each joint, and the changes of the hysteresis state with other presliding distances.
+    /// Filtered columns: the additional friction laws of each direction, the sign function of each
+    /// joint, and the changes of the hysteresis state with other presliding distances.
     laws: DMatrix<f64>,
-    /// The motion behind the filter.
+    /// Filtered and decimated motion.
     motion: Motion,
-    /// The torques of the estimate and their rates (r).
+    /// Predicted torques of the estimate and their rates (r).
     predicted: DVector<f64>,
     torque_rates: DVector<f64>,
-    /// Columns of the states (r), by their numbers; nothing of others, and of long records.
+    /// Columns that depend on the states alone (r), by column number. `None` for other columns,
+    /// empty for long records.
     state_columns: Vec<Option<DVector<f64>>>,
-    /// Rows of the equation that are 0, as those of the columns then are.
+    /// Rows of the equation that are set to 0, also in the columns.
     zero_rows: Vec<usize>,
 }
 
@@ -63,7 +64,7 @@ impl<'a> NuisanceObservation<'a> {
         Ok(along.with_state_columns())
     }
 
-    /// With its columns of the states, where they are few.
+    /// Stores the state-dependent columns, unless there are too many values.
     fn with_state_columns(mut self) -> Self {
         let (rows, joints) = self.motion.position.shape();
         let of_states: Vec<bool> = self.columns.columns.iter().map(is_of_states).collect();
@@ -86,14 +87,14 @@ impl<'a> NuisanceObservation<'a> {
         self
     }
 
-    /// With these rows 0.
+    /// Returns the columns with these rows set to 0.
     #[must_use]
     pub(in super::super) fn with_zero_rows(mut self, rows: Vec<usize>) -> Self {
         self.zero_rows = rows;
         self
     }
 
-    /// All of it.
+    /// Returns the complete matrix.
     pub(in super::super) fn dense_columns(&self) -> DMatrix<f64> {
         let (rows, joints) = self.motion.position.shape();
         let mut dense = DMatrix::zeros(rows * joints, self.count());
@@ -124,8 +125,8 @@ impl<'a> NuisanceObservation<'a> {
         }
     }
 
-    /// Returns the recorded part of a column in the rows of a joint, with its factor; `None` if the
-    /// column follows from the states.
+    /// Returns the stored values of a column in the rows of a joint, with their factor; `None` if
+    /// the column has to be computed from the states.
     fn of_record(&self, number: usize, joint: usize) -> Option<(f64, &[f64])> {
         let rows = self.motion.position.nrows();
         let of_joint = joint * rows..(joint + 1) * rows;
@@ -157,7 +158,7 @@ impl<'a> NuisanceObservation<'a> {
         })
     }
 
-    /// Visits the states of the record, unless the columns that are computed from them are kept in
+    /// Visits the states of the record, unless the columns that depend on them are stored in
     /// `state_columns`.
     fn visit_states_unless_kept(&self, visit: impl FnMut(usize, &mut ColumnsAtStates<'_>)) {
         if self.state_columns.is_empty() {
@@ -169,7 +170,7 @@ impl<'a> NuisanceObservation<'a> {
         self.motion.position.ncols()
     }
 
-    /// Those columns that act on a joint, each with its number.
+    /// Returns the columns that act on a joint, each with its number.
     fn acting_columns(&self, joint: usize) -> impl Iterator<Item = (usize, &Column)> {
         let numbered = self.columns.columns.iter().enumerate();
         numbered.filter(move |(_, column)| self.acts_on(column, joint))
@@ -244,7 +245,7 @@ impl FurtherColumns for NuisanceObservation<'_> {
     }
 }
 
-/// Returns true if a column follows from the filtered state of the arm.
+/// Returns true if a column can be computed from the filtered state of the arm.
 fn is_of_states(column: &Column) -> bool {
     match column.effect {
         NuisanceEffect::Neighbour { by, .. } => !matches!(by, CouplingKind::Sign),
@@ -260,8 +261,8 @@ fn is_of_states(column: &Column) -> bool {
     }
 }
 
-/// Returns the columns that are not smooth over the motion, after the parallel filter: the laws of
-/// each direction, and each joint's sign function.
+/// Returns the columns that are not smooth over the motion, filtered and decimated: the laws of
+/// each direction and the sign function of each joint.
 fn law_columns(
     columns: &NuisanceColumns<'_>,
     motion: &Motion,
@@ -308,7 +309,7 @@ fn law_columns(
     rows.map_err(IdentificationError::RegressorFilter)
 }
 
-/// The motion behind the parallel filter.
+/// Returns the filtered and decimated motion.
 fn decimated_motion(
     columns: &NuisanceColumns<'_>,
     motion: &Motion,

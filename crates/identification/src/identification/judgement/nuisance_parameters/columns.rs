@@ -1,4 +1,5 @@
-//! Torques of every nuisance parameter at any state of the arm, and the solution of each.
+//! Torques of every nuisance parameter at any state of the arm, and the estimates of the
+//! parameters.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,23 +18,23 @@ use didim_dynamics::dynamics::Model;
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
 use didim_dynamics::robot::{JointIndex, JointKind};
 
-/// Share of a nuisance parameter's variance that the data have to remove before they are taken to
-/// say anything about it.
+/// Smallest share of a nuisance parameter's prior variance that the data have to remove before the
+/// parameter is considered identifiable.
 const MIN_IDENTIFIABLE: f64 = 0.1;
 
-/// Nuisance parameters of a fitted model, each column in its prior standard deviations.
+/// Nuisance parameters of a fitted model. Each column is scaled by its prior standard deviation.
 pub(in super::super) struct NuisanceColumns<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) columns: Vec<Column>,
     pub(super) directions: Vec<Direction>,
-    /// The regressor's columns that are not selected.
+    /// Columns of the regressor that are not selected.
     left_out: Vec<usize>,
     pub(super) parameters: &'a DVector<f64>,
     observed: Observed,
 }
 
 impl<'a> NuisanceColumns<'a> {
-    /// The observed columns have to fit the context.
+    /// Creates the nuisance parameters of a context. `observed` has to belong to this context.
     pub(in super::super) fn new(
         context: &'a Context<'a>,
         parameters: &'a DVector<f64>,
@@ -48,7 +49,7 @@ impl<'a> NuisanceColumns<'a> {
         Self { context, columns, directions, left_out, parameters, observed }
     }
 
-    /// With other standard deviations beforehand, where there are as many.
+    /// Replaces the prior standard deviations; returns `None` if their number differs.
     pub(in super::super) fn with_deviations(mut self, deviations: &[f64]) -> Option<Self> {
         for (column, deviation) in self.columns.iter_mut().zip(deviations) {
             column.deviation = *deviation;
@@ -56,7 +57,7 @@ impl<'a> NuisanceColumns<'a> {
         (self.columns.len() == deviations.len()).then_some(self)
     }
 
-    /// Standard deviations beforehand, each in the unit of its column's coefficient.
+    /// Returns the prior standard deviations, each in the unit of its column's coefficient.
     pub(in super::super) fn deviations(&self) -> Vec<f64> {
         self.columns.iter().map(|column| column.deviation).collect()
     }
@@ -65,15 +66,15 @@ impl<'a> NuisanceColumns<'a> {
         &self.observed
     }
 
-    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    /// Returns the root mean square of the measured torque of each joint \[N·m or N\].
     pub(in super::super) fn torque(&self) -> &[f64] {
         &self.observed.torque_nm
     }
 
-    /// At the states of a motion, whatever came before them; `left_out` has the columns of the
-    /// parameters that are left out there.
+    /// Returns the columns at the states of a motion, independent of their history. `left_out` has
+    /// the columns of the base parameters that are not selected, at the same states.
     ///
-    /// A delay acts on nothing there: it is in the record, not in the arm.
+    /// A delay contributes nothing here, because it belongs to the record and not to the arm.
     pub(in super::super) fn at_states(
         &self,
         states: &Motion,
@@ -101,8 +102,8 @@ impl<'a> NuisanceColumns<'a> {
         rows
     }
 
-    /// Calls with the first of some neighbouring states at a time, and with what is the same for
-    /// all columns there.
+    /// Calls `visit` for each group of neighbouring states, with the index of the first state and
+    /// the quantities that all columns share.
     pub(super) fn for_each_state(
         &self,
         states: &Motion,
@@ -128,7 +129,7 @@ impl<'a> NuisanceColumns<'a> {
         }
     }
 
-    /// The columns of the parameters that are left out, at the states of a motion.
+    /// Returns the columns of the base parameters that are not selected, at the states of a motion.
     pub(in super::super) fn left_out_at(
         &self,
         states: &Motion,
@@ -137,8 +138,8 @@ impl<'a> NuisanceColumns<'a> {
     }
 
     /// Returns the estimate of each nuisance parameter, the largest torques first. `squares` are
-    /// `CᵀC` of this number of rows of each joint. The colour of the residuals determines the
-    /// uncertainty of a quantity.
+    /// the products `CᵀC` of `rows` rows of each joint. The uncertainty of a quantity takes the
+    /// autocorrelation of the residuals into account.
     pub(in super::super) fn estimates(
         &self,
         squares: &[DMatrix<f64>],
@@ -171,7 +172,8 @@ impl<'a> NuisanceColumns<'a> {
             let quantity = columns().next().and_then(|(k, column)| {
                 let (scale, unit) = self.unit(&column.effect)?;
                 let size = column.deviation * scale;
-                // The data alone: the prior is taken out of mean and variance afterwards.
+                // The reported quantity uses the data alone, so the prior is removed from mean and
+                // variance.
                 let variance = solution.covariance[(width + k, width + k)];
                 let identified = 1.0 - variance;
                 (identified > MIN_IDENTIFIABLE).then(|| Quantity {
@@ -195,13 +197,13 @@ impl<'a> NuisanceColumns<'a> {
         estimates
     }
 
-    /// Returns for each column if it has a prior.
+    /// Returns for each column whether it is a configured quantity with a unit.
     pub(in super::super) fn has_prior(&self) -> Vec<bool> {
         self.columns.iter().map(|column| self.unit(&column.effect).is_some()).collect()
     }
 
-    /// The unit of a column's coefficient, where it is a quantity, and how many there are to one of
-    /// SI.
+    /// Returns the unit of a column's coefficient and the number of these units in one SI unit;
+    /// `None` if the coefficient is not a configured quantity.
     fn unit(&self, acts: &NuisanceEffect) -> Option<(f64, &'static str)> {
         let degrees = 1.0_f64.to_degrees();
         match acts {
@@ -223,18 +225,18 @@ impl<'a> NuisanceColumns<'a> {
     }
 }
 
-/// Some neighbouring states of the arm, with what the columns have in common there.
+/// Group of neighbouring states of the arm, with the quantities that all columns share there.
 pub(super) struct ColumnsAtStates<'s> {
     context: &'s Context<'s>,
     directions: &'s [Direction],
     dynamics: &'s mut InverseDynamics,
     state: States<'s>,
-    /// The torques of the estimate.
+    /// Torques of the estimate at these states.
     predicted: [Group; MAX_JOINTS],
 }
 
 impl ColumnsAtStates<'_> {
-    /// The torque of each joint that a unit of a column makes; none where that is no matter of the
+    /// Returns the torque of each joint for a unit of a column; `None` if it does not depend on the
     /// state alone.
     pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
         let (States { q, dq, ddq, .. }, model) = (self.state, &self.context.model);
@@ -272,7 +274,7 @@ impl ColumnsAtStates<'_> {
                 torque = self.step_to(model, &q);
             }
             NuisanceEffect::Geometry(model) => torque = self.step_to(model, q),
-            // Where a joint has gone on for long, whatever the way.
+            // A presliding distance has no effect on a joint that has moved far in one direction.
             NuisanceEffect::PreslidingDistance { .. }
             | NuisanceEffect::Delay(_)
             | NuisanceEffect::LeftOut(_) => return None,
@@ -298,7 +300,7 @@ impl ColumnsAtStates<'_> {
         torque
     }
 
-    /// The difference that another geometry or position makes, over the step to it.
+    /// Returns the change of the torques with another geometry or position, divided by the step.
     fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
         let mut torque = self.dynamics.torque(model, States { q, ..self.state });
         for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
@@ -308,13 +310,13 @@ impl ColumnsAtStates<'_> {
     }
 }
 
-/// tanh(u/w) less the model's own sign function.
+/// Returns tanh(u/w) minus the model's own sign function.
 #[inline(always)]
 pub(super) fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
     (u * Lanes::constant(direction.scale(bend))).tanh() - direction.sign.value(u)
 }
 
-/// |u| u over the highest speed.
+/// Returns |u| u divided by the highest speed.
 #[inline(always)]
 pub(super) fn curvature(direction: &Direction, u: Group) -> Group {
     u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest_speed)

@@ -12,72 +12,74 @@ use didim_dynamics::robot::{
     Angle, Joint, JointIndex, JointKind, MotorIndex, ParameterKind, Robot, SignModel,
 };
 
-/// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
+/// Speeds at which the additional friction laws bend, as shares of the highest speed of the record.
 const BEND_SPEEDS: [f64; 3] = [0.003, 0.02, 0.1];
 
-/// A friction law may differ by this share of Coulomb friction at each bend.
+/// Prior deviation of friction at each bend, as a share of Coulomb friction.
 const BEND_SHARE: f64 = 0.5;
 
-/// Ways over which friction that lags may turn, as shares of the stated one.
+/// Alternative presliding distances of friction hysteresis, as multiples of the configured one.
 pub(super) const PRESLIDING_FACTORS: [f64; 2] = [0.5, 2.0];
 
-/// Viscous friction at the highest speed may be larger or smaller by this share.
+/// Prior relative deviation of viscous friction at the highest speed.
 const CURVATURE_SHARE: f64 = 0.2;
 
-/// A neighbour may act on a joint with this share of what the joint's own motion does.
+/// Prior size of a neighbour's effect on a joint, as a share of the effect of the joint's own
+/// motion.
 const COUPLING_SHARE: f64 = 0.5;
 
-/// A joint without Coulomb friction in its model may have this share of its torque.
+/// Prior Coulomb friction of a joint whose model has none, as a share of the joint's torque.
 const UNMODELLED_FRICTION: f64 = 0.1;
 
-/// Each parameter that is left out may be worth this share of a joint's torque.
+/// Prior size of each unselected parameter, as a share of a joint's torque.
 const LEFT_OUT_SHARE: f64 = 0.02;
 
-/// Columns with a smaller share of the largest one are ignored.
+/// Smallest share of an unselected parameter that is not ignored, relative to the largest share.
 const MIN_SPEED_SHARE: f64 = 1e-6;
 
-/// Highest speeds within this factor have friction of the same shapes.
+/// Largest ratio of two highest speeds that have friction laws of the same shape.
 const SPEED_RATIO_TOLERANCE: f64 = 1.5;
 
-/// Step of the differences over geometry \[rad and m\]: their error is of this order, relative.
+/// Step of the finite differences over geometry \[rad and m\]. Their relative error is of the same
+/// order.
 pub(super) const GEOMETRY_STEP: f64 = 1e-6;
 
-/// One column: a torque over the motion.
+/// One column: the torque of a nuisance parameter over the motion.
 pub(super) struct Column {
     pub(super) nuisance: NuisanceParameter,
-    /// Its standard deviation beforehand, in the unit of the column's coefficient.
+    /// Prior standard deviation, in the unit of the column's coefficient.
     pub(super) deviation: f64,
     pub(super) effect: NuisanceEffect,
 }
 
 /// Origin of a column's torque. Joints are counted from 0.
 pub(super) enum NuisanceEffect {
-    /// tanh(u/w) less the model's own sign function, with u the speed along a direction.
+    /// tanh(u/w) minus the model's own sign function, with u the speed along a direction.
     Bend { direction: usize, bend: usize },
-    /// |u| u over the highest speed.
+    /// |u| u divided by the highest speed.
     Curvature { direction: usize },
-    /// Change of a joint's hysteresis state z with another presliding distance than the stated one.
-    /// `number` counts the pairs of a joint with hysteresis and one of [`PRESLIDING_FACTORS`],
+    /// Change of a joint's hysteresis state z with another presliding distance than the configured
+    /// one. `number` counts the pairs of a joint with hysteresis and one of [`PRESLIDING_FACTORS`],
     /// joint by joint.
     PreslidingDistance { joint: usize, number: usize },
-    /// On `row`, as a neighbour moves.
+    /// Torque on joint `row` due to the motion of joint `of`.
     Neighbour { row: usize, of: usize, by: CouplingKind },
     /// The predicted torque of one joint, or of all.
     Gain(Option<usize>),
-    /// The rate of a joint's predicted torque.
+    /// Time derivative of a joint's predicted torque.
     Delay(usize),
-    /// Change of the predicted torques by a step of a joint's position.
+    /// Change of the predicted torques with a joint's position, divided by the step.
     Zero(usize),
-    /// Change of the predicted torques by another geometry, divided by its step.
+    /// Change of the predicted torques with another geometry, divided by the step.
     Geometry(Box<Model>),
-    /// The known torque on a joint, or that times the position within the joint's limits, from −1
-    /// to 1.
+    /// Known torque on a joint. With `over_range` it is multiplied by the joint's position, scaled
+    /// from −1 to 1 over the joint's limits.
     KnownTorque { joint: usize, over_range: bool },
-    /// The column of a base parameter that is not selected, by its number among these.
+    /// Column of an unselected base parameter, by its number among the unselected ones.
     LeftOut(usize),
 }
 
-/// The acting quantity of a neighbour's motion.
+/// Quantity of a neighbour's motion that acts on a joint.
 #[derive(Clone, Copy)]
 pub(super) enum CouplingKind {
     Speed,
@@ -85,13 +87,14 @@ pub(super) enum CouplingKind {
     Acceleration,
 }
 
-/// A joint's or a coupled motor's own motion.
+/// Direction of a joint's own motion or of a coupled motor's motion.
 pub(super) struct Direction {
-    /// Share of each joint's speed in it, and share of its friction that acts on each joint.
+    /// Share of each joint's speed in the speed along the direction; also the share of the
+    /// direction's friction that acts on each joint.
     pub(super) joint_shares: Vec<f64>,
-    /// The highest speed along the motion.
+    /// Highest speed along the direction during the motion.
     pub(super) highest_speed: f64,
-    /// The model's own law for the sign.
+    /// Sign function of the model.
     pub(super) sign: SignModel,
     nuisance: NuisanceParameter,
     coulomb: f64,
@@ -99,21 +102,20 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// Inverse of the width w of a bend.
+    /// Returns the inverse of the width w of a bend.
     pub(super) fn scale(&self, bend: usize) -> f64 {
         1.0 / (BEND_SPEEDS[bend] * self.highest_speed)
     }
 }
 
-/// Properties of a record that decide which nuisance parameters there are and how large they may
-/// be.
+/// Properties of a record that determine the list of nuisance parameters and their prior sizes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in super::super) struct Observed {
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) torque_nm: Vec<f64>,
-    /// The highest speed along each direction \[rad/s or m/s\].
+    /// Highest speed along each direction \[rad/s or m/s\].
     highest_speed: Vec<f64>,
-    /// The largest share of a joint's torque that a unit of each parameter makes that is left out.
+    /// Largest share of a joint's torque that a unit of each unselected parameter contributes.
     left_out_shares: Vec<f64>,
 }
 
@@ -147,7 +149,7 @@ impl Observed {
         Self { torque_nm, highest_speed, left_out_shares }
     }
 
-    /// True if the nuisance parameters of another record are the same: the shapes of friction
+    /// Returns true if another record has the same nuisance parameters. The shapes of friction
     /// depend on the highest speeds.
     pub(in super::super) fn is_like(&self, other: &Self) -> bool {
         let alike =
@@ -161,12 +163,13 @@ impl Observed {
             && acts(self) == acts(other)
     }
 
-    /// One that does nothing along this motion may be anything: nobody could say how large.
+    /// Returns the smallest share of an unselected parameter that is considered. The size of a
+    /// parameter without effect along this motion would be unlimited.
     fn least_share(&self) -> f64 {
         MIN_SPEED_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Returns true if it belongs to this robot and these parameters.
+    /// Returns true if the record belongs to this robot and these parameters.
     pub(in super::super) fn belongs_to(&self, context: &Context<'_>) -> bool {
         let (robot, base) = (context.robot, context.base.columns().len());
         self.torque_nm.len() == robot.joints()
@@ -175,7 +178,8 @@ impl Observed {
     }
 }
 
-/// Size of each joint's own effects, from the estimate or, if there is none, from nominal sizes.
+/// Prior sizes of each joint's own effects, from the estimate or, if there is none, from nominal
+/// values.
 pub(super) struct PriorSizes<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) parameters: &'a DVector<f64>,
@@ -189,7 +193,7 @@ impl PriorSizes<'_> {
         Some(self.parameters[index].abs())
     }
 
-    /// Returns the Coulomb friction of a joint as it begins to move \[N·m or N\].
+    /// Returns the Coulomb friction of a joint at the start of motion \[N·m or N\].
     fn coulomb_friction(&self, joint: usize) -> f64 {
         let coulomb = self.parameter_value(ParameterKind::Fc, joint);
         let coulomb = coulomb.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
@@ -200,8 +204,8 @@ impl PriorSizes<'_> {
         coulomb + by_load + others.into_iter().flatten().sum::<f64>()
     }
 
-    /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]:
-    /// however it is shared out among the laws that the joint has.
+    /// Returns the viscous friction of a joint at its highest speed, divided by that speed
+    /// \[N·m·s/rad or N·s/m\]. It is the sum over all viscous friction laws of the joint.
     fn viscous_friction(&self, joint: usize) -> f64 {
         use ParameterKind::{Fv, FvAsymmetric, FvCubic, FvQuadratic};
 
@@ -213,7 +217,7 @@ impl PriorSizes<'_> {
         viscous.sum()
     }
 
-    /// Those along which the arm moves.
+    /// Returns the directions along which the arm moves.
     pub(super) fn motion_directions(&self) -> Vec<Direction> {
         let speeds = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
         let moving = speeds.filter(|(_, highest)| **highest > 0.0);
@@ -248,7 +252,7 @@ impl PriorSizes<'_> {
             .collect()
     }
 
-    /// Every column.
+    /// Returns all columns.
     pub(super) fn columns(&self, directions: &[Direction]) -> Vec<Column> {
         let context = self.context;
         let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
@@ -312,7 +316,7 @@ impl PriorSizes<'_> {
             add(NuisanceParameter::Twist(index), tolerances.twist_deg.to_radians(), twist);
             let distance = geometry(Joint { d_m: link.d_m + GEOMETRY_STEP, ..link });
             add(NuisanceParameter::Distance(index), tolerances.length_m, distance);
-            // That of a prismatic joint is its zero.
+            // The offset along a prismatic joint is the zero position of the joint.
             if turns {
                 let offset = geometry(Joint { r_m: link.r_m + GEOMETRY_STEP, ..link });
                 add(NuisanceParameter::Offset(index), tolerances.length_m, offset);
@@ -336,15 +340,15 @@ fn rotate_angle(angle: Angle, by: f64) -> Angle {
     Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
 }
 
-/// The moving part along a direction, counted from 0.
+/// Moving part whose speed defines a direction, counted from 0.
 #[derive(Clone, Copy)]
 enum MovingPart {
     Joint(usize),
     Motor(usize),
 }
 
-/// Directions along which friction may act: of every joint, and of every motor that is geared to
-/// several; with how much each joint's speed adds to it.
+/// Returns the directions along which friction may act: every joint, and every motor that is geared
+/// to several joints. Each has the share of each joint's speed.
 fn speed_shares(robot: &Robot) -> impl Iterator<Item = (MovingPart, Vec<f64>)> + '_ {
     let (joints, transmission) = (robot.joints(), robot.transmission());
     let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
@@ -358,7 +362,7 @@ fn speed_shares(robot: &Robot) -> impl Iterator<Item = (MovingPart, Vec<f64>)> +
         .chain(coupled.map(of_motor))
 }
 
-/// The highest speed along a direction.
+/// Returns the highest speed along a direction.
 fn highest_speed(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
     let speed = |k: usize| -> f64 {
         let joints = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);

@@ -17,34 +17,34 @@ pub(super) use list::Observed;
 /// Assumption of the model that may be wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NuisanceParameter {
-    /// The shape of friction over speed at a joint.
+    /// Shape of a joint's friction over speed.
     JointFriction(JointIndex),
-    /// The same at a motor that is geared to several joints.
+    /// Shape of friction over speed of a motor that is geared to several joints.
     MotorFriction(MotorIndex),
-    /// Friction and inertia that act on a joint as its neighbour moves.
+    /// Friction and inertia torques on a joint due to the motion of a neighbouring joint.
     Coupling {
-        /// The joint on which they act.
+        /// Joint on which the torques act.
         joint: JointIndex,
-        /// The joint that moves.
+        /// Neighbouring joint that moves.
         neighbour: JointIndex,
     },
-    /// The torque gain of one joint.
+    /// Torque gain of one joint.
     TorqueGain(JointIndex),
-    /// A torque gain common to all joints.
+    /// Torque gain common to all joints.
     CommonGain,
-    /// When the torque of a joint acts.
+    /// Delay of a joint's torque.
     TorqueDelay(JointIndex),
-    /// The zero of a joint's position.
+    /// Zero error of a joint's position.
     Zero(JointIndex),
-    /// The angle between the axes of a joint and the one before.
+    /// Angle between the axes of a joint and the previous joint.
     Twist(JointIndex),
-    /// The distance between these axes, along their common normal.
+    /// Distance between these axes, along their common normal.
     Distance(JointIndex),
-    /// The offset of a joint's link along its axis.
+    /// Offset of a joint's link along its axis.
     Offset(JointIndex),
-    /// The known torque on a joint: its size, and how it grows over the joint's range.
+    /// Known torque on a joint: its size, and its slope over the joint's range.
     KnownTorque(JointIndex),
-    /// The base parameters that are not identified.
+    /// Base parameters that are not identified.
     LeftOutParameters,
 }
 
@@ -81,26 +81,27 @@ pub struct NuisanceEstimate {
     /// The nuisance parameter.
     #[serde(rename = "freedom")]
     pub nuisance: NuisanceParameter,
-    /// Root mean square of the torque that it causes along the motion, at the joint where that is
-    /// largest relative to the joint's own \[N·m or N\].
+    /// Root mean square of the torque that it causes along the motion \[N·m or N\], at the joint
+    /// with the largest relative torque.
     pub torque_nm: f64,
-    /// That joint.
+    /// Joint with the largest relative torque.
     pub joint: JointIndex,
-    /// The same torque relative to the joint's own.
+    /// The same torque, relative to the torque of that joint.
     pub relative_torque: f64,
-    /// The quantity itself, if the nuisance parameter is one and the data identify it.
+    /// Deviation of the configured quantity, if the nuisance parameter has one and the data
+    /// identify it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<Quantity>,
 }
 
 impl NuisanceEstimate {
-    /// Returns the factor by which the configured value has to be multiplied, with its standard
-    /// deviation, if the data give one.
+    /// Returns the factor by which the configured value has to be multiplied, and its standard
+    /// deviation. Returns `None` if the quantity has another unit or is not identified.
     pub fn correction_factor(&self) -> Option<[f64; 2]> {
         let Quantity { value, standard_deviation, unit, .. } = self.quantity?;
         (unit == "1").then(|| match self.nuisance {
             NuisanceParameter::KnownTorque(_) => [1.0 + value, standard_deviation],
-            // Torques that read too large by this share have a gain that is configured too large.
+            // If torques read too large by this share, the configured gain is too large.
             _ => {
                 let factor = 1.0 / (1.0 + value);
                 [factor, standard_deviation * factor * factor]
@@ -112,13 +113,13 @@ impl NuisanceEstimate {
 /// Deviation of a quantity from its configured value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quantity {
-    /// The deviation as the data alone give it, without the prior of this quantity.
+    /// Deviation according to the data alone, without the prior of this quantity.
     pub value: f64,
     /// Its standard deviation.
     pub standard_deviation: f64,
-    /// The configured standard deviation, its tolerance.
+    /// Tolerance of the configured value, one standard deviation.
     #[serde(rename = "stated")]
     pub configured: f64,
-    /// `deg`, `m`, `s`, or `1` for a share.
+    /// Unit: `deg`, `m`, `s`, or `1` for a share.
     pub unit: &'static str,
 }
