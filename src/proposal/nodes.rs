@@ -132,8 +132,8 @@ fn propose_objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
     }
 }
 
-/// Checks that every file has the object in a PDO that is sent with every SYNC. Otherwise returns
-/// the first problem.
+/// Checks that every device file maps the object in a PDO that is transmitted at every SYNC: by the
+/// drive if `is_sent` is true, else to the drive. Otherwise returns the first problem.
 fn check_usable(
     files: &[(PathBuf, DeviceContents)],
     object: &str,

@@ -32,7 +32,8 @@ pub struct Measurement {
     pub side: Side,
     /// The signals: one vector per axis, all of one length.
     pub signals: Signals,
-    /// True if the stamps were not compared with the rate, because the bus layout counts frames.
+    /// True if no times were compared with the rate: the bus layout counts frames, or a bag is read
+    /// by its rows.
     pub rate_unchecked: bool,
 }
 

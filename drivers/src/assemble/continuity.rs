@@ -15,8 +15,9 @@ type Positions = [f64; MAX_JOINTS];
 /// Positions with which the next ones are compared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Continuity {
-    /// Latest accepted positions, and the number of accepted positions in a row, up to
-    /// [`AssemblyLimits::confirming_positions`](super::AssemblyLimits).
+    /// Latest accepted positions, and the number of positions accepted so far, up to
+    /// [`AssemblyLimits::confirming_positions`](super::AssemblyLimits). Refused positions in
+    /// between do not reset it.
     accepted: Option<(Positions, u32)>,
     /// Latest refused positions, and the number of refused positions in a row that agree.
     rejected: Option<(Positions, u32)>,

@@ -66,9 +66,11 @@ struct LinkBody {
     divergence: f64,
 }
 
+/// Shift of one base parameter from the result to the consistent model.
 #[derive(Debug, Serialize)]
 struct Shift<'a> {
     name: &'a str,
+    /// Size of the shift, in standard deviations of the parameter \[σ\].
     standard_deviations: f64,
 }
 

@@ -36,8 +36,8 @@ pub(super) struct DailyMeans {
 }
 
 impl DailyMeans {
-    /// Creates the means from the results of one line. Days are counted from its time, and the
-    /// trends are those of its parameters.
+    /// Creates the means from a first result. Days are counted from its time, and the trends are
+    /// those of its parameters.
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
         let parameters = first.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let mut days =

@@ -29,8 +29,8 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 /// ring's size.
 const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
-/// Maximum time until the file system frees the space of a removed file.
-const SPACE_CHECK_INTERVAL: Duration = Duration::from_secs(1);
+/// Time to wait for the file system to free the space of a removed file.
+const SPACE_RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
 const CHUNK_RESERVE: u64 = 4096;
 
@@ -180,7 +180,7 @@ impl RingWriter {
         self.current_segment = None;
         self.ring = None;
         if waits {
-            self.retry = Some(self.step_time + SPACE_CHECK_INTERVAL);
+            self.retry = Some(self.step_time + SPACE_RELEASE_TIMEOUT);
         }
         if disk_space || waits {
             return;
@@ -238,7 +238,7 @@ impl RingWriter {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.removed_segments.is_some_and(|at| self.time_since(at) < SPACE_CHECK_INTERVAL)
+        self.removed_segments.is_some_and(|at| self.time_since(at) < SPACE_RELEASE_TIMEOUT)
     }
 
     /// Removes the oldest file. Returns false if there is no file.

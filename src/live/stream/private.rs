@@ -97,8 +97,8 @@ fn has_name(file: &File, path: &Path) -> bool {
     matches!((opened, named), (Ok(opened), Ok(named)) if opened == named)
 }
 
-/// Removes the files of killed runs of the same user. Files that cannot be removed are tried again
-/// at the next call.
+/// Removes the files of killed runs of the same user. Errors are ignored. Only a run whose lock
+/// file still exists is tried again at the next call.
 fn remove_dead() {
     for name in names() {
         let Some(prefix) = name.strip_suffix(LOCK_SUFFIX) else { continue };

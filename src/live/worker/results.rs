@@ -24,6 +24,7 @@ pub(super) struct Results {
     baseline: BaselineWatch,
     /// Reason why the existing baseline cannot be read. `None` if it was read or does not exist.
     baseline_error: Option<String>,
+    /// Baseline, and the evaluation of the results after it. `None` without a baseline.
     tracker: Option<Tracker>,
 }
 

@@ -30,12 +30,16 @@ impl Model {
     }
 
     /// Computes the motions of the first `links` links from their poses. It is the outward
-    /// recursion of Luh, Walker and Paul in Khalil's form (Khalil and Dombre, ch. 9.5). With A the
-    /// rotation to the link's frame, p the origin's position, ω, ω̇ and a those of the previous
-    /// link:
+    /// recursion of Luh, Walker and Paul in Khalil's form (Khalil and Dombre, ch. 9.5). A is the
+    /// rotation from the previous link's frame to the link's frame, p is the position of the link's
+    /// origin in the previous frame, and ω, ω̇ and a are the angular velocity, the angular
+    /// acceleration and the acceleration of the previous link:
     ///
-    /// revolute ω_j = A ω + q̇ z, ω̇_j = A ω̇ + q̈ z + A ω × q̇ z, a_j = A (a + ω̇ × p + ω × (ω ×
-    /// p)) prismatic ω_j = A ω, ω̇_j = A ω̇, a_j = A (…) + q̈ z + 2 A ω × q̇ z
+    /// ```text
+    /// revolute:  ω_j = A ω + q̇ z,  ω̇_j = A ω̇ + q̈ z + A ω × q̇ z,
+    ///            a_j = A (a + ω̇ × p + ω × (ω × p))
+    /// prismatic: ω_j = A ω,  ω̇_j = A ω̇,  a_j = A (…) + q̈ z + 2 A ω × q̇ z
+    /// ```
     #[inline(always)]
     pub(super) fn compute_motions<T: Scalar>(
         &self,

@@ -12,15 +12,15 @@ pub(super) struct CommandHold<C> {
     /// Commands, newest first: one more than the full periods of the delay, and one for the
     /// remainder.
     commands: Vec<C>,
-    rest_s: f64,
+    remainder_s: f64,
     is_started: bool,
 }
 
 impl<C: Clone> CommandHold<C> {
     /// Creates a hold; `none` is a placeholder command with the size of all later ones.
     pub(super) fn new(delay_s: f64, period_s: f64, none: C) -> Self {
-        let (periods, rest_s) = split_delay(delay_s, period_s);
-        Self { commands: vec![none; periods + 2], rest_s, is_started: false }
+        let (periods, remainder_s) = split_delay(delay_s, period_s);
+        Self { commands: vec![none; periods + 2], remainder_s, is_started: false }
     }
 
     /// Adds the command of a new sample.
@@ -40,24 +40,24 @@ impl<C: Clone> CommandHold<C> {
     }
 
     /// Returns how long after the newest sample the previous command still acts \[s\].
-    pub(super) fn rest_s(&self) -> f64 {
-        self.rest_s
+    pub(super) fn remainder_s(&self) -> f64 {
+        self.remainder_s
     }
 
     /// Returns the command that acts during the remainder.
-    pub(super) fn before_rest(&self) -> &C {
+    pub(super) fn during_remainder(&self) -> &C {
         &self.commands[self.commands.len() - 1]
     }
 
     /// Returns the command that acts after the remainder, to the end of the period.
-    pub(super) fn after_rest(&self) -> &C {
+    pub(super) fn after_remainder(&self) -> &C {
         // There are at least two commands.
         &self.commands[self.commands.len() - 2]
     }
 
     /// Returns the command that acts just after the newest sample.
     pub(super) fn at_sample(&self) -> &C {
-        if self.rest_s > 0.0 { self.before_rest() } else { self.after_rest() }
+        if self.remainder_s > 0.0 { self.during_remainder() } else { self.after_remainder() }
     }
 
     pub(super) fn clear(&mut self) {
@@ -75,7 +75,7 @@ mod tests {
         (1..=4)
             .map(|k| {
                 hold.push(&[f64::from(k)]);
-                (hold.at_sample()[0], hold.after_rest()[0])
+                (hold.at_sample()[0], hold.after_remainder()[0])
             })
             .collect()
     }
@@ -86,12 +86,12 @@ mod tests {
         assert_eq!(commands_over_time(0.5), [(1.0, 1.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
         assert_eq!(commands_over_time(0.125), [(1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]);
         assert_eq!(commands_over_time(0.625), [(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
-        assert_eq!(CommandHold::new(0.625, 0.5, ()).rest_s(), 0.125);
+        assert_eq!(CommandHold::new(0.625, 0.5, ()).remainder_s(), 0.125);
     }
 
     #[test]
     fn a_whole_number_of_periods_leaves_no_rest() {
         let hold = CommandHold::new(3.0 * 2e-4, 2e-4, ());
-        assert_eq!((hold.rest_s(), hold.commands.len()), (0.0, 5));
+        assert_eq!((hold.remainder_s(), hold.commands.len()), (0.0, 5));
     }
 }

@@ -70,7 +70,7 @@ impl<R: Reference> Lockstep<R> {
         }
     }
 
-    /// Simulates the next sample of every loop, as [`ClosedLoop::step`].
+    /// Simulates the next sample of every loop, like [`ClosedLoop::step`].
     ///
     /// # Errors
     /// The first one that a loop meets. The simulation has ended then.
@@ -114,12 +114,12 @@ impl<R: Reference> Lockstep<R> {
         let length_s = first.period_s() - rest_s;
         if rest_s > 0.0 {
             for one in &mut self.loops {
-                one.apply_command(CommandHold::before_rest, CommandHold::before_rest);
+                one.apply_command(CommandHold::during_remainder, CommandHold::during_remainder);
             }
             self.integrate(start_s, rest_s, true)?;
         }
         for one in &mut self.loops {
-            one.apply_command(CommandHold::after_rest, CommandHold::after_rest);
+            one.apply_command(CommandHold::after_remainder, CommandHold::after_remainder);
         }
         self.integrate(start_s + rest_s, length_s, rest_s <= 0.0)
     }

@@ -68,16 +68,16 @@ impl<R: Reference> ClosedLoop<R> {
     fn advance(&mut self) -> Result<(), SimulationError> {
         let (start_s, rest_s) = (self.output.time_s, self.rest_s());
         if rest_s > 0.0 {
-            self.apply_command(CommandHold::before_rest, CommandHold::before_rest);
+            self.apply_command(CommandHold::during_remainder, CommandHold::during_remainder);
             self.integrate(start_s, rest_s, true)?;
         }
-        self.apply_command(CommandHold::after_rest, CommandHold::after_rest);
+        self.apply_command(CommandHold::after_remainder, CommandHold::after_remainder);
         self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)
     }
 
     /// Returns how long after a sample the previous command still acts \[s\].
     pub(super) fn rest_s(&self) -> f64 {
-        self.sampled_control.as_ref().map_or(0.0, |(_, hold)| hold.rest_s())
+        self.sampled_control.as_ref().map_or(0.0, |(_, hold)| hold.remainder_s())
     }
 
     /// Applies a command and its derivatives.

@@ -217,7 +217,7 @@ pub struct Table {
     side: Side,
     axes: usize,
     first_row: RowPlace,
-    /// Time of each row after the first \[s\], if the table has times.
+    /// Time of each row since the first row \[s\], if the table has times.
     pub time: Option<Vec<f64>>,
     /// Value of the last digit of the finest time \[s\].
     resolution_s: f64,

@@ -106,8 +106,8 @@ impl Body {
         Self::from_second_moments(mass_kg, &second, middle)
     }
 
-    /// Creates a homogeneous cylinder about the line between two points. It is `length` long and
-    /// centred between them.
+    /// Creates a homogeneous cylinder of this length about an axis (a unit vector), centred at
+    /// `middle`.
     pub(super) fn cylinder(
         mass_kg: f64,
         radius: f64,

@@ -30,7 +30,7 @@ const MAX_STEPS: usize = 400;
 pub(super) struct Minimum {
     pub(super) point: Point,
     pub(super) local_problem: LocalProblem,
-    /// Factor R with Rᵀ R = 2 H, where H is half of F's second derivative in the local coordinates.
+    /// Factor R with Rᵀ R equal to F's second derivative in the local coordinates.
     pub(super) hessian_root: DMatrix<f64>,
     /// Number of Newton steps.
     pub(super) steps: usize,

@@ -268,8 +268,9 @@ impl<T: FnMut()> Search<'_, T> {
     }
 
     /// Returns true if a trial is at least as good as another: its held-out error is no larger, it
-    /// is usable for the required uses if the other is, and its uncertainty outside the recorded
-    /// motion is not above that of the robot file's laws.
+    /// is usable for the required uses if the other is, its uncertainty outside the recorded motion
+    /// is not above that of the robot file's laws, and no friction parameter is implausible at a
+    /// joint where that of the other is plausible.
     fn is_no_worse(&self, one: &Trial, other: &Trial) -> bool {
         one.score.held_out <= other.score.held_out
             && one.score.extrapolation <= self.most_extrapolation

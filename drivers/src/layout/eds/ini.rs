@@ -1,7 +1,7 @@
 //! Lines of a device file: sections, and entries `key=value` (CiA 306-1).
 //!
-//! Names are compared without regard to case. The sections of dictionary objects are read, and a
-//! few others that are requested by name.
+//! Names are compared without regard to case. All sections are read; `dictionary` takes from them
+//! what it needs.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -90,7 +90,8 @@ impl TapSource {
         name
     }
 
-    /// Reads packets from the kernel; returns false if there are none.
+    /// Reads packets from the kernel. Returns false if there are none or reading failed, and true
+    /// if the caller should look again.
     fn read_packets(&mut self) -> bool {
         self.reopen_when_due();
         let Some(opened) = &self.opened else { return false };

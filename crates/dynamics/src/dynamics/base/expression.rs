@@ -6,8 +6,8 @@ const DIGITS: usize = 6;
 
 /// Returns the sum of `coefficient · name` as text: `zz1 + ia1 + 0.07 mz3 + 0.05185 (m3+m4)`.
 ///
-/// Names with equal coefficients are grouped at the position of the first of them. Coefficients of
-/// ±1 are omitted.
+/// Names with equal coefficients other than ±1 are grouped at the position of the first of them.
+/// The number 1 of a coefficient ±1 is omitted.
 pub fn format_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a str)>) -> String {
     let mut groups: Vec<(f64, Vec<&str>)> = Vec::new();
     for (coefficient, name) in terms {

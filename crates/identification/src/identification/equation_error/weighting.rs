@@ -71,10 +71,10 @@ impl Weighting {
 /// Returns the equation and its solution with zeros in the downweighted rows, and with the same
 /// parameters.
 ///
-/// An encoder glitch makes rows of X that are large but contain no information. With these rows the
-/// covariance would be too small, and the columns that the checks add to the model would have to be
-/// 0 there. The remaining residuals are projected so that they stay orthogonal to X.
-/// to X.
+/// An encoder glitch makes rows of X that are large but contain no information. If these rows were
+/// kept, the covariance would be too small. The checks also add columns to the model, and would
+/// have to set them to 0 in these rows. The remaining residuals are projected so that they stay
+/// orthogonal to X.
 fn without_downweighted(
     pseudo: &Observations,
     solution: &Solution,

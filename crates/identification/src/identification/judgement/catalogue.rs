@@ -3,8 +3,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::finding::Severity;
 use crate::identification::problem::Use;
+
+/// Consequence of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// The result is not usable for the uses that the finding names.
+    Blocking,
+    /// The finding is for information only; it does not block any use.
+    Advisory,
+}
 
 macro_rules! finding_codes {
     ($($(#[$doc:meta])* $code:ident = $name:literal),* $(,)?) => {
@@ -623,15 +632,15 @@ pub const CATALOGUE: &[CatalogueRow] = &[
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
     #[test]
     fn every_code_has_its_row_and_no_row_is_there_twice() {
-        let rows: BTreeSet<String> =
-            CATALOGUE.iter().map(|row| format!("{} {:?}", row.code.name(), row.severity)).collect();
-        assert_eq!(rows.len(), CATALOGUE.len());
+        for (index, row) in CATALOGUE.iter().enumerate() {
+            let is_same =
+                |other: &CatalogueRow| other.code == row.code && other.severity == row.severity;
+            assert!(!CATALOGUE[..index].iter().any(is_same), "{}", row.code.name());
+        }
         for code in FindingCode::ALL {
             assert!(CATALOGUE.iter().any(|row| row.code == *code), "{}", code.name());
         }

@@ -3,22 +3,11 @@
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 use serde::{Deserialize, Serialize};
 
-use super::catalogue::FindingCode;
+use super::catalogue::{FindingCode, Severity};
 use super::clipped_signal::ClippedSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::reasons::{Note, Reason};
-use super::uses::Uses;
 use crate::identification::problem::Use;
-
-/// Consequence of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Severity {
-    /// The result is not usable for the uses that the finding names.
-    Blocking,
-    /// The finding is for information only; it does not block any use.
-    Advisory,
-}
 
 /// The object of a finding. Joints, motors and links count from 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,10 +86,13 @@ impl Facts {
 impl Finding {
     /// Returns the findings of a verdict: each reason once, with the uses that it blocks, then the
     /// notes.
-    pub(super) fn list(uses: &Uses, notes: &[Note]) -> Vec<Self> {
+    pub(super) fn list<'a>(
+        reasons_of_uses: impl IntoIterator<Item = (Use, &'a [Reason])>,
+        notes: &[Note],
+    ) -> Vec<Self> {
         let mut reasons: Vec<(&Reason, Vec<Use>)> = Vec::new();
-        for usage in Use::ALL {
-            for reason in &uses.get(usage).reasons {
+        for (usage, reasons_of_use) in reasons_of_uses {
+            for reason in reasons_of_use {
                 match reasons.iter_mut().find(|(listed, _)| *listed == reason) {
                     Some((_, blocked)) => blocked.push(usage),
                     None => reasons.push((reason, vec![usage])),

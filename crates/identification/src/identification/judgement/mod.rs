@@ -35,7 +35,7 @@ mod verdict;
 mod workspace;
 
 pub use bias::PositionBias;
-pub use catalogue::{CATALOGUE, CatalogueRow, FindingCode};
+pub use catalogue::{CATALOGUE, CatalogueRow, FindingCode, Severity};
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
@@ -45,7 +45,7 @@ pub use estimate::{
     ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
 };
 pub use extrapolation::Extrapolation;
-pub use finding::{Finding, Severity, Subject};
+pub use finding::{Finding, Subject};
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use frozen_signal::FrozenSignal;
 pub use held_out::HeldOut;

@@ -103,7 +103,8 @@ impl Verdict {
 
     /// Returns every finding as data: the reasons against any use, and the notes.
     pub fn findings(&self) -> Vec<Finding> {
-        Finding::list(&self.uses, &self.notes)
+        let reasons = Use::ALL.map(|usage| (usage, self.uses.get(usage).reasons.as_slice()));
+        Finding::list(reasons, &self.notes)
     }
 
     /// Returns the verdict with further reasons against every use.

@@ -167,8 +167,8 @@ impl LoadSums {
         (terms == 1).then_some(row)
     }
 
-    /// Returns the ten load parameters φ and their covariance. Parameters that are sums by
-    /// themselves have the values of these sums, all others are 0.
+    /// Returns the ten load parameters φ and their covariance. A load parameter that alone forms an
+    /// identified sum has the value of that sum. All others are 0.
     pub(super) fn load_parameters(
         &self,
         values: &DVector<f64>,

@@ -282,7 +282,8 @@ impl ColumnsAtStates<'_> {
         Some(torque)
     }
 
-    /// Returns the column of a law of a direction's speed.
+    /// Returns the torque on each joint that follows from a law of the speed along a direction
+    /// (that of a joint or of a coupled motor), at these states.
     fn law_column(
         &self,
         direction: usize,
