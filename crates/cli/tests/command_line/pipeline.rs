@@ -90,13 +90,6 @@ fn a_use_that_a_script_requires_has_its_own_exit_code() {
     assert!(outcome.stdout.contains(&format!("note: {refusal}")), "{outcome:#?}");
     outcome.says(3, &[refusal]);
     predict(&bad, &["--require", "contact-detection"]).refused(2, &["possible values: monitoring"]);
-
-    let exported = folder.path("arm.m");
-    let export = ["export", "--cell", &cell, "--result", &bad, "--to", "matlab"];
-    let mass = ["--total-mass-kg", "27", "--out"];
-    let outcome = didim(&[&export[..], &mass, &[&exported]].concat());
-    outcome.says(0, &[&format!("warning: {refusal}")]);
-    assert!(std::fs::read_to_string(exported).unwrap().contains(refusal));
 }
 
 #[test]
