@@ -57,6 +57,19 @@ fn a_real_arm_leaves_in_every_format() {
     assert!(export("c", &mass).stdout.contains("int kr300_self_test(void)"));
     assert!(export("rust", &mass).stdout.contains("pub fn self_test() -> bool"));
 
+    // A use that the cell requires and the verdict refuses.
+    let mut refused = json(&fs::read_to_string(&result).unwrap());
+    let prediction = &mut refused["verdict"]["uses"]["prediction"];
+    prediction["applicable"] = false.into();
+    prediction["reasons"] = serde_json::json!(["a reason of the test"]);
+    let file = folder.path().join("refused.json");
+    fs::write(&file, refused.to_string()).unwrap();
+    let arguments: [&dyn AsRef<OsStr>; 7] =
+        [&"export", &"--cell", &cell, &"--result", &file, &"--to", &"matlab"];
+    let done = didim(&[&arguments[..], &mass].concat());
+    let refusal = "the result is not usable for prediction: a reason of the test";
+    assert!(done.stderr.contains(refusal) && done.stdout.contains(refusal), "{done:?}");
+
     // What it costs on a motion that it was not identified from.
     let recording: [&dyn AsRef<OsStr>; 2] = [&"--input", &other];
     let done = export("json", &[&mass[..], &recording].concat());
