@@ -34,6 +34,24 @@ fn result() -> (TempDir, PathBuf, [PathBuf; 2]) {
     (folder, result, [cell, c])
 }
 
+/// A use that the cell requires and the verdict refuses: the terminal and the file say so.
+#[test]
+fn a_refused_result_says_so_where_it_is_exported() {
+    let (folder, result, [cell, _]) = result();
+    let mass: [&dyn AsRef<OsStr>; 2] = [&"--total-mass-kg", &"1000"];
+    let mut refused = json(&fs::read_to_string(&result).unwrap());
+    let prediction = &mut refused["verdict"]["uses"]["prediction"];
+    prediction["applicable"] = false.into();
+    prediction["reasons"] = serde_json::json!(["a reason of the test"]);
+    let file = folder.path().join("refused.json");
+    fs::write(&file, refused.to_string()).unwrap();
+    let arguments: [&dyn AsRef<OsStr>; 7] =
+        [&"export", &"--cell", &cell, &"--result", &file, &"--to", &"matlab"];
+    let done = didim(&[&arguments[..], &mass].concat());
+    let refusal = "the result is not usable for prediction: a reason of the test";
+    assert!(done.stderr.contains(refusal) && done.stdout.contains(refusal), "{done:?}");
+}
+
 #[test]
 fn a_real_arm_leaves_in_every_format() {
     let (folder, result, [cell, other]) = result();
@@ -56,19 +74,6 @@ fn a_real_arm_leaves_in_every_format() {
     assert!(export("matlab", &mass).stdout.starts_with("function arm = arm()"));
     assert!(export("c", &mass).stdout.contains("int kr300_self_test(void)"));
     assert!(export("rust", &mass).stdout.contains("pub fn self_test() -> bool"));
-
-    // A use that the cell requires and the verdict refuses.
-    let mut refused = json(&fs::read_to_string(&result).unwrap());
-    let prediction = &mut refused["verdict"]["uses"]["prediction"];
-    prediction["applicable"] = false.into();
-    prediction["reasons"] = serde_json::json!(["a reason of the test"]);
-    let file = folder.path().join("refused.json");
-    fs::write(&file, refused.to_string()).unwrap();
-    let arguments: [&dyn AsRef<OsStr>; 7] =
-        [&"export", &"--cell", &cell, &"--result", &file, &"--to", &"matlab"];
-    let done = didim(&[&arguments[..], &mass].concat());
-    let refusal = "the result is not usable for prediction: a reason of the test";
-    assert!(done.stderr.contains(refusal) && done.stdout.contains(refusal), "{done:?}");
 
     // What it costs on a motion that it was not identified from.
     let recording: [&dyn AsRef<OsStr>; 2] = [&"--input", &other];
