@@ -34,9 +34,3 @@ impl CheckLimits {
         extraction_delay_s: 30.0,
     };
 }
-
-impl Default for CheckLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -36,9 +36,3 @@ impl LiveLimits {
         silent_after: Duration::from_secs(1),
     };
 }
-
-impl Default for LiveLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

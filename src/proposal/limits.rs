@@ -42,9 +42,3 @@ impl ProposalLimits {
         samples_per_row: 10.0,
     };
 }
-
-impl Default for ProposalLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -21,9 +21,3 @@ impl NoteLimits {
     pub(crate) const DEFAULT: Self =
         Self { payload_kg: 0.0..=3000.0, temperature_c: -60.0..=200.0, text_length: 100 };
 }
-
-impl Default for NoteLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -61,9 +61,3 @@ impl TimeLimits {
         alternating_motion: 1e-2,
     };
 }
-
-impl Default for TimeLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

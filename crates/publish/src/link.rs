@@ -116,10 +116,10 @@ impl Link {
     ///
     /// # Errors
     /// [`LinkError::Broker`] if there is no connection.
-    pub(crate) async fn open(broker_way: &BrokerAddress) -> Result<Self, LinkError> {
-        let (client, mut events) = AsyncClient::new(broker_way.options.clone(), 1);
+    pub(crate) async fn open(broker_address: &BrokerAddress) -> Result<Self, LinkError> {
+        let (client, mut events) = AsyncClient::new(broker_address.options.clone(), 1);
         let broken =
-            |cause| LinkError::Broker { address: broker_way.address(), cause: Box::new(cause) };
+            |cause| LinkError::Broker { address: broker_address.address(), cause: Box::new(cause) };
         while !matches!(events.poll().await.map_err(broken)?, Event::Incoming(Incoming::ConnAck(_)))
         {
         }
@@ -139,7 +139,12 @@ impl Link {
                 }
             }
         });
-        Ok(Self { address: broker_way.address(), client, answers: heard, connection_task: driver })
+        Ok(Self {
+            address: broker_address.address(),
+            client,
+            answers: heard,
+            connection_task: driver,
+        })
     }
 
     /// Sends a message at least once and waits for its acknowledgement.

@@ -18,7 +18,7 @@ const RETRY_WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_s
 pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
     let topics = format!("{prefix}/{}", cabinet.name());
     let state = format!("{topics}/state");
-    let broker_way = BrokerAddress::new(&topics, broker, &state, cabinet.last_will());
+    let broker_address = BrokerAddress::new(&topics, broker, &state, cabinet.last_will());
     let mut link = None;
     let mut outage = Outage::new(cabinet.name());
     loop {
@@ -27,7 +27,7 @@ pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) ->
         let tried = match &mut link {
             _ if polled < outage.retry_at => Err(None),
             Some(link) => Ok(link),
-            None => match Link::open(&broker_way).await {
+            None => match Link::open(&broker_address).await {
                 Err(why) => Err(Some(why)),
                 Ok(new) => {
                     cabinet.handle_connection();

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     fn step(from: u64, to: u64, width: u8, periods: f64) -> Step {
-        let limits = AssemblyLimits::default();
+        let limits = AssemblyLimits::DEFAULT;
         super::step(from, to, width, (periods, 200_000.0), periods < 0.0, &limits)
     }
 

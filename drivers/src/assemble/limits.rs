@@ -55,22 +55,21 @@ pub struct AssemblyLimits {
     pub interpolation_periods: f64,
 }
 
-impl Default for AssemblyLimits {
-    fn default() -> Self {
-        Self {
-            period_tolerance: 0.01,
-            silence: (10.0, 1e9),
-            stretch: (100.0, 1e9),
-            deviating_stretches: 4,
-            interval_tolerance: 0.5,
-            doubtful_share: 0.75,
-            repeated_sync: 0.25,
-            echoed_sync: 0.01,
-            missing_sync: 1.5,
-            confirming_positions: 3,
-            counter_slack_ns: 1e9,
-            wide_counter_bits: 16,
-            interpolation_periods: 2.5,
-        }
-    }
+impl AssemblyLimits {
+    /// The values that the program uses.
+    pub const DEFAULT: Self = Self {
+        period_tolerance: 0.01,
+        silence: (10.0, 1e9),
+        stretch: (100.0, 1e9),
+        deviating_stretches: 4,
+        interval_tolerance: 0.5,
+        doubtful_share: 0.75,
+        repeated_sync: 0.25,
+        echoed_sync: 0.01,
+        missing_sync: 1.5,
+        confirming_positions: 3,
+        counter_slack_ns: 1e9,
+        wide_counter_bits: 16,
+        interpolation_periods: 2.5,
+    };
 }

@@ -116,7 +116,7 @@ struct ReadySample {
 impl Assembler {
     /// Creates an assembler that has received nothing yet. All memory is allocated here.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
-        let limits = AssemblyLimits::default();
+        let limits = AssemblyLimits::DEFAULT;
         let state = State {
             limits,
             scales,

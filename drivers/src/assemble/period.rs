@@ -126,7 +126,7 @@ mod tests {
     /// Simulates twenty seconds of a period that is `ratio` × nominal; each frame is
     /// `late_ns(cycle)` late.
     fn is_wrong(ratio: f64, counter: bool, late_ns: impl Fn(u64) -> u64) -> bool {
-        let mut watch = PeriodWatch::new(AssemblyLimits::default(), NOMINAL_NS);
+        let mut watch = PeriodWatch::new(AssemblyLimits::DEFAULT, NOMINAL_NS);
         let mut ever = false;
         for k in 0..5_000_u64 {
             let stamp_ns = (k as f64 * ratio * NOMINAL_NS) as u64 + late_ns(k);
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_period_that_is_right_again_is_right() {
-        let mut watch = PeriodWatch::new(AssemblyLimits::default(), NOMINAL_NS);
+        let mut watch = PeriodWatch::new(AssemblyLimits::DEFAULT, NOMINAL_NS);
         let mut stamp_ns = 0;
         for (period_ns, wrong) in [(4_400_000, true), (4_000_000, false), (3_600_000, true)] {
             for _ in 0..2_500 {

@@ -18,9 +18,3 @@ impl DesignAssumptions {
     pub(crate) const DEFAULT: Self =
         Self { noise_share: 0.01, rows_per_s: 40.0, noise_part: 1.0 / 3.0 };
 }
-
-impl Default for DesignAssumptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -24,9 +24,3 @@ impl DriftLimits {
         slope_deviations: 3.0,
     };
 }
-
-impl Default for DriftLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

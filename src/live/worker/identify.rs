@@ -279,7 +279,7 @@ impl IdentificationThread {
         let dropped = self.unstored.add(FinishedResult {
             summary: EstimateSummary::new(window, &estimate, load.clone()),
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
-            rejection: RejectedWindow::new(window, Rejection::Stopped),
+            rejected_window: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::new(window, identifier.sha256()),
             attachments: Attachments { report, note, regrouping, against: None, load },
             options,
@@ -308,7 +308,7 @@ impl IdentificationThread {
         let mut why = None;
         while let Some(finished) = self.unstored.next_attempt(Instant::now()) {
             // A stop did not wait for this result, and has counted it as lost.
-            if !self.shared.is_wanted(finished.rejection.number) {
+            if !self.shared.is_wanted(finished.rejected_window.number) {
                 self.unstored.take_first();
                 continue;
             }
@@ -365,7 +365,7 @@ impl IdentificationThread {
             results.report(&mut status);
         }
         drop(status);
-        self.shared.settle(finished.rejection.number);
+        self.shared.settle(finished.rejected_window.number);
     }
 
     /// Tries once more to store the waiting results at the end. Results that the disk refuses are

@@ -23,15 +23,15 @@ pub(super) struct FinishedResult {
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
     /// Rejection that is counted if the result cannot be stored at all.
-    pub(super) rejection: RejectedWindow,
+    pub(super) rejected_window: RejectedWindow,
 }
 
 impl FinishedResult {
     /// Counts the result as lost, and passes the note of its window to the next one.
     pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
-        let number = self.rejection.number;
+        let number = self.rejected_window.number;
         let rejection = Rejection::NotStored { why: why.to_owned() };
-        shared.reject(RejectedWindow { rejection, ..self.rejection });
+        shared.reject(RejectedWindow { rejection, ..self.rejected_window });
         shared.return_note(self.attachments.note);
         shared.settle(number);
     }
@@ -97,7 +97,7 @@ mod tests {
         FinishedResult {
             summary: EstimateSummary::new(window, &estimate, None),
             record: ResultRecord::new("cell", "c0ffee", window, estimate),
-            rejection: RejectedWindow::new(window, Rejection::Stopped),
+            rejected_window: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::new(window, "c0ffee"),
             attachments: Attachments { note: window.note.clone(), ..Attachments::default() },
             options: ResultOptions::default(),
@@ -114,7 +114,7 @@ mod tests {
             let now = start + half * Duration::from_millis(500);
             if half % 120 == 0 {
                 let dropped = unstored.add(finished(&window(u64::from(half / 120), None)));
-                lost.extend(dropped.map(|finished| finished.rejection.number));
+                lost.extend(dropped.map(|finished| finished.rejected_window.number));
             }
             if unstored.is_due(now) {
                 attempts += 1;
@@ -126,7 +126,7 @@ mod tests {
         assert!(lost.into_iter().eq(0..minutes - MAX_WAITING_RESULTS as u64));
         assert_eq!(unstored.len(), MAX_WAITING_RESULTS);
         assert_eq!(
-            unstored.take_first().unwrap().rejection.number,
+            unstored.take_first().unwrap().rejected_window.number,
             minutes - MAX_WAITING_RESULTS as u64
         );
     }

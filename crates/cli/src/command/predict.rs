@@ -88,8 +88,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print_for_terminal(&text(&prediction, &cell, &notes))?;
     }
     if let Some(path) = &arguments.report {
-        let texts = PredictionTexts { recorded, notes: &notes };
-        store_report(path, arguments, &cell, &input, &prediction, &texts)?;
+        let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
+        let (result, input) = (read(&arguments.result)?, input.input_file()?);
+        let report = PredictionReport {
+            cell: &cell,
+            result: &result,
+            input: &input,
+            recorded,
+            prediction: &prediction,
+            notes: &notes,
+        };
+        write_text(path, &report.to_html())?;
     }
     arguments.required.check(|usage| match model.judged_use(usage) {
         Some(judged) => judged.clone(),
@@ -99,28 +108,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             reasons: vec!["it has no verdict on this use".to_owned()],
         },
     })
-}
-
-/// Texts of a prediction report, in addition to the figures of the prediction.
-struct PredictionTexts<'a> {
-    recorded: Option<RecordingStart>,
-    notes: &'a [String],
-}
-
-fn store_report(
-    path: &Path,
-    arguments: &Arguments,
-    cell: &Cell,
-    input: &InputFileOrStream,
-    prediction: &Prediction,
-    texts: &PredictionTexts<'_>,
-) -> Result<(), CliError> {
-    let PredictionTexts { recorded, notes } = *texts;
-    let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
-    let (result, input) = (read(&arguments.result)?, input.input_file()?);
-    let report =
-        PredictionReport { cell, result: &result, input: &input, recorded, prediction, notes };
-    write_text(path, &report.to_html())
 }
 
 /// Returns the caveats of a prediction.

@@ -29,9 +29,3 @@ impl UrdfLimits {
         continuous_range_rad: 100.0 * core::f64::consts::TAU,
     };
 }
-
-impl Default for UrdfLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

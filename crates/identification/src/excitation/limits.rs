@@ -68,9 +68,3 @@ impl DesignLimits {
         max_variance_inflation: 1e12,
     };
 }
-
-impl Default for DesignLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -45,9 +45,3 @@ impl PriorAssumptions {
         max_divergence: 300.0,
     };
 }
-
-impl Default for PriorAssumptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -41,9 +41,3 @@ impl RegressionLimits {
         significance_level: 0.05,
     };
 }
-
-impl Default for RegressionLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}

@@ -94,10 +94,8 @@ impl LearntNetwork {
             let length = u16::try_from(datagram.data.len()).unwrap_or(u16::MAX);
             let seen = (datagram.command, datagram.address, length);
             let is_seen = |(a, b, c, _): &(u8, u32, u16, bool)| (*a, *b, *c) == seen;
-            if let Some(common_objects) =
-                self.commands.iter_mut().find(|available| is_seen(available))
-            {
-                common_objects.3 |= with_clock;
+            if let Some(command) = self.commands.iter_mut().find(|available| is_seen(available)) {
+                command.3 |= with_clock;
             } else if self.commands.len() < MAX_COMMANDS {
                 self.commands.push((seen.0, seen.1, seen.2, with_clock));
             }

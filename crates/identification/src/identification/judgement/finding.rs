@@ -3,8 +3,8 @@
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 use serde::{Deserialize, Serialize};
 
-use super::catalogue::{FindingCode, Severity};
 use super::clipped_signal::ClippedSignal;
+use super::finding_code::{FindingCode, Severity};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::reasons::{Note, Reason};
 use crate::identification::problem::Use;

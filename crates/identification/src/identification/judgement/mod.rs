@@ -10,6 +10,7 @@ mod clipped_signal;
 mod estimate;
 mod extrapolation;
 mod finding;
+mod finding_code;
 mod findings;
 mod folds;
 mod frozen_signal;
@@ -35,7 +36,7 @@ mod verdict;
 mod workspace;
 
 pub use bias::PositionBias;
-pub use catalogue::{CATALOGUE, CatalogueRow, FindingCode, Severity};
+pub use catalogue::{CATALOGUE, CatalogueRow};
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
@@ -46,6 +47,7 @@ pub use estimate::{
 };
 pub use extrapolation::Extrapolation;
 pub use finding::{Finding, Subject};
+pub use finding_code::{FindingCode, Severity};
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use frozen_signal::FrozenSignal;
 pub use held_out::HeldOut;

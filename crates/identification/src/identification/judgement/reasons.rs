@@ -438,21 +438,18 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
     let Some(quantity) = found.quantity else { return write!(f, "{}", found.nuisance) };
     let (value, sd, stated) = (quantity.value, quantity.standard_deviation, quantity.configured);
     let nuisance = found.nuisance;
-    match quantity.unit {
-        "1" => {
-            let [factor, deviation] = found.correction_factor().unwrap_or([1.0 + value, sd]);
-            write!(
-                f,
-                "the {nuisance} fits the data best at {factor:.3} ± {deviation:.3} times the \
-                    configured value (tolerance {:.1} %): check {}",
-                100.0 * stated,
-                match nuisance {
-                    NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
-                    _ => "the drive's gain and the gear ratio",
-                }
-            )?;
-        }
-        "s" => write!(
+    match (found.correction_factor(), quantity.unit) {
+        (Some([factor, deviation]), _) => write!(
+            f,
+            "the {nuisance} fits the data best at {factor:.3} ± {deviation:.3} times the \
+                configured value (tolerance {:.1} %): check {}",
+            100.0 * stated,
+            match nuisance {
+                NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
+                _ => "the drive's gain and the gear ratio",
+            }
+        )?,
+        (None, "s") => write!(
             f,
             "the {nuisance} fits the data best {:.2} ± {:.2} ms above the configured value \
                 (tolerance {:.2} ms): check hold and delay of the torques",
@@ -460,12 +457,12 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
             1e3 * sd,
             1e3 * stated
         )?,
-        unit if matches!(nuisance, NuisanceParameter::Zero(_)) => write!(
+        (None, unit) if matches!(nuisance, NuisanceParameter::Zero(_)) => write!(
             f,
             "the {nuisance} fits the data best with {value:+.3} ± {sd:.2} {unit} added to the \
                 positions (tolerance {stated:.3} {unit}): check it"
         )?,
-        unit => write!(
+        (None, unit) => write!(
             f,
             "the {nuisance} fits the data best {value:.3} ± {sd:.2} {unit} above the configured \
                 value (tolerance {stated:.3} {unit}): check it"
