@@ -15,7 +15,7 @@ mod torque_difference;
 pub use bus_log::{LogError, read_log};
 pub use excitation::{
     AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
-    ExpectedParameter, MissingParameter, RequestedDesign, WantedLoad, expectation_line,
+    ExpectedParameter, RequestedDesign, TaskParameter, WantedLoad, expectation_line,
 };
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};

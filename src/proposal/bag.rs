@@ -7,7 +7,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::{SignalSurvey, round_rate, torque_valid};
+use super::plausible::{SignalSurvey, propose_torque_timing, round_rate};
 use super::value::{Guess, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, quote_text};
 
 const SECTION_NAME: &str = "data.bag";
@@ -67,7 +67,7 @@ pub(super) fn propose(
     };
     draft.add_entry("data", "rate_hz", rate);
     draft.add_entry(SECTION_NAME, "time", time);
-    draft.add_entry("data", "torque_valid", torque_valid(false));
+    draft.add_entry("data", "torque_valid", propose_torque_timing(false));
 
     let survey = survey_of_topic(file, robot, joints, topic)?;
     let side = match &survey {

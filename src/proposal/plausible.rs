@@ -25,7 +25,7 @@ pub(super) fn round_rate(rate_hz: f64) -> f64 {
 }
 
 /// Proposes the time at which a torque is valid.
-pub(super) fn torque_valid(is_command: bool) -> Guess {
+pub(super) fn propose_torque_timing(is_command: bool) -> Guess {
     if is_command {
         return Guess::without_value(
             "how long a commanded torque acts: { held = { hold_us = …, delay_us = … } }, as a rule \

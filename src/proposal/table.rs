@@ -9,7 +9,7 @@ use super::evidence::{Evidence, ProposalError};
 use super::names::{
     ColumnGroup, ColumnMeaning, column_groups, column_meaning, counted_otherwise, split_words, unit,
 };
-use super::plausible::{SignalSurvey, torque_valid};
+use super::plausible::{SignalSurvey, propose_torque_timing};
 use super::time::TableTime;
 use super::value::{
     Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION,
@@ -74,7 +74,7 @@ impl TableProposal<'_> {
             Some((side, _)) => {
                 let side = if side == Side::Joint { "joint" } else { "motor" };
                 draft.add_stated_value("data.side", quote_text(side));
-                draft.add_entry(SECTION_NAME, "torque_valid", torque_valid(false));
+                draft.add_entry(SECTION_NAME, "torque_valid", propose_torque_timing(false));
                 Ok(())
             }
         }
@@ -117,7 +117,7 @@ impl TableProposal<'_> {
         let otherwise = counted_otherwise(&self.names.columns, axes);
         let position = choose_group(&groups, ColumnMeaning::Position);
         let (torque, is_command) = choose_torque_group(&groups);
-        draft.add_entry(SECTION_NAME, "torque_valid", torque_valid(is_command));
+        draft.add_entry(SECTION_NAME, "torque_valid", propose_torque_timing(is_command));
         let hint = |which: String| match otherwise.is_empty() {
             true => which,
             false => format!("{which}; of {axes} joints there are {}", otherwise.join(", ")),

@@ -7,7 +7,7 @@ use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 use didim_identification::excitation::{self, Advice, JointExcitation};
 
 use super::design::closing_warning;
-use crate::analysis::{AdviceForResult, Assignment, MissingParameter};
+use crate::analysis::{AdviceForResult, Assignment, TaskParameter};
 use crate::text::{align_table, significant_digits};
 
 /// Maximum number of parameters to print per motion. They are those that improve most.
@@ -67,7 +67,7 @@ fn table(assignment: &Assignment, advice: &Advice) -> String {
         .missing_parameters
         .iter()
         .map(|&k: &usize| {
-            let MissingParameter { name, unit, value, .. } = &assignment.parameters[k];
+            let TaskParameter { name, unit, value, .. } = &assignment.parameters[k];
             let value = value.unwrap_or(f64::NAN);
             let share = |deviation: f64| {
                 let relative = significant_digits(100.0 * deviation / value.abs(), 2);
@@ -167,7 +167,7 @@ fn improved_text(
         .iter()
         .take(MAX_SHOWN)
         .map(|&(k, _): &(usize, f64)| {
-            let MissingParameter { name, unit, value, .. } = &assignment.parameters[k];
+            let TaskParameter { name, unit, value, .. } = &assignment.parameters[k];
             let relative = |deviation: f64| share_text(deviation / value.unwrap_or(f64::NAN).abs());
             format!(
                 "   would bring σ of {name} from {} to {} {unit} ({} to {})\n",

@@ -8,9 +8,7 @@ use didim_identification::excitation::{
 use didim_identification::identification::{KnownLoad, Payload, UncertainValue};
 
 use super::payload::{AXIS_NAMES, INERTIA_NAMES};
-use crate::analysis::{
-    Assignment, ExpectedParameter, MissingParameter, WantedLoad, expectation_line,
-};
+use crate::analysis::{Assignment, ExpectedParameter, TaskParameter, WantedLoad, expectation_line};
 use crate::text::{align_table, significant_digits};
 
 /// Returns the header of a motion file: the arm, the limits, the checks, and the [expected
@@ -284,7 +282,7 @@ fn limit_text(used: &UsedLimit) -> String {
     )
 }
 
-/// Formats a table of the expected standard deviations.
+/// Formats a table of the expected standard deviations, and the conditions under which they hold.
 pub fn design_text(assignment: &Assignment, design: &Design, prediction: &Predicted) -> String {
     parameters_text(assignment, prediction) + &conditions_text(assignment, &design.used)
 }
@@ -325,7 +323,7 @@ fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
         .parameters
         .iter()
         .zip(&prediction.deviations)
-        .map(|(own, deviation): (&MissingParameter, &f64)| {
+        .map(|(own, deviation): (&TaskParameter, &f64)| {
             let share = own.value.map(|value| 100.0 * deviation / value.abs());
             vec![
                 own.name.clone(),

@@ -41,9 +41,9 @@ pub struct AssemblyLimits {
     pub missing_sync: f64,
     /// Number of consecutive positions that have to agree to confirm each other. Convention: 3.
     pub confirming_positions: u32,
-    /// Largest difference between the counter and the time at which the counter is used \[ns\].
-    /// Derived: it equals the shortest silence that ends a train of cycles. If a sender or a kernel
-    /// is busy for longer, the counter is assumed to have restarted.
+    /// Largest difference between the time by the counter and the time by the stamps \[ns\]. Beyond
+    /// it, the counter is assumed to have restarted. Derived: it equals the shortest silence that
+    /// ends a train of cycles.
     pub counter_slack_ns: f64,
     /// Width from which on a counter does not wrap within a silence at the usual rates of drives
     /// \[bits\]. For a narrower counter, the allowed difference from the time is at most a quarter

@@ -122,9 +122,9 @@ impl WantedLoad {
     }
 }
 
-/// A parameter to identify.
+/// Parameter of a design task: one to identify, or one that the result knows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MissingParameter {
+pub struct TaskParameter {
     /// Its name.
     pub name: String,
     /// The SI unit of its value.
@@ -141,7 +141,7 @@ pub struct Assignment {
     /// The task.
     pub task: Task,
     /// Parameter of each column of the task, without the columns of the load.
-    pub parameters: Vec<MissingParameter>,
+    pub parameters: Vec<TaskParameter>,
     /// True if the noise comes from a result, false if it is assumed.
     pub measured_noise: bool,
     /// The load to identify.
@@ -157,7 +157,7 @@ struct DesignArm<'a> {
     robot: &'a Robot,
     urdf: Option<&'a UrdfArm>,
     base: &'a BaseParameters,
-    parameters: Vec<MissingParameter>,
+    parameters: Vec<TaskParameter>,
     /// Standard parameters for the arm's torques.
     standard_parameters: Option<Vec<f64>>,
     prior_information: Option<DMatrix<f64>>,
@@ -258,7 +258,7 @@ fn unknown_parameters(
     robot: &Robot,
     base: &BaseParameters,
     names: &[String],
-) -> Vec<MissingParameter> {
+) -> Vec<TaskParameter> {
     let unit = |name: &String| {
         let parameter = naming_parameter(robot, base, name)?;
         Some(parameter.kind.unit(robot.chain()[parameter.joint].kind))
@@ -267,7 +267,7 @@ fn unknown_parameters(
         .iter()
         .map(|name: &String| {
             let (value, standard_deviation) = (None, None);
-            MissingParameter {
+            TaskParameter {
                 name: name.clone(),
                 unit: unit(name).unwrap_or(""),
                 value,
@@ -281,7 +281,7 @@ impl DesignArm<'_> {
     /// Keeps the parameters that a motion can identify, and returns their previous indices.
     fn keep_identifiable(&mut self) -> Vec<usize> {
         let is_identifiable =
-            |of: &MissingParameter| match naming_parameter(self.robot, self.base, &of.name)
+            |of: &TaskParameter| match naming_parameter(self.robot, self.base, &of.name)
                 .map(|own| own.kind)
             {
                 // Load-dependent friction needs the joint load, which is unknown without standard
@@ -300,7 +300,7 @@ impl DesignArm<'_> {
 
     /// Returns the objective: the condition number, or the deviations of the wanted parameters.
     fn objective(&self, wanted: &RequestedDesign<'_>) -> Designed<DesignObjective> {
-        let need = |of: &MissingParameter| {
+        let need = |of: &TaskParameter| {
             of.value.map_or(0.0, |value| self.required_uncertainty * value.abs())
         };
         let Some(names) = wanted.parameters.filter(|_| !wanted.condition_number) else {

@@ -7,5 +7,5 @@ mod assumptions;
 mod expectation;
 
 pub use advice::AdviceForResult;
-pub use assignment::{Assignment, AssignmentError, MissingParameter, RequestedDesign, WantedLoad};
+pub use assignment::{Assignment, AssignmentError, RequestedDesign, TaskParameter, WantedLoad};
 pub use expectation::{DesignedMotion, ExpectationError, ExpectedParameter, expectation_line};

@@ -23,7 +23,7 @@ pub struct DriftOptions {
 }
 
 /// Maximum number of days in a trend. It covers more than a year.
-const MAX_RESULTS: usize = 500;
+const MAX_TREND_DAYS: usize = 500;
 
 impl Default for DriftOptions {
     fn default() -> Self {
@@ -59,8 +59,8 @@ impl DriftOptions {
         if !(1..=100).contains(&results) {
             return refuse("service.drift.results", format!("{results} is not in 1..=100"));
         }
-        if !(3..=MAX_RESULTS).contains(&trend_results) {
-            let problem = format!("{trend_results} is not in 3..={MAX_RESULTS}");
+        if !(3..=MAX_TREND_DAYS).contains(&trend_results) {
+            let problem = format!("{trend_results} is not in 3..={MAX_TREND_DAYS}");
             return refuse("service.drift.trend_results", problem);
         }
         Ok(())

@@ -86,7 +86,7 @@ impl EstimateSummary {
     }
 }
 
-/// Counts of one run of the worker.
+/// Status of the worker: its counts since the start, and its latest results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EstimationStatus {

@@ -172,8 +172,8 @@ impl Windower {
 
     /// Requests that the next sample opens a window.
     ///
+    /// # Errors
     /// [`CommandError`] if windows are not opened by command, or if a window is open.
-    /// [`CommandError`] if windows are not opened by command, or one is open.
     pub fn handle_begin(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
@@ -187,8 +187,8 @@ impl Windower {
 
     /// Requests that the open window is closed once it has its margin.
     ///
+    /// # Errors
     /// [`CommandError`] if windows are not opened by command, or if no window is open.
-    /// [`CommandError`] if windows are not opened by command, or none is open.
     pub fn handle_end(&mut self) -> Result<(), CommandError> {
         if self.plan.trigger != PlannedTrigger::Command {
             return Err(CommandError::NotByCommand);
@@ -214,8 +214,8 @@ impl Windower {
 
     /// Closes the open window at the last sample. Its last samples become its margin.
     ///
+    /// # Errors
     /// [`CommandError`] if no window is open, or if it has too few counted samples and stays open.
-    /// [`CommandError`] if none is open, or if it has too few counted samples. Then it stays open.
     pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
         let window_open = self.open_window.take().ok_or(CommandError::NotOpen)?;
         let counted = window_open.counted(&self.plan).len();

@@ -69,9 +69,8 @@ pub struct InputFile {
 impl InputFile {
     /// Reads the complete file.
     ///
+    /// # Errors
     /// The file cannot be read, or is not a regular file. Other files may be readable only once.
-    /// The file cannot be read, or is no regular file; another file could not be read a second
-    /// time.
     pub fn read(path: &Path) -> std::io::Result<Self> {
         let mut digest = Sha256::default();
         if path.is_dir() {

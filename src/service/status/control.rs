@@ -24,8 +24,8 @@ const MAX_ANSWER: usize = 2048;
 /// Processes requests until the future is dropped. The answer is one line: `ok: ` with the action,
 /// or `error: ` with the reason.
 ///
-/// Errors occur only at the start, if the runtime cannot use the socket.
-/// Only at the start, if the runtime cannot take the socket.
+/// # Errors
+/// Only at the start, if the runtime cannot use the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.to_tokio()?;
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));

@@ -7,8 +7,8 @@ use crate::service::paths::Paths;
 /// Returns the status of the complete service. If it runs in two processes, both are merged. If one
 /// of them does not answer, this is a reason for bad health.
 ///
+/// # Errors
 /// [`ClientError`] if no process answers.
-/// [`ClientError`] if none answers.
 pub fn fetch_snapshot(paths: &Paths) -> Result<Snapshot, ClientError> {
     let mut snapshot = match fetch_status(&paths.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),

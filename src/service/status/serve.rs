@@ -20,8 +20,8 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 /// Sends the latest document to each client, and reads nothing from the client. Runs until the
 /// future is dropped.
 ///
-/// Errors occur only at the start, if the runtime cannot use the socket.
-/// Only at the start, if the runtime cannot take the socket.
+/// # Errors
+/// Only at the start, if the runtime cannot use the socket.
 pub async fn serve_status(
     socket: &Socket,
     latest: watch::Receiver<Arc<[u8]>>,

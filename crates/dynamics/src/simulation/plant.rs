@@ -70,7 +70,7 @@ impl<R: Reference> Plant<R> {
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
         let reference = self.continuous_reference(time_s);
-        self.rate_along(&reference, time_s, y, rate)
+        self.rate_with_reference(&reference, time_s, y, rate)
     }
 
     /// Returns the reference that the controller sees between two samples; zeros if it is sampled.
@@ -81,8 +81,8 @@ impl<R: Reference> Plant<R> {
         }
     }
 
-    /// Computes the same with a known reference at this time.
-    pub(super) fn rate_along(
+    /// Computes ẏ as [`rate`](Self::rate) does, with the given reference at this time.
+    pub(super) fn rate_with_reference(
         &mut self,
         reference: &ReferencePoint,
         time_s: f64,

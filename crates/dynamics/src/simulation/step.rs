@@ -46,7 +46,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.plant.check_bounds(time_s, &reference, &self.state)?;
         self.measure_and_command(index, time_s, &reference);
         let rate = self.stages.first_rate_mut();
-        self.plant.rate_along(&reference, time_s, &self.state, rate)?;
+        self.plant.rate_with_reference(&reference, time_s, &self.state, rate)?;
         self.fill_output();
         self.is_started = true;
         Ok(())

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::elementary::called_by;
 use super::error::CodeError;
-use super::program::{CodeModel, Program, SelfTestPoint, TorquePart};
+use super::program::{CodeModel, GeneratedFunction, Program, SelfTestPoint};
 use super::statements::Language;
 
 /// Writes the model as one C99 file that includes `stdint.h` and `string.h`, allocates nothing and
@@ -25,7 +25,7 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
         format!("int {name}_self_test(void)"),
     ];
     let mut body = String::new();
-    for ((part, says), head) in TorquePart::TORQUE_PARTS.into_iter().zip(&heads) {
+    for ((part, says), head) in GeneratedFunction::TORQUES.into_iter().zip(&heads) {
         let (lines, results) = program.statements(part, Language::C)?;
         let results = results.iter().enumerate();
         let results = results.map(|(joint, result)| format!("tau[{joint}] = {result};"));
@@ -85,7 +85,7 @@ fn covariance(program: &Program<'_>, head: &str) -> Result<String, CodeError> {
         numbers.len(),
         numbers.chunks(6).map(|row| row.join(", ")).collect::<Vec<_>>().join(",\n    ")
     );
-    let (lines, results) = program.statements(TorquePart::Regressor, Language::C)?;
+    let (lines, results) = program.statements(GeneratedFunction::Regressor, Language::C)?;
     let _ = writeln!(
         text,
         "/* Covariance of the torques by that of the parameters, row by row [(N m)^2]. It holds \

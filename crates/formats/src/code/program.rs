@@ -56,18 +56,18 @@ pub(super) struct SelfTestPoint {
     pub(super) variance: Vec<f64>,
 }
 
-/// Term of the joint torque.
+/// Function of the generated library.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum TorquePart {
+pub(super) enum GeneratedFunction {
     RigidBody,
     Gravity,
     Friction,
     Regressor,
 }
 
-impl TorquePart {
-    /// Parts that are torques, with their descriptions.
-    pub(super) const TORQUE_PARTS: [(Self, &str); 3] = [
+impl GeneratedFunction {
+    /// Functions that return torques, with their descriptions.
+    pub(super) const TORQUES: [(Self, &str); 3] = [
         (Self::RigidBody, "Torques of a motion, without friction and offsets."),
         (Self::Gravity, "Torques against gravity at rest, without friction and offsets."),
         (Self::Friction, "Friction and offsets."),
@@ -144,18 +144,18 @@ impl<'a> Program<'a> {
         self.model.robot.joints()
     }
 
-    /// Returns the statements of a part, and its results.
+    /// Returns the statements of a function, and its results.
     pub(super) fn statements(
         &self,
-        part: TorquePart,
+        function: GeneratedFunction,
         language: Language,
     ) -> Result<(Vec<String>, Vec<String>), CodeError> {
         let n = self.joints();
-        let Function { tape, results } = match part {
-            TorquePart::RigidBody => &self.rigid_body,
-            TorquePart::Gravity => &self.gravity,
-            TorquePart::Friction => &self.friction,
-            TorquePart::Regressor => &self.regressor,
+        let Function { tape, results } = match function {
+            GeneratedFunction::RigidBody => &self.rigid_body,
+            GeneratedFunction::Gravity => &self.gravity,
+            GeneratedFunction::Friction => &self.friction,
+            GeneratedFunction::Regressor => &self.regressor,
         };
         let input = |number: usize| format!("{}[{}]", ["q", "dq", "ddq"][number / n], number % n);
         let prefix = format!("{}_", self.prefix);

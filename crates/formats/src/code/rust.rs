@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::elementary::called_by;
 use super::error::CodeError;
-use super::program::{CodeModel, Program, SelfTestPoint, TorquePart};
+use super::program::{CodeModel, GeneratedFunction, Program, SelfTestPoint};
 use super::statements::Language;
 
 /// Writes the model as one Rust file: a module that uses only `core` and allocates nothing.
@@ -21,7 +21,7 @@ pub fn to_rust(model: CodeModel<'_>) -> Result<String, CodeError> {
         "friction(dq: &[f64; JOINTS])".to_owned(),
     ];
     let mut body = String::new();
-    for ((part, says), head) in TorquePart::TORQUE_PARTS.into_iter().zip(heads) {
+    for ((part, says), head) in GeneratedFunction::TORQUES.into_iter().zip(heads) {
         let (lines, results) = program.statements(part, Language::Rust)?;
         // Writing to a String cannot fail.
         let _ = writeln!(body, "/// {says}\npub fn {head} -> [f64; JOINTS] {{");
@@ -40,7 +40,7 @@ pub fn to_rust(model: CodeModel<'_>) -> Result<String, CodeError> {
     );
     let numbers: Vec<String> = program.factor.iter().map(|value| format!("{value:?}")).collect();
     let rows: Vec<String> = numbers.chunks(6).map(|row| row.join(", ")).collect();
-    let (lines, results) = program.statements(TorquePart::Regressor, Language::Rust)?;
+    let (lines, results) = program.statements(GeneratedFunction::Regressor, Language::Rust)?;
     let entries = program.entries.iter().zip(results);
     let entries = entries.map(|((row, column), result)| format!("y[{row}][{column}] = {result};"));
     let _ = write!(

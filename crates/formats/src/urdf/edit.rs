@@ -37,7 +37,7 @@ impl UrdfArm {
     /// Returns its file with other inertials, damping and friction, and with remarks in a comment
     /// at the beginning. The link of a moving joint gets the body of all links fixed to it, whose
     /// own inertials are removed. Links on joints outside the arm keep their inertials, which are
-    /// subtracted.
+    /// subtracted from the body of the link that carries them.
     ///
     /// # Errors
     /// [`UrdfError`].

@@ -2,7 +2,7 @@
 
 /// Smallest difference between the distributed clock and the capture in the time from one cycle to
 /// the next \[ns\] that is not drift. A larger difference means that one of the two clocks was set.
-const MIN_SEPARATION_NS: u64 = 500_000_000;
+const MIN_CLOCK_STEP_NS: u64 = 500_000_000;
 
 /// Clock for the stamps of cycles. It begins with the first stamp of the capture and continues with
 /// the distributed clock, by which the drives run. If the distributed clock is missing or was set,
@@ -32,7 +32,7 @@ impl CycleClock {
                     // means that the clock went back.
                     let mask = u64::MAX >> (64 - bits);
                     let passed = now.wrapping_sub(before) & mask;
-                    (passed <= mask / 2 && passed.abs_diff(captured) < MIN_SEPARATION_NS)
+                    (passed <= mask / 2 && passed.abs_diff(captured) < MIN_CLOCK_STEP_NS)
                         .then_some(passed)
                 }
                 _ => None,
