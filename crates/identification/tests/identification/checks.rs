@@ -3,7 +3,8 @@
 use didim_dynamics::SignalTiming;
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 use didim_identification::identification::{
-    Estimate, Experiment, Method, Note, NuisanceParameter, Options, Reason, identify,
+    Estimate, Experiment, FindingCode, Method, Note, NuisanceParameter, Options, Reason, Subject,
+    identify,
 };
 use nalgebra::DMatrix;
 
@@ -66,14 +67,15 @@ impl Bench {
     }
 }
 
-/// What is stated and contradicted.
-fn contradicted(estimate: &Estimate) -> Vec<NuisanceParameter> {
-    let reasons = estimate.verdict.uses.physical_values.reasons.iter();
-    let nuisance_parameters = reasons.filter_map(|reason| match reason {
-        Reason::Contradicted { nuisance } => Some(nuisance.nuisance),
-        _ => None,
-    });
-    nuisance_parameters.collect()
+/// Returns the findings about configured values that the data contradict, with their subjects.
+fn contradicted(estimate: &Estimate) -> Vec<(FindingCode, Option<Subject>)> {
+    use FindingCode::{Geometry, KnownTorque, TorqueDelay, TorqueGain};
+
+    let findings = estimate.verdict.findings().into_iter();
+    findings
+        .filter(|of| [TorqueGain, TorqueDelay, KnownTorque, Geometry].contains(&of.code))
+        .map(|of| (of.code, of.subject))
+        .collect()
 }
 
 /// What the data want most, and by how much of a joint's torque.
@@ -149,7 +151,7 @@ fn a_late_torque_is_named() {
     let estimate = bench_with_delays(1, [20, 20, 20]).identify();
     let contradictions = contradicted(&estimate);
     assert!(
-        matches!(contradictions.first(), Some(NuisanceParameter::TorqueDelay(_))),
+        matches!(contradictions.first(), Some((FindingCode::TorqueDelay, _))),
         "{contradictions:?}"
     );
 }
@@ -182,9 +184,9 @@ fn a_gain_is_reported_against_the_others_only() {
     let mut scaled_one = bench(20);
     scaled_one.torque[1].iter_mut().for_each(|tau| *tau *= 1.05);
     let estimate = scaled_one.identify();
-    let contradictions = contradicted(&estimate);
+    let second = Some(Subject::Joints(vec![JointIndex::new(1)]));
     assert!(
-        contradictions.contains(&NuisanceParameter::TorqueGain(JointIndex::new(1))),
+        contradicted(&estimate).contains(&(FindingCode::TorqueGain, second)),
         "{:?}",
         estimate.nuisance_parameters
     );

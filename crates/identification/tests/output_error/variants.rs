@@ -2,8 +2,8 @@
 
 use didim_dynamics::Signals;
 use didim_identification::identification::{
-    ConvergenceLimits, Estimate, Experiment, Method, Optimiser, Options, Reason, ReferenceSource,
-    SensitivityMethod, Start,
+    ConvergenceLimits, Estimate, Experiment, FindingCode, Method, Optimiser, Options,
+    ReferenceSource, SensitivityMethod, Start,
 };
 
 use super::loops::{METHODS, options};
@@ -92,9 +92,10 @@ fn the_truth_is_within_the_standard_deviations() {
             // Of 16 parameters, the rms is 1 ± 0.18.
             assert!(rms < 1.6 && largest < 4.0, "{name} {decimated}: {rms} {largest}");
             // The model is the arm's, whatever equation was solved.
-            let contradicted = |reason: &Reason| matches!(reason, Reason::Contradicted { .. });
-            let reasons = &estimate.verdict.uses.physical_values.reasons;
-            assert!(!reasons.iter().any(contradicted), "{name}: {reasons:?}");
+            let findings = estimate.verdict.findings();
+            let of_values = [FindingCode::TorqueGain, FindingCode::TorqueDelay];
+            let contradicted = findings.iter().find(|finding| of_values.contains(&finding.code));
+            assert_eq!(contradicted, None, "{name}");
         }
     }
 }

@@ -28,15 +28,26 @@ impl Outcome {
         }
     }
 
-    /// What speaks against it.
+    /// Returns the messages of all findings, or the reason why there is no result.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Result(estimate) => {
-                let words = estimate.verdict.reasons.iter().map(ToString::to_string);
-                words.collect::<Vec<_>>().join("\n")
+                let messages = estimate.verdict.findings().into_iter().map(|of| of.message);
+                messages.collect::<Vec<_>>().join("\n")
             }
             Self::None { words, .. } => words.clone(),
         }
+    }
+
+    /// True if the figures for prediction agree within 2 %, as those of the same motion with other
+    /// ends do. A limit between the two separates them.
+    pub(super) fn has_figure_of(&self, other: &Self) -> bool {
+        let figure = |outcome: &Self| match outcome {
+            Self::Result(estimate) => estimate.verdict.uses.prediction.figure,
+            Self::None { .. } => None,
+        };
+        let pair = figure(self).zip(figure(other));
+        pair.is_some_and(|(one, other)| (one - other).abs() <= 0.02 * other)
     }
 
     /// What the verdict for physical values says.

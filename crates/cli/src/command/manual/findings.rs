@@ -14,20 +14,25 @@ pub(super) fn page() -> Page {
         title: "findings of a verdict, with their remedies",
         blocks: vec![
             text(
-                "A finding is blocking or advisory. A blocking finding makes the result unusable \
-                 for the uses that it names. An advisory finding does not. The first blocking \
-                 finding is the most probable cause; others may follow from it.",
+                "A finding is blocking, explanatory or advisory. A blocking finding makes the \
+                 result unusable for the uses that it names: a figure exceeds its limit, or the \
+                 data or the method are unusable. An explanatory finding may be the cause. It is \
+                 listed before the figures that it may explain, and it does not block any use. \
+                 Where every figure is within its limit, it is a note. An advisory finding is for \
+                 information only.",
             ),
             text(
                 "JSON has the sentences in `verdict.reasons` and `verdict.notes`, and every \
-                 finding as data in `verdict.findings`: `code`, `severity` (`blocking` or \
-                 `advisory`), `uses` (those that it blocks), `subject` (`joints`, `motors`, \
-                 `links` or `parameters`), `figure`, `limit`, `unit` (`1` for shares, ratios and \
-                 counts) and `message`. Codes keep their names; messages may change. In the tables \
-                 `…`, N, M and P replace values.",
+                 finding as data in `verdict.findings`: `code`, `severity` (`blocking`, \
+                 `explanatory` or `advisory`), `uses` (those that it blocks or explains), \
+                 `subject` (`joints`, `motors`, `links` or `parameters`), `figure`, `limit`, \
+                 `unit` (`1` for shares, ratios and counts) and `message`. Codes keep their names; \
+                 messages may change. In the tables `…`, N, M and P replace values.",
             ),
             heading("Blocking"),
             table(Severity::Blocking),
+            heading("Explanatory"),
+            table(Severity::Explanatory),
             heading("Advisory"),
             table(Severity::Advisory),
             heading("Refusals"),
@@ -46,23 +51,23 @@ pub(super) fn page() -> Page {
     }
 }
 
-/// Returns the table of the findings of one severity. Only the table of blocking findings has a
-/// column of uses.
+/// Returns the table of the findings of one severity. The table of advisory findings has no column
+/// of uses.
 fn table(severity: Severity) -> Block {
-    let is_blocking = severity == Severity::Blocking;
+    let has_uses = severity != Severity::Advisory;
     let row = |row: &CatalogueRow| {
         let messages: Vec<String> = row.messages.iter().map(|text| format!("`{text}`")).collect();
-        let uses: Vec<&str> = row.blocked_uses.iter().map(|usage| usage.name()).collect();
-        // A finding that blocks all uses does not list contact detection, which has no verdict of
+        let uses: Vec<&str> = row.uses.iter().map(|usage| usage.name()).collect();
+        // A finding that affects all uses does not list contact detection, which has no verdict of
         // yes or no.
         let uses =
             if uses.len() + 1 == Use::ALL.len() { "all".to_owned() } else { uses.join(", ") };
         let mut cells = vec![messages.join(", "), format!("`{}`", row.code.name())];
-        cells.extend(is_blocking.then_some(uses));
+        cells.extend(has_uses.then_some(uses));
         cells.extend([row.meaning.to_owned(), row.remedy.to_owned()]);
         cells
     };
-    let head: &[&str] = match is_blocking {
+    let head: &[&str] = match has_uses {
         true => &["message begins with", "code", "uses", "meaning", "what to do"],
         false => &["message begins with", "code", "meaning", "what to do"],
     };

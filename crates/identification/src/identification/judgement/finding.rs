@@ -27,7 +27,7 @@ pub struct Finding {
     pub code: FindingCode,
     /// Consequence of the finding.
     pub severity: Severity,
-    /// Uses that the finding blocks, including uses that the cell does not require.
+    /// Uses that the finding blocks or explains, including uses that the cell does not require.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub uses: Vec<Use>,
     /// Affected joints, motors, links or parameters; `None` if the finding affects the whole
@@ -73,8 +73,13 @@ impl Facts {
         Self { limit: Some(limit), ..self }
     }
 
-    fn finding(self, code: FindingCode, uses: Vec<Use>, message: String) -> Finding {
-        let severity = if uses.is_empty() { Severity::Advisory } else { Severity::Blocking };
+    fn finding(
+        self,
+        code: FindingCode,
+        severity: Severity,
+        uses: Vec<Use>,
+        message: String,
+    ) -> Finding {
         let Self { subject, figure, limit, unit } = self;
         // JSON cannot represent numbers that are not finite.
         let [figure, limit] = [figure, limit].map(|of| of.filter(|value| value.is_finite()));
@@ -84,27 +89,33 @@ impl Facts {
 }
 
 impl Finding {
-    /// Returns the findings of a verdict: each reason once, with the uses that it blocks, then the
-    /// notes.
-    pub(super) fn list<'a>(
-        reasons_of_uses: impl IntoIterator<Item = (Use, &'a [Reason])>,
-        notes: &[Note],
-    ) -> Vec<Self> {
-        let mut reasons: Vec<(&Reason, Vec<Use>)> = Vec::new();
-        for (usage, reasons_of_use) in reasons_of_uses {
-            for reason in reasons_of_use {
-                match reasons.iter_mut().find(|(listed, _)| *listed == reason) {
-                    Some((_, blocked)) => blocked.push(usage),
-                    None => reasons.push((reason, vec![usage])),
-                }
+    /// Returns the findings of a verdict: each reason once, with the uses that it blocks or
+    /// explains, then the notes. Each use comes with its reasons, and with those of them that only
+    /// explain others.
+    pub(super) fn list(uses: &[(Use, &[Reason], &[Reason])], notes: &[Note]) -> Vec<Self> {
+        let mut reasons: Vec<&Reason> = Vec::new();
+        for reason in uses.iter().flat_map(|(_, reasons, _)| *reasons) {
+            if !reasons.contains(&reason) {
+                reasons.push(reason);
             }
         }
-        let blocking = reasons.into_iter().map(|(reason, blocked)| {
-            reason.facts().finding(reason.code(), blocked, reason.to_string())
+        let finding = |reason: &Reason| {
+            let of = uses.iter().filter(|(_, reasons, _)| reasons.contains(reason));
+            let (explained, blocked): (Vec<_>, Vec<_>) =
+                of.partition(|(_, _, explanations)| explanations.contains(reason));
+            let named = |uses: Vec<&(Use, &[Reason], &[Reason])>| {
+                uses.into_iter().map(|(usage, ..)| *usage).collect::<Vec<Use>>()
+            };
+            let (severity, affected) = match blocked.is_empty() {
+                true => (Severity::Explanatory, explained),
+                false => (Severity::Blocking, blocked),
+            };
+            reason.facts().finding(reason.code(), severity, named(affected), reason.to_string())
+        };
+        let advisory = notes.iter().map(|note| {
+            note.facts().finding(note.code(), Severity::Advisory, Vec::new(), note.to_string())
         });
-        let advisory =
-            notes.iter().map(|note| note.facts().finding(note.code(), vec![], note.to_string()));
-        blocking.chain(advisory).collect()
+        reasons.into_iter().map(finding).chain(advisory).collect()
     }
 }
 
@@ -241,6 +252,7 @@ impl Note {
             Self::DownweightedThroughout { .. } => Code::DownweightedThroughout,
             Self::ModelError { .. } => Code::UnmodelledEffect,
             Self::FarFromNominal { .. } => Code::FarFromNominal,
+            Self::Unconfirmed(reason) => reason.code(),
             Self::RateUnchecked => Code::RateUnchecked,
             Self::TorqueLimitOpen { .. } => Code::TorqueLimitOpen,
         }
@@ -254,6 +266,7 @@ impl Note {
             | Self::DelayUnchecked
             | Self::ControllerUnchecked { .. }
             | Self::RateUnchecked => Facts::default(),
+            Self::Unconfirmed(reason) => reason.facts(),
             Self::SlowerLoop { bandwidth_hz: figure }
             | Self::PositionFilterUnchecked { cutoff_hz: figure } => {
                 Facts::new(None, *figure, "Hz")

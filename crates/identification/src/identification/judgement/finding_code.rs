@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 pub enum Severity {
     /// The result is not usable for the uses that the finding names.
     Blocking,
+    /// The finding may explain why the uses that it names are refused. It does not block them: the
+    /// figures do.
+    Explanatory,
     /// The finding is for information only; it does not block any use.
     Advisory,
 }

@@ -224,9 +224,11 @@ impl Findings<'_> {
             let mut joints = errors.iter().zip(transmission.row(motor.position()));
             joints.any(|(error, ratio)| *error > UNEXPLAINED && *ratio != 0.0)
         };
-        let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) = ClippedSignal::all(context)
-            .into_iter()
-            .partition(|found| found.is_constant() || unexplained(found.motor));
+        let (constant, clipped): (Vec<_>, Vec<_>) =
+            ClippedSignal::all(context).into_iter().partition(ClippedSignal::is_constant);
+        let constant = constant.into_iter().map(|found| Reason::ClippedTorque { found });
+        let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) =
+            clipped.into_iter().partition(|found| unexplained(found.motor));
         let (stale, hardly_stale): (Vec<_>, Vec<_>) =
             FrozenSignal::all(context).into_iter().partition(|found| {
                 found.is_much() && found.motors.iter().any(|motor| unexplained(*motor))
@@ -249,17 +251,19 @@ impl Findings<'_> {
             carried: carried(torque, &solution.parameters),
             indefinite,
             bodies,
-            further: of_signals.chain(other).collect(),
+            blocking: constant.chain(other).collect(),
+            explanations: of_signals.collect(),
         };
         let uses = limits.uses(&known, &estimate);
         let time_s = context.time_s();
-        let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
+        let mut notes = limits.notes(&known, &estimate);
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
         notes.extend(beside_cut_off.into_iter().map(|found| Note::ClippedTorque { found }));
         notes.extend(perhaps);
         notes.extend(hardly_stale.into_iter().map(|found| Note::FrozenSignal { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
+        notes.extend(limits.unconfirmed(&known, &estimate, &uses));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measured_values();
         let information = Information::new(

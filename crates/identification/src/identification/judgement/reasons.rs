@@ -133,6 +133,8 @@ pub enum Note {
     ModelError { nuisance: NuisanceEstimate },
     /// Bodies with these parameters are far from the nominal ones.
     FarFromNominal { far: FarBody },
+    /// Possible explanation of a large figure, although every figure is within its limit.
+    Unconfirmed(Reason),
     /// The bus layout counts frames and ignores their time stamps.
     RateUnchecked,
     /// The robot file does not specify the torque limits of these joints.
@@ -187,6 +189,20 @@ impl Reason {
         matches!(self, Self::TooFewMotions)
     }
 
+    /// True if wrong signals or a wrong configuration may be the cause of the reason. Otherwise the
+    /// record contains too little information.
+    pub(super) fn may_have_cause(&self) -> bool {
+        !matches!(
+            self,
+            Self::ConditionNumber { .. }
+                | Self::PredictionDeviation { .. }
+                | Self::FewRows { .. }
+                | Self::NotDecimated
+                | Self::Unmoved { .. }
+                | Self::TooFewMotions
+        )
+    }
+
     /// Returns the failure of the method, if the reason is one.
     pub fn failure(&self) -> Option<Failure> {
         match self {
@@ -204,14 +220,14 @@ impl Display for Reason {
                 f,
                 "the command of the described controller of joint {joint} differs from the \
                  recorded one by {:.2} %: check its gains and timing, the reference and the \
-                 drive's torque gain first; the other reasons may follow from it",
+                 drive's torque gain",
                 100.0 * error
             ),
             Self::OppositeCommand { joint } => write!(
                 f,
                 "the command of the described controller of joint {joint} differs from the \
                  recorded one by twice its size: the sign of its torque or position is wrong, or \
-                 its gain three times too large; the other reasons may follow from it"
+                 its gain three times too large"
             ),
             Self::ConditionNumber { value, limit } => write!(
                 f,
@@ -625,11 +641,12 @@ impl Display for Note {
             }
             Self::TorqueLimitOpen { joints } => write!(
                 f,
-                "no torque limit is known of joint {}: the unit of the torques is not checked \
-                 against it, and what is little torque is judged by the largest recorded; state \
-                 torque_max_nm in the robot file",
+                "joint {} has no torque limit above the recorded torques: their unit is not \
+                 checked against it, and a small torque counts as a share of the largest torque of \
+                 any joint; state torque_max_nm in the robot file",
                 listed(joints.iter().map(ToString::to_string))
             ),
+            Self::Unconfirmed(reason) => reason.fmt(f),
             Self::RateUnchecked => f.write_str(
                 "the sample rate is taken as stated, for the frames or rows count and no time: \
                  neither it nor a lost sample can be checked",

@@ -49,25 +49,44 @@ pub struct UseVerdict {
     pub unit: &'static str,
     /// Largest permitted figure.
     pub limit: Option<f64>,
-    /// Reasons against the use.
+    /// Reasons against the use. They are empty if it is applicable.
     pub reasons: Vec<Reason>,
+    /// Those of the reasons that only explain why a figure exceeds its limit.
+    #[serde(skip)]
+    pub explanations: Vec<Reason>,
     /// Residual quantiles of each joint, if the use is about residuals.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub quantiles_per_joint: Vec<ResidualQuantiles>,
 }
 
 impl UseVerdict {
-    /// Creates the verdict from a figure with its limit, and the reasons against the use.
-    pub(super) fn new(
+    /// Creates the verdict from a figure with its limit, and from the blocking reasons, the
+    /// possible explanations and the failing criteria, in this order. Explanations count only if
+    /// they can explain a failing criterion. They come before the criteria that they explain.
+    pub(super) fn decided(
         figure: Option<f64>,
         unit: &'static str,
         limit: Option<f64>,
-        reasons: Vec<Reason>,
+        [blocking, explanations, failing]: [&[Reason]; 3],
     ) -> Self {
+        let explained = failing.iter().any(Reason::may_have_cause);
+        let explanations = if explained { explanations.to_vec() } else { Vec::new() };
+        let reasons = [blocking, &explanations, failing].concat();
         // If all reasons only report that the use cannot be judged, there is no verdict.
         let unidentifiable = !reasons.is_empty() && reasons.iter().all(Reason::is_unidentifiable);
         let applicable = (!unidentifiable).then_some(reasons.is_empty());
-        Self { applicable, figure, unit, limit, reasons, quantiles_per_joint: Vec::new() }
+        let quantiles_per_joint = Vec::new();
+        Self { applicable, figure, unit, limit, reasons, explanations, quantiles_per_joint }
+    }
+
+    /// Adds reasons that are no figure.
+    fn add_blocking(&mut self, more: &[Reason]) {
+        self.reasons.extend_from_slice(more);
+        self.applicable = match self.applicable {
+            Some(applicable) => Some(applicable && more.is_empty()),
+            None if more.is_empty() => None,
+            None => Some(false),
+        };
     }
 }
 
@@ -103,8 +122,11 @@ impl Verdict {
 
     /// Returns every finding as data: the reasons against any use, and the notes.
     pub fn findings(&self) -> Vec<Finding> {
-        let reasons = Use::ALL.map(|usage| (usage, self.uses.get(usage).reasons.as_slice()));
-        Finding::list(reasons, &self.notes)
+        let uses = Use::ALL.map(|usage| {
+            let of = self.uses.get(usage);
+            (usage, of.reasons.as_slice(), of.explanations.as_slice())
+        });
+        Finding::list(&uses, &self.notes)
     }
 
     /// Returns the verdict with further reasons against every use.
@@ -122,9 +144,7 @@ impl Verdict {
             &mut uses.physical_values,
             &mut uses.rigid_body,
         ] {
-            let reasons = of.reasons.iter().chain(&more).cloned().collect();
-            let UseVerdict { figure, unit, limit, .. } = *of;
-            *of = UseVerdict::new(figure, unit, limit, reasons);
+            of.add_blocking(&more);
         }
         uses.contact_detection.reasons.extend(more);
         Self::new(uses, required, notes)

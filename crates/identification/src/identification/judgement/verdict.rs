@@ -3,12 +3,12 @@
 use nalgebra::DVector;
 
 use super::estimate::{Estimate, ReferenceSource};
-use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
+use super::nuisance_parameters::NuisanceEstimate;
 use super::reasons::{Note, Reason};
 use super::uses::{UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
-use crate::identification::problem::{Context, Tolerances, VerdictLimits};
+use crate::identification::problem::{Context, Tolerances, Use, VerdictLimits};
 use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 
 /// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
@@ -26,13 +26,6 @@ const LACKING: f64 = 0.03;
 
 /// A parameter with at least this share of a joint's torque is checked for its value.
 const CARRYING: f64 = 0.05;
-
-/// A torque up to this share of a joint's capability is small and need not be known better.
-const SMALL: f64 = 0.05;
-
-/// Robot files state limits that are never reached. A joint's capability is at most this many times
-/// the largest recorded torque.
-const REACHED: f64 = 3.0;
 
 /// Residual share of a joint's torque above which an unnamed effect is missing in the model.
 pub(super) const UNEXPLAINED: f64 = 0.05;
@@ -61,41 +54,95 @@ pub(super) struct Known<'a> {
     pub(super) indefinite: Option<Indefinite>,
     /// Nearest bodies, if the robot file has nominal ones.
     pub(super) bodies: Option<Outcome>,
-    /// Reasons that only some methods find.
-    pub(super) further: Vec<Reason>,
+    /// Reasons that are no figure and make the result useless: failures of the method, and signals
+    /// that were not measured.
+    pub(super) blocking: Vec<Reason>,
+    /// Findings about the signals that may explain a large figure.
+    pub(super) explanations: Vec<Reason>,
 }
 
 impl Known<'_> {
-    /// True if a torque of a joint is small compared with the joint's capability.
-    fn is_small(&self, joint: JointIndex, torque_nm: f64) -> bool {
-        let reached = self.largest_torque[joint];
-        // A joint can reach the recorded torque. Without a configured limit, nothing shows that it
-        // can do more.
-        let can = match self.context.robot.chain()[joint].limits.torque_max {
-            Some(limit) => limit.min(REACHED * reached),
-            None => reached,
+    /// Returns the torque limit of a joint, if there is one that its recorded torques do not exceed
+    /// \[N·m or N\].
+    fn torque_limit(&self, joint: JointIndex) -> Option<f64> {
+        let limit = self.context.robot.chain()[joint].limits.torque_max;
+        limit.filter(|limit| *limit >= self.largest_torque[joint])
+    }
+
+    /// Returns the smallest torque by which the error of a joint is divided \[N·m or N\]. It is a
+    /// share of the joint's torque limit. Without a limit above the recorded torques, it is the same
+    /// share of the largest root mean square torque of any joint of its kind.
+    fn torque_floor(&self, joint: JointIndex) -> f64 {
+        let chain = self.context.robot.chain();
+        let largest = || {
+            let of_kind =
+                numbered(&self.torque).filter(|(of, _)| chain[*of].kind == chain[joint].kind);
+            of_kind.map(|(_, torque)| *torque).fold(0.0, f64::max)
         };
-        torque_nm <= SMALL * can
+        self.context.options.limits.torque_floor * self.torque_limit(joint).unwrap_or_else(largest)
+    }
+
+    /// Returns the error of each joint \[N·m or N\], relative to its `torque` or its floor,
+    /// whichever is larger.
+    fn relative_errors(&self, errors: &[f64], torque: impl Fn(JointIndex) -> f64) -> Vec<f64> {
+        let relative = |(joint, error): (JointIndex, &f64)| {
+            error / f64::max(torque(joint), self.torque_floor(joint))
+        };
+        numbered(errors).map(relative).collect()
     }
 }
 
 impl VerdictLimits {
-    /// Returns the verdict for each use. A figure that is not a number fails.
+    /// Returns the verdict for each use. The figures with their limits decide, and what is no
+    /// number: a failed method, an impossible unit or sign. Other findings only explain a figure
+    /// that exceeds its limit. A figure that is not a number fails.
     pub(super) fn uses(&self, known: &Known<'_>, estimate: &Estimate) -> Uses {
-        let wrong = self.wrong(known, estimate);
+        let blocking = self.blocking(known, estimate);
+        let of_the_arm = self.explanations(known, estimate);
+        // A delay belongs to the record, and does not affect predictions.
+        let delays = (estimate.nuisance_parameters.iter()).filter(|found| found.is_delay());
+        let of_the_values: Vec<Reason> =
+            of_the_arm.iter().cloned().chain(contradicted(delays)).collect();
         Uses {
-            monitoring: self.monitoring(known, estimate, &wrong),
-            prediction: self.prediction(known, estimate, &wrong),
-            contact_detection: contact_detection(estimate, &wrong),
-            physical_values: self.physical_values(known, estimate, &wrong),
-            rigid_body: self.rigid_body(known, &wrong),
+            monitoring: self.monitoring(known, estimate, &blocking),
+            prediction: self.prediction(known, estimate, &blocking, &of_the_arm),
+            contact_detection: contact_detection(estimate, &blocking),
+            physical_values: self.physical_values(known, estimate, &blocking, &of_the_values),
+            rigid_body: self.rigid_body(known, &blocking, &of_the_values),
         }
     }
 
-    /// Returns the reasons that make a result useless: the method failed, or the data have another
-    /// unit or sign.
-    fn wrong(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
-        let mut reasons = known.further.clone();
+    /// Returns the findings that may explain a large figure: the described controller, the signals,
+    /// and configured values that the data contradict.
+    fn explanations(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
+        let controller = match estimate.simulations {
+            0 => self.controller(known, estimate),
+            // The simulated loop is that of the controller: there its error decides.
+            _ => Vec::new(),
+        };
+        let others = estimate.nuisance_parameters.iter().filter(|found| !found.is_delay());
+        let signals = known.explanations.iter().cloned();
+        controller.into_iter().chain(signals).chain(contradicted(others)).collect()
+    }
+
+    /// Returns the explanations that no use needs, because its figures are within their limits.
+    pub(super) fn unconfirmed(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        uses: &Uses,
+    ) -> impl Iterator<Item = Note> {
+        let explains = |reason: &Reason| {
+            Use::ALL.iter().any(|usage| uses.get(*usage).explanations.contains(reason))
+        };
+        let all = self.explanations(known, estimate).into_iter();
+        all.filter(move |reason| !explains(reason)).map(Note::Unconfirmed)
+    }
+
+    /// Returns the reasons that make a result useless and are no figure: the method failed, or the
+    /// data have another unit or sign.
+    fn blocking(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
+        let mut reasons = known.blocking.clone();
         let limits = known.context.robot.limits().map(|limits| limits.torque_max);
         let joints = numbered(known.largest_torque.iter().zip(limits));
         reasons.extend(
@@ -131,44 +178,100 @@ impl VerdictLimits {
 
     /// Judges monitoring by the information of the data in this cell. Model errors do not count,
     /// because windows of the same motion have the same errors.
-    fn monitoring(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
-        let mut reasons = wrong.to_vec();
+    fn monitoring(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        blocking: &[Reason],
+    ) -> UseVerdict {
+        let mut failing = Vec::new();
         let (value, limit) = (estimate.condition_number, self.condition_number);
         if exceeds(value, limit) {
-            reasons.push(Reason::ConditionNumber { value, limit });
+            failing.push(Reason::ConditionNumber { value, limit });
         }
-        let deviations = &estimate.relative_prediction_deviation_per_joint;
+        let shares = &estimate.relative_prediction_deviation_per_joint;
+        let relative = |(joint, share): (JointIndex, &f64)| {
+            let torque = known.torque[joint];
+            share * (torque / torque.max(known.torque_floor(joint)))
+        };
+        let deviations: Vec<f64> = numbered(shares).map(relative).collect();
         let limit = self.prediction_deviation;
-        let in_nm = |joint: JointIndex, share: f64| share * known.torque[joint];
-        reasons.extend(
-            exceeding(deviations, limit)
-                .filter(|&(joint, share)| !known.is_small(joint, in_nm(joint, share)))
-                .map(|(joint, deviation)| Reason::PredictionDeviation { joint, deviation, limit }),
+        failing.extend(
+            exceeding(&deviations, limit).map(|(joint, deviation)| Reason::PredictionDeviation {
+                joint,
+                deviation,
+                limit,
+            }),
         );
-        let decimation = &known.context.decimation;
         let per_parameter = rows_per_parameter(known.context, estimate);
         if exceeds(self.rows_per_parameter, per_parameter) {
-            reasons.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
+            failing.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
         }
-        if decimation.is_none() {
-            reasons.push(Reason::NotDecimated);
+        if known.context.decimation.is_none() {
+            failing.push(Reason::NotDecimated);
         }
-        // Without the joints that exceed the limit by a small torque only.
-        let judged: Vec<f64> = numbered(deviations)
-            .filter(|&(joint, &share)| {
-                !exceeds(share, limit) || !known.is_small(joint, in_nm(joint, share))
-            })
-            .map(|(_, share)| *share)
-            .collect();
-        let figure = largest(if judged.is_empty() { deviations } else { &judged });
-        UseVerdict::new(figure, "1", Some(limit), reasons)
+        UseVerdict::decided(largest(&deviations), "1", Some(limit), [blocking, &[], &failing])
     }
 
-    /// Judges prediction by the torque uncertainty outside the recorded motion, and by held-out
-    /// data.
-    fn prediction(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
-        let mut reasons = wrong.to_vec();
-        // The first reason is one that others may follow from.
+    /// Judges prediction by the torque uncertainty outside the recorded motion, by held-out data
+    /// and by the residual.
+    fn prediction(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        blocking: &[Reason],
+        explanations: &[Reason],
+    ) -> UseVerdict {
+        // The simulated loop is that of the controller.
+        let mut failing = match estimate.simulations {
+            0 => Vec::new(),
+            _ => self.controller(known, estimate),
+        };
+        let (error, limit) = (estimate.relative_error, self.relative_error);
+        if exceeds(error, limit) {
+            failing.push(Reason::RelativeError { error, limit });
+        }
+        let errors = &estimate.rms_error_per_joint_nm;
+        let errors = known.relative_errors(errors, |joint| known.torque[joint]);
+        let limit = self.relative_error_per_joint;
+        failing.extend(exceeding(&errors, limit).map(|(joint, error)| Reason::JointError {
+            joint,
+            error,
+            limit,
+        }));
+        // The error outside the recorded motion covers speeds up to those of the record. A joint
+        // that does not move has no speed there.
+        failing.extend(unmoved(known.context));
+        let (elsewhere, limit) = (&estimate.extrapolation, self.error_of_extrapolation);
+        if exceeds(elsewhere.relative_error, limit) {
+            let error = elsewhere.relative_error;
+            let freedoms = estimate.nuisance_parameters.iter().take(3).cloned().collect();
+            failing.push(Reason::Extrapolation { error, limit, freedoms });
+        } else {
+            let (errors, shares) =
+                (&elsewhere.error_per_joint_nm, &elsewhere.relative_error_per_joint);
+            let errors = known.relative_errors(errors, |joint| errors[joint] / shares[joint]);
+            failing.extend(
+                exceeding(&errors, limit).map(|(joint, error)| Reason::JointExtrapolation {
+                    joint,
+                    error,
+                    limit,
+                }),
+            );
+        }
+        match estimate.held_out.relative_error {
+            Some(error) if exceeds(error, self.held_out_error) => {
+                failing.push(Reason::HeldOut { error, limit: self.held_out_error });
+            }
+            Some(_) => {}
+            None => failing.push(Reason::TooFewMotions),
+        }
+        let figure = Some(elsewhere.relative_error);
+        UseVerdict::decided(figure, "1", Some(limit), [blocking, explanations, &failing])
+    }
+
+    /// Returns the joints whose described controller did not command the recorded torques.
+    fn controller(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
         let errors = estimate.controller_error_per_joint.iter().flatten();
         // Without a simulated loop, the controller only checks the torques, as precisely as their
         // gain is configured.
@@ -176,67 +279,23 @@ impl VerdictLimits {
             0 => self.controller_error.max(known.context.options.tolerances.torque_gain),
             _ => self.controller_error,
         };
-        reasons.extend(exceeding(errors, limit).map(
-            |(joint, error)| match OPPOSITE.contains(&error) {
-                true => Reason::OppositeCommand { joint },
-                false => Reason::Controller { joint, error },
-            },
-        ));
-        // Friction hysteresis looks like a delay, and a delay belongs to the record.
-        let of_the_arm = |found: &&NuisanceEstimate| {
-            !matches!(found.nuisance, NuisanceParameter::TorqueDelay(_))
+        let reason = |(joint, error): (JointIndex, f64)| match OPPOSITE.contains(&error) {
+            true => Reason::OppositeCommand { joint },
+            false => Reason::Controller { joint, error },
         };
-        reasons.extend(contradicted(estimate.nuisance_parameters.iter().filter(of_the_arm)));
-        reasons.extend(self.negative(known, estimate, wrong));
-        let (error, limit) = (estimate.relative_error, self.relative_error);
-        if exceeds(error, limit) {
-            reasons.push(Reason::RelativeError { error, limit });
-        }
-        let (errors, limit) = (&estimate.relative_error_per_joint, self.relative_error_per_joint);
-        reasons.extend(
-            exceeding(errors, limit)
-                .filter(|(joint, _)| {
-                    !known.is_small(*joint, estimate.rms_error_per_joint_nm[*joint])
-                })
-                .map(|(joint, error)| Reason::JointError { joint, error, limit }),
-        );
-        // The error outside the recorded motion covers speeds up to those of the record. A joint
-        // that does not move has no speed there.
-        reasons.extend(unmoved(known.context));
-        let (elsewhere, limit) = (&estimate.extrapolation, self.error_of_extrapolation);
-        if exceeds(elsewhere.relative_error, limit) {
-            let error = elsewhere.relative_error;
-            let freedoms = estimate.nuisance_parameters.iter().take(3).cloned().collect();
-            reasons.push(Reason::Extrapolation { error, limit, freedoms });
-        } else {
-            let joints = exceeding(&elsewhere.relative_error_per_joint, limit)
-                .filter(|(joint, _)| !known.is_small(*joint, elsewhere.error_per_joint_nm[*joint]));
-            reasons.extend(joints.map(|(joint, error)| Reason::JointExtrapolation {
-                joint,
-                error,
-                limit,
-            }));
-        }
-        match estimate.held_out.relative_error {
-            Some(error) if exceeds(error, self.held_out_error) => {
-                reasons.push(Reason::HeldOut { error, limit: self.held_out_error });
-            }
-            Some(_) => {}
-            None => reasons.push(Reason::TooFewMotions),
-        }
-        UseVerdict::new(Some(elsewhere.relative_error), "1", Some(limit), reasons)
+        exceeding(errors, limit).map(reason).collect()
     }
 
-    /// Returns reasons for negative friction and drive inertia, regardless of model errors.
+    /// Returns the negative friction coefficients and drive inertias.
     fn negative(
         &self,
         known: &Known<'_>,
         estimate: &Estimate,
-        wrong: &[Reason],
+        blocking: &[Reason],
     ) -> impl Iterator<Item = Reason> {
         // A regrouped parameter may be negative, because it subtracts others.
         let alone = estimate.parameters.iter().enumerate().filter(|(_, p)| !p.regrouped);
-        let follows = has_wrong_signs(wrong);
+        let follows = has_wrong_signs(blocking);
         alone.filter(move |_| !follows).filter_map(|(index, parameter)| {
             let quantity = positive_quantity(known.context, index)?;
             let (value, standard_deviation) =
@@ -254,11 +313,10 @@ impl VerdictLimits {
         &self,
         known: &Known<'_>,
         estimate: &Estimate,
-        wrong: &[Reason],
+        blocking: &[Reason],
+        explanations: &[Reason],
     ) -> UseVerdict {
-        let mut reasons = wrong.to_vec();
-        reasons.extend(contradicted(estimate.nuisance_parameters.iter()));
-        reasons.extend(self.negative(known, estimate, wrong));
+        let mut failing: Vec<Reason> = self.negative(known, estimate, blocking).collect();
         let options = known.context.options;
         let asked = |index: usize| match &options.required_parameters {
             Some(names) => names.contains(&estimate.parameters[index].name),
@@ -275,27 +333,34 @@ impl VerdictLimits {
             .map(|&index| (estimate.parameters[index].name.clone(), uncertain(index)))
             .collect();
         if !names.is_empty() {
-            reasons.push(Reason::Uncertain { parameters: names, limit });
+            failing.push(Reason::Uncertain { parameters: names, limit });
         }
         let figures: Vec<f64> = asked.into_iter().map(uncertain).collect();
-        UseVerdict::new(largest(&figures), "1", Some(limit), reasons)
+        let figure = largest(&figures);
+        UseVerdict::decided(figure, "1", Some(limit), [blocking, explanations, &failing])
     }
 
     /// Judges the rigid body by the mass matrix, and by the existence of bodies that explain it.
-    fn rigid_body(&self, known: &Known<'_>, wrong: &[Reason]) -> UseVerdict {
-        let mut reasons = wrong.to_vec();
+    fn rigid_body(
+        &self,
+        known: &Known<'_>,
+        blocking: &[Reason],
+        explanations: &[Reason],
+    ) -> UseVerdict {
+        let mut failing = Vec::new();
         let limit = self.negative_deviations;
         let figure = known.indefinite.as_ref().map_or(0.0, |found| found.deviations);
-        let follows = has_wrong_signs(wrong);
+        let follows = has_wrong_signs(blocking);
         if let Some(found) =
             known.indefinite.as_ref().filter(|_| !follows && exceeds(figure, limit))
         {
             let posture = found.posture.clone();
-            reasons.push(Reason::Indefinite { posture, deviations: figure });
+            failing.push(Reason::Indefinite { posture, deviations: figure });
         }
         let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
-        reasons.extend(no_bodies.filter(|_| !follows).map(Reason::PhysicallyImpossible));
-        UseVerdict::new(Some(figure), "standard deviations below zero", Some(limit), reasons)
+        failing.extend(no_bodies.filter(|_| !follows).map(Reason::PhysicallyImpossible));
+        let unit = "standard deviations below zero";
+        UseVerdict::decided(Some(figure), unit, Some(limit), [blocking, explanations, &failing])
     }
 
     /// Returns a reason if the torques along the simulated motion give other parameters than the
@@ -315,18 +380,14 @@ impl VerdictLimits {
     }
 
     /// Returns the notes that the user of a result must know and that do not speak against its use.
-    pub(super) fn notes(
-        &self,
-        context: &Context<'_>,
-        estimate: &Estimate,
-        bodies: Option<&Outcome>,
-    ) -> Vec<Note> {
+    pub(super) fn notes(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Note> {
+        let context = known.context;
         let mut notes = Vec::new();
-        let far = bodies.and_then(Outcome::far_body);
+        let far = known.bodies.as_ref().and_then(Outcome::far_body);
         notes.extend(far.map(|far| Note::FarFromNominal { far }));
-        let joints: Vec<JointIndex> = numbered(context.robot.limits())
-            .filter(|(_, limits)| limits.torque_max.is_none())
-            .map(|(joint, _)| joint)
+        let joints: Vec<JointIndex> = (0..context.robot.joints())
+            .map(JointIndex::new)
+            .filter(|joint| known.torque_limit(*joint).is_none())
             .collect();
         if !joints.is_empty() {
             notes.push(Note::TorqueLimitOpen { joints });
@@ -368,15 +429,14 @@ impl VerdictLimits {
 }
 
 /// Judges contact detection by the held-out residuals, which serve to set thresholds.
-fn contact_detection(estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+fn contact_detection(estimate: &Estimate, blocking: &[Reason]) -> UseVerdict {
     let quantiles = &estimate.held_out.quantiles_per_joint;
     let of_999: Vec<f64> = quantiles.iter().map(|of| of.of_999).collect();
-    let mut reasons = wrong.to_vec();
-    reasons.extend(quantiles.is_empty().then_some(Reason::TooFewMotions));
+    let failing = if quantiles.is_empty() { vec![Reason::TooFewMotions] } else { Vec::new() };
     UseVerdict {
         applicable: None,
         quantiles_per_joint: quantiles.clone(),
-        ..UseVerdict::new(largest(&of_999), "N·m", None, reasons)
+        ..UseVerdict::decided(largest(&of_999), "N·m", None, [blocking, &[], &failing])
     }
 }
 

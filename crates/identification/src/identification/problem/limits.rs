@@ -22,6 +22,10 @@ pub struct VerdictLimits {
     pub relative_error: f64,
     /// Largest relative error of a single joint \[share\].
     pub relative_error_per_joint: f64,
+    /// Smallest torque by which a joint's error is divided: this share of its torque limit. Without
+    /// a limit above the recorded torques, it is this share of the largest root mean square torque
+    /// of any joint \[share\].
+    pub torque_floor: f64,
     /// Standard deviations below zero from which a friction coefficient or a drive inertia is
     /// impossible \[σ\].
     pub negative_deviations: f64,
@@ -56,6 +60,7 @@ impl Default for VerdictLimits {
             prediction_deviation: 0.10,
             relative_error: 0.10,
             relative_error_per_joint: 0.25,
+            torque_floor: 0.05,
             negative_deviations: 3.0,
             error_of_extrapolation: 0.15,
             held_out_error: 0.15,
@@ -91,6 +96,7 @@ impl VerdictLimits {
             ("prediction_deviation", self.prediction_deviation),
             ("relative_error", self.relative_error),
             ("relative_error_per_joint", self.relative_error_per_joint),
+            ("torque_floor", self.torque_floor),
             ("negative_deviations", self.negative_deviations),
             ("error_elsewhere", self.error_of_extrapolation),
             ("held_out_error", self.held_out_error),
@@ -109,6 +115,7 @@ impl VerdictLimits {
             ("model_probability", self.model_probability),
             ("relative_error", self.relative_error),
             ("relative_error_per_joint", self.relative_error_per_joint),
+            ("torque_floor", self.torque_floor),
             ("prediction_deviation", self.prediction_deviation),
             ("error_elsewhere", self.error_of_extrapolation),
             ("held_out_error", self.held_out_error),

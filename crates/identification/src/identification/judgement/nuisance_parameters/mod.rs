@@ -95,6 +95,11 @@ pub struct NuisanceEstimate {
 }
 
 impl NuisanceEstimate {
+    /// True if the nuisance parameter is the delay of a torque.
+    pub(super) fn is_delay(&self) -> bool {
+        matches!(self.nuisance, NuisanceParameter::TorqueDelay(_))
+    }
+
     /// Returns the factor by which the configured value has to be multiplied, and its standard
     /// deviation. Returns `None` if the quantity has another unit or is not identified.
     pub fn correction_factor(&self) -> Option<[f64; 2]> {
