@@ -138,17 +138,17 @@ impl<'a> Draft<'a> {
         parse_value(entry.map(|entry| &entry.value).or(answer)?)
     }
 
-    /// Returns the answer to a question that was not asked yet.
+    /// Returns the answer that is given for a key.
     pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
         parse_value(&as_toml(self.answers.get(key)?))
     }
 
-    /// Returns the answer to a question that was not asked yet, if it is text.
+    /// Returns the answer that is given for a key, if it is text.
     pub(super) fn answered_text(&self, key: &str) -> Option<String> {
         self.answer(key)?.as_str().map(str::to_owned)
     }
 
-    /// Returns the answer to a question that was not asked yet, if it is a list of texts.
+    /// Returns the answer that is given for a key, if it is a list of texts.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
         self.answer(key)?.as_array().map(|values| text_list(values))
     }

@@ -233,7 +233,7 @@ impl<R: BufRead> Capture<R> {
         while self.take_header(8)? {
             let header = self.block.clone();
             if header.starts_with(&SECTION_BLOCK.to_le_bytes()) {
-                self.section(&header)?;
+                self.begin_section(&header)?;
                 continue;
             }
             let (kind, length) = (self.u32_at(0)?, self.u32_at(4)?);
@@ -277,7 +277,7 @@ impl<R: BufRead> Capture<R> {
     }
 
     /// Begins a section, which has its own byte order and its own interfaces.
-    fn section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
+    fn begin_section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
         if !self.read_block(4)? {
             return Err(self.truncated_error());
         }

@@ -186,7 +186,7 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
-    /// A link behind a joint outside the arm has an inertial that no body has.
+    /// The inertial of a link on a joint outside the arm is incomplete or physically impossible.
     #[error(
         "the link `{link}` hangs on joints which are no part of the arm, and its inertial is \
          incomplete or of no body; correct it, or remove it"
