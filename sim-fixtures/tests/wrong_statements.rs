@@ -209,6 +209,9 @@ fn a_coupling_that_is_left_out_is_named() {
 fn a_coupling_of_the_other_sign_is_named_and_its_values_are_refused() {
     let estimate = with_row(COUPLED, TORQUE_RANGE, Method::IdimLs);
     assert_eq!(joints_of(&estimate, FindingCode::TorqueGain), [6, 5]);
+    // The required uses do not need the explanation, and the reader has to see it all the same.
+    let explains = |note: &Note| matches!(note, Note::Explanation(_));
+    assert!(estimate.verdict.applicable && estimate.verdict.notes.iter().any(explains));
     assert_eq!(estimate.verdict.uses.physical_values.applicable, Some(false));
 }
 
@@ -312,11 +315,11 @@ fn positions_that_are_not_logged_as_they_come_are_reported_with_their_time() {
         }
     });
     let explained = &estimate.verdict.uses.prediction.explanations;
-    let unconfirmed = estimate.verdict.notes.iter().filter_map(|note| match note {
-        Note::Unconfirmed(reason) => Some(reason),
+    let in_notes = estimate.verdict.notes.iter().filter_map(|note| match note {
+        Note::Explanation(reason) => Some(reason),
         _ => None,
     });
-    let reasons: Vec<&Reason> = explained.iter().chain(unconfirmed).collect();
+    let reasons: Vec<&Reason> = explained.iter().chain(in_notes).collect();
     let Some(Reason::FrozenSignal { found }) = reasons.first() else { panic!("{reasons:?}") };
     assert_eq!((&found.motors[..], found.recording), (&[0, 1].map(MotorIndex::new)[..], 1));
     let time_of = |sample: usize| sample as f64 / 5000.0;

@@ -9,7 +9,6 @@
 //! friction of each single motor is a stronger condition and not required, because friction in
 //! gears that two motors share need not be split in this way. Each fc is the friction of a separate
 //! contact.
-//! fc is the friction of a separate contact.
 
 use nalgebra::DMatrix;
 

@@ -18,8 +18,8 @@ pub(super) fn page() -> Page {
                  result unusable for the uses that it names: a figure exceeds its limit, or the \
                  data or the method are unusable. An explanatory finding may be the cause. It is \
                  listed before the figures that it may explain, and it does not block any use. \
-                 Where every figure is within its limit, it is a note. An advisory finding is for \
-                 information only.",
+                 Where the figures of the required uses are within their limits, it is a note. An \
+                 advisory finding is for information only.",
             ),
             text(
                 "JSON has the sentences in `verdict.reasons` and `verdict.notes`, and every \

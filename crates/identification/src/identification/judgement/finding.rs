@@ -112,10 +112,14 @@ impl Finding {
             };
             reason.facts().finding(reason.code(), severity, named(affected), reason.to_string())
         };
-        let advisory = notes.iter().map(|note| {
+        let is_listed = |note: &&Note| match note {
+            Note::Explanation(reason) => reasons.contains(&reason),
+            _ => false,
+        };
+        let advisory = notes.iter().filter(|note| !is_listed(note)).map(|note| {
             note.facts().finding(note.code(), Severity::Advisory, Vec::new(), note.to_string())
         });
-        reasons.into_iter().map(finding).chain(advisory).collect()
+        reasons.iter().copied().map(finding).chain(advisory).collect()
     }
 }
 
@@ -252,7 +256,7 @@ impl Note {
             Self::DownweightedThroughout { .. } => Code::DownweightedThroughout,
             Self::ModelError { .. } => Code::UnmodelledEffect,
             Self::FarFromNominal { .. } => Code::FarFromNominal,
-            Self::Unconfirmed(reason) => reason.code(),
+            Self::Explanation(reason) => reason.code(),
             Self::RateUnchecked => Code::RateUnchecked,
             Self::TorqueLimitOpen { .. } => Code::TorqueLimitOpen,
         }
@@ -266,7 +270,7 @@ impl Note {
             | Self::DelayUnchecked
             | Self::ControllerUnchecked { .. }
             | Self::RateUnchecked => Facts::default(),
-            Self::Unconfirmed(reason) => reason.facts(),
+            Self::Explanation(reason) => reason.facts(),
             Self::SlowerLoop { bandwidth_hz: figure }
             | Self::PositionFilterUnchecked { cutoff_hz: figure } => {
                 Facts::new(None, *figure, "Hz")

@@ -254,7 +254,7 @@ impl Findings<'_> {
             blocking: constant.chain(other).collect(),
             explanations: of_signals.collect(),
         };
-        let uses = limits.uses(&known, &estimate);
+        let (uses, explanations) = limits.uses(&known, &estimate);
         let time_s = context.time_s();
         let mut notes = limits.notes(&known, &estimate);
         notes.extend(checks.notes);
@@ -263,8 +263,7 @@ impl Findings<'_> {
         notes.extend(perhaps);
         notes.extend(hardly_stale.into_iter().map(|found| Note::FrozenSignal { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
-        notes.extend(limits.unconfirmed(&known, &estimate, &uses));
-        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
+        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes, explanations);
         let measured = torque.measured_values();
         let information = Information::new(
             observations,

@@ -133,8 +133,9 @@ pub enum Note {
     ModelError { nuisance: NuisanceEstimate },
     /// Bodies with these parameters are far from the nominal ones.
     FarFromNominal { far: FarBody },
-    /// Possible explanation of a large figure, although every figure is within its limit.
-    Unconfirmed(Reason),
+    /// Possible explanation of a large figure, although the figures of the required uses do not
+    /// need it.
+    Explanation(Reason),
     /// The bus layout counts frames and ignores their time stamps.
     RateUnchecked,
     /// The robot file does not specify the torque limits of these joints.
@@ -646,7 +647,7 @@ impl Display for Note {
                  any joint; state torque_max_nm in the robot file",
                 listed(joints.iter().map(ToString::to_string))
             ),
-            Self::Unconfirmed(reason) => reason.fmt(f),
+            Self::Explanation(reason) => reason.fmt(f),
             Self::RateUnchecked => f.write_str(
                 "the sample rate is taken as stated, for the frames or rows count and no time: \
                  neither it nor a lost sample can be checked",

@@ -148,7 +148,6 @@ impl Uncertainty {
 /// takes part in the motion of both. So the residual of one joint may be due to an error of the
 /// motion. The other joint then has this error too, but its parameters may hide it. Returns `None`
 /// without such a motor.
-/// a motor.
 fn floors_of_motion(
     fitted: &FittedModel<'_>,
     torque: &[f64],

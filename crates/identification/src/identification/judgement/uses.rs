@@ -59,26 +59,31 @@ pub struct UseVerdict {
     pub quantiles_per_joint: Vec<ResidualQuantiles>,
 }
 
-impl UseVerdict {
-    /// Creates the verdict from a figure with its limit, and from the blocking reasons, the
-    /// possible explanations and the failing criteria, in this order. Explanations count only if
-    /// they can explain a failing criterion. They come before the criteria that they explain.
-    pub(super) fn decided(
-        figure: Option<f64>,
-        unit: &'static str,
-        limit: Option<f64>,
-        [blocking, explanations, failing]: [&[Reason]; 3],
-    ) -> Self {
+/// The figures of one use: the deciding one with its limit, and those that exceed their limits.
+pub(super) struct Criteria {
+    pub(super) figure: Option<f64>,
+    pub(super) unit: &'static str,
+    pub(super) limit: Option<f64>,
+    pub(super) failing: Vec<Reason>,
+}
+
+impl Criteria {
+    /// Decides the use. Explanations count only if they can explain a failing criterion. They come
+    /// before the criteria that they explain.
+    pub(super) fn decide(self, blocking: &[Reason], explanations: &[Reason]) -> UseVerdict {
+        let Self { figure, unit, limit, failing } = self;
         let explained = failing.iter().any(Reason::may_have_cause);
         let explanations = if explained { explanations.to_vec() } else { Vec::new() };
-        let reasons = [blocking, &explanations, failing].concat();
+        let reasons = [blocking, &explanations, &failing].concat();
         // If all reasons only report that the use cannot be judged, there is no verdict.
         let unidentifiable = !reasons.is_empty() && reasons.iter().all(Reason::is_unidentifiable);
         let applicable = (!unidentifiable).then_some(reasons.is_empty());
         let quantiles_per_joint = Vec::new();
-        Self { applicable, figure, unit, limit, reasons, explanations, quantiles_per_joint }
+        UseVerdict { applicable, figure, unit, limit, reasons, explanations, quantiles_per_joint }
     }
+}
 
+impl UseVerdict {
     /// Adds reasons that are no figure.
     fn add_blocking(&mut self, more: &[Reason]) {
         self.reasons.extend_from_slice(more);
@@ -104,8 +109,13 @@ impl Uses {
 }
 
 impl Verdict {
-    /// Creates the verdict for the required uses.
-    pub(super) fn new(uses: Uses, required: &[Use], notes: Vec<Note>) -> Self {
+    /// Creates the verdict for the required uses. Explanations that they do not need are notes.
+    pub(super) fn new(
+        uses: Uses,
+        required: &[Use],
+        mut notes: Vec<Note>,
+        explanations: Vec<Reason>,
+    ) -> Self {
         let mut reasons: Vec<Reason> = Vec::new();
         for reason in required.iter().flat_map(|of| &uses.get(*of).reasons) {
             if !reasons.contains(reason) {
@@ -117,6 +127,8 @@ impl Verdict {
             !matches!(reason, Reason::OppositeCommand { .. } | Reason::Controller { .. })
         });
         let failure = reasons.iter().find_map(Reason::failure);
+        let unused = explanations.into_iter().filter(|reason| !reasons.contains(reason));
+        notes.extend(unused.map(Note::Explanation));
         Self { applicable: reasons.is_empty(), reasons, uses, notes, failure }
     }
 
@@ -147,7 +159,7 @@ impl Verdict {
             of.add_blocking(&more);
         }
         uses.contact_detection.reasons.extend(more);
-        Self::new(uses, required, notes)
+        Self::new(uses, required, notes, Vec::new())
     }
 }
 

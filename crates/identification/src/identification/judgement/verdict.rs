@@ -4,11 +4,12 @@ use nalgebra::DVector;
 
 use super::estimate::{Estimate, ReferenceSource};
 use super::nuisance_parameters::NuisanceEstimate;
+use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
-use super::uses::{UseVerdict, Uses};
+use super::uses::{Criteria, UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
-use crate::identification::problem::{Context, Tolerances, Use, VerdictLimits};
+use crate::identification::problem::{Context, Tolerances, VerdictLimits};
 use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 
 /// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
@@ -70,8 +71,8 @@ impl Known<'_> {
     }
 
     /// Returns the smallest torque by which the error of a joint is divided \[N·m or N\]. It is a
-    /// share of the joint's torque limit. Without a limit above the recorded torques, it is the same
-    /// share of the largest root mean square torque of any joint of its kind.
+    /// share of the joint's torque limit. Without a limit above the recorded torques, it is the
+    /// same share of the largest root mean square torque of any joint of its kind.
     fn torque_floor(&self, joint: JointIndex) -> f64 {
         let chain = self.context.robot.chain();
         let largest = || {
@@ -82,61 +83,59 @@ impl Known<'_> {
         self.context.options.limits.torque_floor * self.torque_limit(joint).unwrap_or_else(largest)
     }
 
-    /// Returns the error of each joint \[N·m or N\], relative to its `torque` or its floor,
-    /// whichever is larger.
+    /// Returns the torque by which the error of a joint is divided: its `torque` or its floor,
+    /// whichever is larger \[N·m or N\].
+    fn divisor(&self, joint: JointIndex, torque: f64) -> f64 {
+        torque.max(self.torque_floor(joint))
+    }
+
+    /// Returns the error of each joint \[N·m or N\], relative to its divisor.
     fn relative_errors(&self, errors: &[f64], torque: impl Fn(JointIndex) -> f64) -> Vec<f64> {
-        let relative = |(joint, error): (JointIndex, &f64)| {
-            error / f64::max(torque(joint), self.torque_floor(joint))
-        };
+        let relative =
+            |(joint, error): (JointIndex, &f64)| error / self.divisor(joint, torque(joint));
         numbered(errors).map(relative).collect()
     }
 }
 
 impl VerdictLimits {
-    /// Returns the verdict for each use. The figures with their limits decide, and what is no
-    /// number: a failed method, an impossible unit or sign. Other findings only explain a figure
-    /// that exceeds its limit. A figure that is not a number fails.
-    pub(super) fn uses(&self, known: &Known<'_>, estimate: &Estimate) -> Uses {
+    /// Returns the verdict for each use, and all possible explanations of large figures. The figures
+    /// with their limits decide, and what is no number: a failed method, an impossible unit or
+    /// sign. Other findings only explain a figure that exceeds its limit. A figure that is not a
+    /// number fails.
+    pub(super) fn uses(&self, known: &Known<'_>, estimate: &Estimate) -> (Uses, Vec<Reason>) {
         let blocking = self.blocking(known, estimate);
-        let of_the_arm = self.explanations(known, estimate);
+        // Parameters of the wrong sign follow from wrong signs of the signals.
+        let follows = has_wrong_signs(&blocking);
+        let controller = self.controller(known, estimate);
+        // The simulated loop is that of the controller: there its error decides.
+        let (deciding, explaining) = match estimate.simulations {
+            0 => (Vec::new(), controller),
+            _ => (controller, Vec::new()),
+        };
+        let (delays, others): (Vec<_>, Vec<_>) =
+            estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
+        let explanations: Vec<Reason> = (explaining.into_iter())
+            .chain(known.explanations.iter().cloned())
+            .chain(contradicted(others))
+            .collect();
         // A delay belongs to the record, and does not affect predictions.
-        let delays = (estimate.nuisance_parameters.iter()).filter(|found| found.is_delay());
-        let of_the_values: Vec<Reason> =
-            of_the_arm.iter().cloned().chain(contradicted(delays)).collect();
-        Uses {
-            monitoring: self.monitoring(known, estimate, &blocking),
-            prediction: self.prediction(known, estimate, &blocking, &of_the_arm),
-            contact_detection: contact_detection(estimate, &blocking),
-            physical_values: self.physical_values(known, estimate, &blocking, &of_the_values),
-            rigid_body: self.rigid_body(known, &blocking, &of_the_values),
-        }
-    }
-
-    /// Returns the findings that may explain a large figure: the described controller, the signals,
-    /// and configured values that the data contradict.
-    fn explanations(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
-        let controller = match estimate.simulations {
-            0 => self.controller(known, estimate),
-            // The simulated loop is that of the controller: there its error decides.
-            _ => Vec::new(),
+        let of_values: Vec<Reason> =
+            explanations.iter().cloned().chain(contradicted(delays)).collect();
+        let quantiles = &estimate.held_out.quantiles_per_joint;
+        let uses = Uses {
+            monitoring: self.monitoring(known, estimate).decide(&blocking, &explanations),
+            prediction: self.prediction(known, estimate, deciding).decide(&blocking, &explanations),
+            contact_detection: UseVerdict {
+                applicable: None,
+                quantiles_per_joint: quantiles.clone(),
+                ..contact_detection(quantiles).decide(&blocking, &explanations)
+            },
+            physical_values: self
+                .physical_values(known, estimate, follows)
+                .decide(&blocking, &of_values),
+            rigid_body: self.rigid_body(known, follows).decide(&blocking, &of_values),
         };
-        let others = estimate.nuisance_parameters.iter().filter(|found| !found.is_delay());
-        let signals = known.explanations.iter().cloned();
-        controller.into_iter().chain(signals).chain(contradicted(others)).collect()
-    }
-
-    /// Returns the explanations that no use needs, because its figures are within their limits.
-    pub(super) fn unconfirmed(
-        &self,
-        known: &Known<'_>,
-        estimate: &Estimate,
-        uses: &Uses,
-    ) -> impl Iterator<Item = Note> {
-        let explains = |reason: &Reason| {
-            Use::ALL.iter().any(|usage| uses.get(*usage).explanations.contains(reason))
-        };
-        let all = self.explanations(known, estimate).into_iter();
-        all.filter(move |reason| !explains(reason)).map(Note::Unconfirmed)
+        (uses, explanations)
     }
 
     /// Returns the reasons that make a result useless and are no figure: the method failed, or the
@@ -178,12 +177,7 @@ impl VerdictLimits {
 
     /// Judges monitoring by the information of the data in this cell. Model errors do not count,
     /// because windows of the same motion have the same errors.
-    fn monitoring(
-        &self,
-        known: &Known<'_>,
-        estimate: &Estimate,
-        blocking: &[Reason],
-    ) -> UseVerdict {
+    fn monitoring(&self, known: &Known<'_>, estimate: &Estimate) -> Criteria {
         let mut failing = Vec::new();
         let (value, limit) = (estimate.condition_number, self.condition_number);
         if exceeds(value, limit) {
@@ -192,7 +186,7 @@ impl VerdictLimits {
         let shares = &estimate.relative_prediction_deviation_per_joint;
         let relative = |(joint, share): (JointIndex, &f64)| {
             let torque = known.torque[joint];
-            share * (torque / torque.max(known.torque_floor(joint)))
+            share * (torque / known.divisor(joint, torque))
         };
         let deviations: Vec<f64> = numbered(shares).map(relative).collect();
         let limit = self.prediction_deviation;
@@ -210,23 +204,17 @@ impl VerdictLimits {
         if known.context.decimation.is_none() {
             failing.push(Reason::NotDecimated);
         }
-        UseVerdict::decided(largest(&deviations), "1", Some(limit), [blocking, &[], &failing])
+        Criteria { figure: largest(&deviations), unit: "1", limit: Some(limit), failing }
     }
 
     /// Judges prediction by the torque uncertainty outside the recorded motion, by held-out data
-    /// and by the residual.
+    /// and by the residual, in addition to the `failing` errors of the controller.
     fn prediction(
         &self,
         known: &Known<'_>,
         estimate: &Estimate,
-        blocking: &[Reason],
-        explanations: &[Reason],
-    ) -> UseVerdict {
-        // The simulated loop is that of the controller.
-        let mut failing = match estimate.simulations {
-            0 => Vec::new(),
-            _ => self.controller(known, estimate),
-        };
+        mut failing: Vec<Reason>,
+    ) -> Criteria {
         let (error, limit) = (estimate.relative_error, self.relative_error);
         if exceeds(error, limit) {
             failing.push(Reason::RelativeError { error, limit });
@@ -266,8 +254,7 @@ impl VerdictLimits {
             Some(_) => {}
             None => failing.push(Reason::TooFewMotions),
         }
-        let figure = Some(elsewhere.relative_error);
-        UseVerdict::decided(figure, "1", Some(limit), [blocking, explanations, &failing])
+        Criteria { figure: Some(elsewhere.relative_error), unit: "1", limit: Some(limit), failing }
     }
 
     /// Returns the joints whose described controller did not command the recorded torques.
@@ -287,16 +274,10 @@ impl VerdictLimits {
     }
 
     /// Returns the negative friction coefficients and drive inertias.
-    fn negative(
-        &self,
-        known: &Known<'_>,
-        estimate: &Estimate,
-        blocking: &[Reason],
-    ) -> impl Iterator<Item = Reason> {
+    fn negative(&self, known: &Known<'_>, estimate: &Estimate) -> impl Iterator<Item = Reason> {
         // A regrouped parameter may be negative, because it subtracts others.
         let alone = estimate.parameters.iter().enumerate().filter(|(_, p)| !p.regrouped);
-        let follows = has_wrong_signs(blocking);
-        alone.filter(move |_| !follows).filter_map(|(index, parameter)| {
+        alone.filter_map(|(index, parameter)| {
             let quantity = positive_quantity(known.context, index)?;
             let (value, standard_deviation) =
                 (parameter.value, parameter.combined_standard_deviation);
@@ -308,15 +289,10 @@ impl VerdictLimits {
     }
 
     /// Judges physical values by the combined uncertainty of the parameters that contribute to the
-    /// torque.
-    fn physical_values(
-        &self,
-        known: &Known<'_>,
-        estimate: &Estimate,
-        blocking: &[Reason],
-        explanations: &[Reason],
-    ) -> UseVerdict {
-        let mut failing: Vec<Reason> = self.negative(known, estimate, blocking).collect();
+    /// torque. Negative values are no reason if they follow from wrong signs.
+    fn physical_values(&self, known: &Known<'_>, estimate: &Estimate, follows: bool) -> Criteria {
+        let mut failing = Vec::new();
+        failing.extend(self.negative(known, estimate).filter(|_| !follows));
         let options = known.context.options;
         let asked = |index: usize| match &options.required_parameters {
             Some(names) => names.contains(&estimate.parameters[index].name),
@@ -336,31 +312,24 @@ impl VerdictLimits {
             failing.push(Reason::Uncertain { parameters: names, limit });
         }
         let figures: Vec<f64> = asked.into_iter().map(uncertain).collect();
-        let figure = largest(&figures);
-        UseVerdict::decided(figure, "1", Some(limit), [blocking, explanations, &failing])
+        Criteria { figure: largest(&figures), unit: "1", limit: Some(limit), failing }
     }
 
     /// Judges the rigid body by the mass matrix, and by the existence of bodies that explain it.
-    fn rigid_body(
-        &self,
-        known: &Known<'_>,
-        blocking: &[Reason],
-        explanations: &[Reason],
-    ) -> UseVerdict {
-        let mut failing = Vec::new();
+    fn rigid_body(&self, known: &Known<'_>, follows: bool) -> Criteria {
         let limit = self.negative_deviations;
         let figure = known.indefinite.as_ref().map_or(0.0, |found| found.deviations);
-        let follows = has_wrong_signs(blocking);
-        if let Some(found) =
-            known.indefinite.as_ref().filter(|_| !follows && exceeds(figure, limit))
-        {
-            let posture = found.posture.clone();
-            failing.push(Reason::Indefinite { posture, deviations: figure });
-        }
+        let indefinite = known.indefinite.as_ref().filter(|_| exceeds(figure, limit));
+        let indefinite = indefinite
+            .map(|found| Reason::Indefinite { posture: found.posture.clone(), deviations: figure });
         let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
-        failing.extend(no_bodies.filter(|_| !follows).map(Reason::PhysicallyImpossible));
-        let unit = "standard deviations below zero";
-        UseVerdict::decided(Some(figure), unit, Some(limit), [blocking, explanations, &failing])
+        let all = indefinite.into_iter().chain(no_bodies.map(Reason::PhysicallyImpossible));
+        Criteria {
+            figure: Some(figure),
+            unit: "standard deviations below zero",
+            limit: Some(limit),
+            failing: all.filter(|_| !follows).collect(),
+        }
     }
 
     /// Returns a reason if the torques along the simulated motion give other parameters than the
@@ -429,22 +398,17 @@ impl VerdictLimits {
 }
 
 /// Judges contact detection by the held-out residuals, which serve to set thresholds.
-fn contact_detection(estimate: &Estimate, blocking: &[Reason]) -> UseVerdict {
-    let quantiles = &estimate.held_out.quantiles_per_joint;
+fn contact_detection(quantiles: &[ResidualQuantiles]) -> Criteria {
     let of_999: Vec<f64> = quantiles.iter().map(|of| of.of_999).collect();
     let failing = if quantiles.is_empty() { vec![Reason::TooFewMotions] } else { Vec::new() };
-    UseVerdict {
-        applicable: None,
-        quantiles_per_joint: quantiles.clone(),
-        ..UseVerdict::decided(largest(&of_999), "N·m", None, [blocking, &[], &failing])
-    }
+    Criteria { figure: largest(&of_999), unit: "N·m", limit: None, failing }
 }
 
 /// Returns reasons for configured values that the data contradict, the largest torques first.
 fn contradicted<'a>(
-    freedoms: impl Iterator<Item = &'a NuisanceEstimate>,
+    freedoms: impl IntoIterator<Item = &'a NuisanceEstimate>,
 ) -> impl Iterator<Item = Reason> {
-    freedoms.filter_map(|found| {
+    freedoms.into_iter().filter_map(|found| {
         let quantity = found.quantity?;
         let least = Tolerances::CONTRADICTION_DEVIATIONS
             * quantity.configured.hypot(quantity.standard_deviation);
