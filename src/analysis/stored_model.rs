@@ -1,16 +1,17 @@
 //! A stored result, with its cell.
 
-use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_dynamics::robot::JointFriction;
 use didim_identification::identification::{
-    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance, ReachedRange, Use,
+    ChosenCutoff, Estimate, KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
+    ParameterEstimate, ReachedRange, Use, UseVerdict, Verdict,
 };
 use serde::Deserialize;
+use serde::de::{Error as _, IgnoredAny};
 
 use crate::archive::drift::Baseline;
+use crate::archive::store::ResultRecord;
 use crate::cell::Cell;
 
 /// Error when a result cannot be read.
@@ -100,6 +101,12 @@ pub struct JudgedUse {
 }
 
 impl JudgedUse {
+    /// Takes the verdict of a result on a use.
+    pub fn new(usage: Use, verdict: &UseVerdict) -> Self {
+        let reasons = verdict.reasons.iter().map(ToString::to_string).collect();
+        Self { usage, applicable: verdict.applicable, reasons }
+    }
+
     /// Describes the answer with its first reason. `None` if the result is usable.
     pub fn objection(&self) -> Option<String> {
         let answer = match self.applicable {
@@ -112,101 +119,45 @@ impl JudgedUse {
     }
 }
 
-#[derive(Deserialize)]
-struct StoredResult {
-    configuration: Option<String>,
-    estimate: Option<StoredEstimate>,
-    #[serde(flatten)]
-    alone: serde_json::Value,
-}
+/// Reads a result file or a result without its window. Also returns the hash of the configuration,
+/// if the file has it.
+fn read_result(text: &[u8]) -> Result<(Option<String>, Estimate), serde_json::Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        #[serde(default)]
+        estimate: Option<IgnoredAny>,
+    }
 
-#[derive(Deserialize)]
-struct StoredEstimate {
-    robot: String,
-    #[serde(default)]
-    method: String,
-    /// Cut-off, if it was chosen from the data.
-    position_cutoff: Option<StoredCutoff>,
-    /// Friction laws, if they were chosen from the data.
-    friction: Option<StoredFriction>,
-    /// Friction laws of each joint. Missing in results of earlier versions.
-    friction_laws: Option<Vec<JointFriction>>,
-    parameters: Vec<StoredParameter>,
-    #[serde(default)]
-    #[serde(rename = "kept")]
-    fixed: Vec<StoredParameter>,
-    /// Model uncertainty. Missing in results of earlier versions.
-    model_uncertainty: Option<ModelUncertainty>,
-    /// Covariance of the parameters. Missing in results of earlier versions.
-    covariance: Option<ParameterCovariance>,
-    #[serde(default)]
-    rms_error_per_joint_nm: Vec<f64>,
-    #[serde(default)]
-    reached_per_joint: Vec<ReachedRange>,
-    #[serde(default)]
-    verdict: StoredVerdict,
-}
-
-#[derive(Default, Deserialize)]
-struct StoredVerdict {
-    #[serde(default)]
-    uses: HashMap<String, StoredUse>,
-}
-
-#[derive(Deserialize)]
-struct StoredUse {
-    applicable: Option<bool>,
-    #[serde(default)]
-    reasons: Vec<String>,
-}
-
-impl StoredVerdict {
-    fn judged_uses(mut self) -> Vec<JudgedUse> {
-        Use::ALL
-            .into_iter()
-            .filter_map(|of: Use| {
-                let StoredUse { applicable, reasons } = self.uses.remove(of.name())?;
-                Some(JudgedUse { usage: of, applicable, reasons })
-            })
-            .collect()
+    let (configuration, estimate) = match serde_json::from_slice::<Head>(text)?.estimate {
+        Some(_) => {
+            let ResultRecord { configuration, estimate, .. } = serde_json::from_slice(text)?;
+            (Some(configuration), estimate)
+        }
+        None => (None, serde_json::from_slice::<Estimate>(text)?),
+    };
+    match estimate.robot.is_empty() {
+        true => Err(serde_json::Error::missing_field("robot")),
+        false => Ok((configuration, estimate)),
     }
 }
 
-#[derive(Deserialize)]
-struct StoredCutoff {
-    cutoff_hz: f64,
+/// Returns the RMS residuals, scaled by the median factor by which coloured residuals increase the
+/// standard deviations.
+fn noise_levels(estimate: &Estimate) -> Vec<f64> {
+    let ratios = estimate
+        .parameters
+        .iter()
+        .map(|of: &ParameterEstimate| of.standard_deviation / of.classical_standard_deviation);
+    let mut ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
+    ratios.sort_by(f64::total_cmp);
+    let colour = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+    estimate.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect()
 }
 
-#[derive(Deserialize)]
-struct StoredFriction {
-    friction: Vec<JointFriction>,
-}
-
-#[derive(Deserialize)]
-struct StoredParameter {
-    name: String,
-    value: f64,
-    standard_deviation: Option<f64>,
-    classical_standard_deviation: Option<f64>,
-    combined_standard_deviation: Option<f64>,
-}
-
-impl StoredEstimate {
-    /// Returns the RMS residuals, scaled by the median factor by which coloured residuals increase
-    /// the standard deviations.
-    fn noise_levels(&self) -> Vec<f64> {
-        let mut ratios: Vec<f64> = self
-            .parameters
-            .iter()
-            .filter_map(|of: &StoredParameter| {
-                let ratio = of.standard_deviation? / of.classical_standard_deviation?;
-                (ratio.is_finite() && ratio > 0.0).then_some(ratio)
-            })
-            .collect();
-        ratios.sort_by(f64::total_cmp);
-        let colour = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
-        self.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect()
-    }
+/// Returns the verdict for each use that has one.
+fn judged_uses(verdict: &Verdict) -> Vec<JudgedUse> {
+    let judged = Use::ALL.into_iter().map(|usage| JudgedUse::new(usage, verdict.uses.get(usage)));
+    judged.filter(|of| of.applicable.is_some() || !of.reasons.is_empty()).collect()
 }
 
 impl StoredModel {
@@ -229,11 +180,7 @@ impl StoredModel {
     /// Same as [`read_stored_model`](Self::read_stored_model).
     pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
-        let stored: StoredResult = serde_json::from_slice(text).map_err(wrong)?;
-        let estimate = match stored.estimate {
-            Some(estimate) => estimate,
-            None => serde_json::from_value(stored.alone).map_err(wrong)?,
-        };
+        let (configuration, estimate) = read_result(text).map_err(wrong)?;
         let robot = cell.robot.name();
         if estimate.robot != robot {
             return Err(ResultError::OtherRobot {
@@ -242,12 +189,14 @@ impl StoredModel {
                 robot: robot.to_owned(),
             });
         }
-        let noise = estimate.noise_levels();
-        let (reached, uses) = (estimate.reached_per_joint, estimate.verdict.judged_uses());
-        let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation).collect();
+        let (noise, uses) = (noise_levels(&estimate), judged_uses(&estimate.verdict));
+        let reached = estimate.reached_per_joint;
+        let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation);
+        let combined = combined.map(|value| Some(value).filter(|value| value.is_finite()));
+        let combined_deviations = combined.collect();
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
         match estimate.position_cutoff {
-            Some(StoredCutoff { cutoff_hz }) => {
+            Some(ChosenCutoff { cutoff_hz, .. }) => {
                 cell.options.position_filter.cutoff_hz = cutoff_hz;
                 let design = cell.options.position_filter.design(cell.sample_rate_hz());
                 design.map_err(|error| {
@@ -262,7 +211,7 @@ impl StoredModel {
             None => {}
         }
         let chosen = estimate.friction.map(|of| of.friction);
-        let laws = estimate.friction_laws.or(chosen);
+        let laws = Some(estimate.friction_laws).filter(|laws| !laws.is_empty()).or(chosen);
         if let Some(friction) = laws.filter(|laws| laws != cell.robot.own_friction()) {
             let (found, joints) = (friction.len(), cell.robot.joints());
             if found != joints {
@@ -272,10 +221,12 @@ impl StoredModel {
             }
             cell = cell.with_friction(friction).map_err(|error| unfit(error.to_string()))?;
         }
-        let [parameters, fixed] = [estimate.parameters, estimate.fixed]
-            .map(|of| of.into_iter().map(|p| (p.name, p.value)).collect::<Vec<_>>());
+        let identified = estimate.parameters.into_iter().map(|p| (p.name, p.value));
+        let parameters: Vec<(String, f64)> = identified.collect();
+        let fixed = estimate.nominal.into_iter().map(|p| (p.name, p.value));
+        let fixed: Vec<(String, f64)> = fixed.collect();
         check_names(&parameters, &fixed, &cell).map_err(unfit)?;
-        let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
+        let uncertainty = estimate.model_uncertainty;
         // The method name goes into other files unchanged.
         if !estimate.method.is_empty()
             && let Err(unknown) = estimate.method.parse::<Method>()
@@ -292,7 +243,7 @@ impl StoredModel {
             covariance,
             noise,
             reached,
-            combined_deviations: combined,
+            combined_deviations,
             uses,
         };
         Ok((model, cell))
@@ -369,7 +320,10 @@ fn check_names(
         return Err("it has no parameters".to_owned());
     }
     let all_parameters = || parameters.iter().chain(fixed);
-    for (index, (name, _)) in all_parameters().enumerate() {
+    for (index, (name, value)) in all_parameters().enumerate() {
+        if !value.is_finite() {
+            return Err(format!("the value of `{name}` is not a number"));
+        }
         if cell.base.find(name).is_none() {
             return Err(format!("{} has no base parameter `{name}`", cell.robot.name()));
         }

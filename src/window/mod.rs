@@ -8,13 +8,14 @@ use core::ops::Range;
 
 use didim_dynamics::JointSample;
 use didim_formats::RecordingStart;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use note::{Note, NoteError};
 pub use readings::{DriveReadings, JointMode, JointReading};
 
 /// Reason for the end of a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WindowEnd {
     /// The arm came to rest.

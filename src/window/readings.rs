@@ -4,13 +4,14 @@ use core::ops::RangeInclusive;
 use didim_dynamics::robot::JointIndex;
 
 use didim_dynamics::{MAX_JOINTS, Reading, Readings};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::text::significant_digits;
 
 /// Drive readings during the samples of a result. They depend only on these samples and not on
 /// earlier readings, so that a replay of the samples gives the same values.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DriveReadings {
     /// Motor temperature of each joint whose drive reports one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -36,7 +37,7 @@ pub struct DriveReadings {
 }
 
 /// A quantity reported by a drive.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct JointReading {
     /// The joint.
     pub joint: JointIndex,
@@ -57,7 +58,7 @@ pub struct JointReading {
 }
 
 /// The mode of a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct JointMode {
     /// The joint.
     pub joint: JointIndex,

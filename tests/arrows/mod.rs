@@ -26,7 +26,10 @@ const PACKAGES: [&str; 9] = [
 /// after it.
 const ORDER: [(&str, &str); 13] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
-    ("crates/identification/src", "identification excitation feasibility regression signal"),
+    (
+        "crates/identification/src",
+        "identification excitation feasibility regression signal stored_value",
+    ),
     (
         "crates/identification/src/identification",
         "friction cutoff cross_validation identify closed_loop equation_error torque_along gains \

@@ -83,3 +83,4 @@ pub mod feasibility;
 pub mod identification;
 pub mod regression;
 pub mod signal;
+mod stored_value;

@@ -140,15 +140,22 @@ impl Store {
         }
         self.next_number = self.next_number.saturating_add(1);
         let remembered = self.settle();
-        let report = auxiliary.report.as_ref().map_or(Ok(()), |report| {
-            write(&self.folder.join(report_name(number)), report.as_bytes())
-        });
+        let report =
+            auxiliary.report.as_ref().map_or(Ok(()), |report| self.write_report(number, report));
         let copied = write(&self.folder.join(LATEST_FILE), &json);
         let pruned = self.prune(&record.configuration);
         for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
         Ok(Stored { number, path, json, line })
+    }
+
+    /// Writes the report of a result (HTML).
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn write_report(&self, number: u64, report: &str) -> Result<(), StoreError> {
+        write(&self.folder.join(report_name(number)), report.as_bytes())
     }
 
     /// Completes the history after a previous process stored a result without its history line,

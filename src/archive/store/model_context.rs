@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
-use didim_identification::identification::{ModelUncertainty, ParameterCovariance};
+use didim_identification::identification::{
+    Estimate, KeptParameter, ModelUncertainty, ParameterCovariance,
+};
 use serde::{Deserialize, Serialize};
 
 use super::folder::result_file;
+use super::record::ResultRecord;
 use crate::files::read_bytes;
 
 /// Input of load identification and forecasts. It is stored, because the file of the result may no
@@ -37,13 +40,26 @@ pub struct KeptValue {
     pub value: f64,
 }
 
+impl ModelContext {
+    /// Takes the data of an estimate.
+    fn from_estimate(estimate: Estimate) -> Self {
+        let fixed = estimate.nominal.into_iter();
+        let fixed = fixed.map(|KeptParameter { name, unit, value }| KeptValue {
+            name,
+            unit: unit.to_owned(),
+            value,
+        });
+        Self {
+            model_uncertainty: estimate.model_uncertainty,
+            covariance: estimate.covariance,
+            fixed: fixed.collect(),
+        }
+    }
+}
+
 /// Reads the data of a stored result. All fields are empty if the result file does not exist.
 pub fn read_known(folder: &Path, number: u64) -> ModelContext {
-    #[derive(Deserialize)]
-    struct Record {
-        estimate: ModelContext,
-    }
     let content = read_bytes(&result_file(folder, number)).ok();
-    let record = content.and_then(|json| serde_json::from_slice::<Record>(&json).ok());
-    record.map(|record| record.estimate).unwrap_or_default()
+    let record = content.and_then(|json| serde_json::from_slice::<ResultRecord>(&json).ok());
+    record.map(|record| ModelContext::from_estimate(record.estimate)).unwrap_or_default()
 }

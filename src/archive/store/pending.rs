@@ -1,18 +1,17 @@
 //! Pending history lines. They are saved on disk before their results are written.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use std::{fs, io};
 
-use didim_formats::RecordingStart;
-use serde::Deserialize;
+use didim_identification::identification::Uses;
 
 use super::error::{StoreError, io_error, write};
-use super::history::{HISTORY_SCHEMA, HistoryFile, HistoryLine, ParameterValue};
+use super::history::{HistoryFile, HistoryLine};
+use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
 use crate::files::read_bytes;
-use crate::window::DriveReadings;
 
 const FILE_NAME: &str = ".owed.jsonl";
 /// Maximum number of pending lines. If more results are stored while their history lines are
@@ -108,44 +107,6 @@ impl Pending {
     }
 }
 
-/// The fields of a result file that its history line needs.
-#[derive(Deserialize)]
-struct ResultFile {
-    #[serde(default)]
-    cell: String,
-    configuration: String,
-    #[serde(default)]
-    window: Recorded,
-    estimate: Estimate,
-}
-
-#[derive(Default, Deserialize)]
-struct Recorded {
-    recorded: Option<RecordingStart>,
-    #[serde(flatten)]
-    readings: DriveReadings,
-}
-
-#[derive(Deserialize)]
-struct Estimate {
-    robot: String,
-    method: String,
-    relative_error: Option<f64>,
-    verdict: Verdict,
-    parameters: Vec<ParameterValue>,
-}
-
-#[derive(Deserialize)]
-struct Verdict {
-    applicable: bool,
-    uses: Option<BTreeMap<String, Use>>,
-}
-
-#[derive(Deserialize)]
-struct Use {
-    applicable: Option<bool>,
-}
-
 /// Rebuilds the missing history line of a result from its file, without the note. The date is that
 /// of the file. The hash of the parameters' composition comes from other lines of the same
 /// configuration.
@@ -154,40 +115,25 @@ pub(super) fn line_of(
     number: u64,
     others: &VecDeque<HistoryLine>,
 ) -> Option<HistoryLine> {
-    let ResultFile { cell, configuration, window, estimate } =
-        serde_json::from_slice(&fs::read(path).ok()?).ok()?;
+    let record: ResultRecord = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
     let stored = fs::metadata(path).and_then(|data| data.modified()).ok()?;
-    let alike = others.iter().rev().find(|line| line.configuration == configuration);
-    let Estimate { robot, method, relative_error, verdict, parameters } = estimate;
-    let uses = verdict.uses.map(|uses| {
-        let answers = uses.into_iter().filter_map(|(name, of)| Some((name, of.applicable?)));
-        answers.collect::<BTreeMap<_, _>>()
-    });
-    Some(HistoryLine {
-        schema: HISTORY_SCHEMA,
-        time: Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs()),
-        recorded: window.recorded,
-        result: number,
-        cell,
-        robot,
-        regrouping: alike.map(|line| line.regrouping.clone()).unwrap_or_default(),
-        configuration,
-        method,
-        applicable: verdict.applicable,
-        monitoring: uses.as_ref().map(|uses| uses.get("monitoring") == Some(&true)),
-        uses: uses.unwrap_or_default(),
-        relative_error,
-        note: None,
-        parameters,
-        against: None,
-        load: None,
-        readings: window.readings,
-    })
+    let alike = others.iter().rev().find(|line| line.configuration == record.configuration);
+    let regrouping = alike.map(|line| line.regrouping.clone()).unwrap_or_default();
+    let attachments = Attachments { regrouping, ..Attachments::default() };
+    let time = Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs());
+    let line = HistoryLine::new(number, &record, &attachments, time);
+    // Results of earlier versions have one verdict for every use.
+    let has_uses = record.estimate.verdict.uses != Uses::default();
+    Some(HistoryLine { monitoring: line.monitoring.filter(|_| has_uses), ..line })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
+    use crate::archive::store::HISTORY_SCHEMA;
+    use crate::window::DriveReadings;
 
     fn line(result: u64) -> HistoryLine {
         HistoryLine {

@@ -2,7 +2,8 @@
 
 use didim_formats::RecordingStart;
 use didim_identification::identification::Estimate;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::against::ModelDifference;
 use super::load::FoundLoad;
@@ -11,13 +12,14 @@ use crate::window::{DriveReadings, Note, Window, WindowEnd};
 
 /// Content of a result file. It contains neither the computation time nor its date, so that the
 /// same input gives the same bytes. It contains the time of the recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ResultRecord {
     /// Version of the record layout.
     pub schema: u32,
     /// Version of the program.
-    pub version: &'static str,
-    /// Name of the cell.
+    pub version: String,
+    /// Name of the cell. Empty in results of versions without this key.
+    #[serde(default)]
     pub cell: String,
     /// Hash of the cell and robot files as they were read.
     pub configuration: String,
@@ -30,7 +32,7 @@ pub struct ResultRecord {
 }
 
 /// Origin of the samples of an estimate.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WindowProvenance {
     /// Number of the window since the start of the stream.
     pub number: u64,
@@ -49,6 +51,7 @@ pub struct WindowProvenance {
     /// Time at which the first sample was recorded, from the time stamps of the bus. `None` if the
     /// stamps have no date.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
     pub recorded: Option<RecordingStart>,
     /// Additional drive readings during the counted samples.
     #[serde(flatten)]
@@ -93,7 +96,7 @@ impl ResultRecord {
     pub fn new(cell: &str, configuration: &str, window: &Window, estimate: Estimate) -> Self {
         Self {
             schema: Self::SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             cell: cell.to_owned(),
             configuration: configuration.to_owned(),
             input_sha256: input_sha256(window),

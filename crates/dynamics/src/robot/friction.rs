@@ -85,7 +85,7 @@ pub struct FrictionTerms {
 
 /// Further friction of one joint: its own law for the sign, and further terms. Shown as the table
 /// of a robot file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "RawJointFriction", into = "RawJointFriction")]
 pub struct JointFriction {
     /// The law for the sign of Coulomb friction.
@@ -155,7 +155,7 @@ impl JointFriction {
 ///
 /// Unequal Coulomb friction in the two directions is no separate term: fc⁺ and fc⁻ are fc and `off`
 /// while the joint moves.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionLaw {
     /// `fvq` q̇·|q̇|: nonlinear viscous friction, such as that of grease which warms in the gap.

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::estimate::Rows;
@@ -45,7 +46,7 @@ pub struct Shift {
 /// gravity or an axis is reversed in both model and data, the cost stays low, but the bodies are
 /// far from the prior. Wrong friction laws, gains or lengths change neither cost nor distance;
 /// residuals and held-out samples reveal them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judgement {
     /// Bodies explain the estimate, and the nearest ones shift none of its values by more than 3 σ.

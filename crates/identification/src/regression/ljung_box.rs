@@ -1,13 +1,18 @@
 //! Test for white noise in residuals, without the colour that is due to the filter.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::stored_value::number;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Ljung and Box's test of the residuals of one joint (*Biometrika* 65, 1978).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LjungBox {
     /// `n (n + 2) Σ_l r_l²/(n − l)` over the lags. It has a χ² distribution with as many degrees of
     /// freedom as lags.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub statistic: f64,
     /// Number of summed lags; 0 if the record is too short.
     #[serde(rename = "lags")]

@@ -492,6 +492,14 @@ pub const CATALOGUE: &[CatalogueRow] = &[
              the largest torque of any joint",
         remedy: "Set `torque_max_nm` in the robot file",
     },
+    CatalogueRow {
+        code: Code::Other,
+        severity: Advisory,
+        messages: &["…"],
+        uses: &[],
+        meaning: "a finding of another version of didim, in a stored result",
+        remedy: "Read its message",
+    },
 ];
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Result of an identification.
 
 use nalgebra::DVector;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::bias::PositionBias;
 use super::chosen_cutoff::ChosenCutoff;
@@ -10,7 +11,7 @@ use super::extrapolation::Extrapolation;
 use super::held_out::HeldOut;
 use super::information::Information;
 use super::model_uncertainty::ModelUncertainty;
-use super::nuisance_parameters::NuisanceEstimate;
+use super::nuisance_parameters::{NuisanceEstimate, known_nuisance_parameters};
 use super::parameter_covariance::ParameterCovariance;
 use super::physical_consistency::PhysicalConsistency;
 use super::reached::ReachedRange;
@@ -18,6 +19,7 @@ use super::uses::Verdict;
 use crate::identification::observation::Motion;
 use crate::identification::problem::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
+use crate::stored_value::{self, Unit, number, numbers, optional_numbers};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointFriction, Robot};
 
@@ -25,26 +27,37 @@ use didim_dynamics::robot::{JointFriction, Robot};
 pub const SCHEMA: u32 = 1;
 
 /// One identified parameter with its uncertainty.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterEstimate {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
-    /// True if other parameters are regrouped into it.
+    /// True if other parameters are regrouped into it. JSON does not have it.
     #[serde(skip)]
     pub regrouped: bool,
     /// Its SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
-    pub unit: &'static str,
+    #[serde(default, deserialize_with = "stored_value::unit")]
+    pub unit: Unit,
     /// SI value.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
+    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub standard_deviation: f64,
     /// Combined standard uncertainty, in the unit of the value. It includes model errors and the
     /// tolerances of the configured values.
+    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub combined_standard_deviation: f64,
     /// Classical standard deviation, in the unit of the value, which assumes white residuals
     /// (equation 10).
+    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
+    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub relative_standard_deviation: f64,
 }
 
@@ -74,12 +87,13 @@ impl ParameterEstimate {
 }
 
 /// Parameter that was not identified and has the nominal value of the robot file.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct KeptParameter {
     /// The field's name in lower case.
     pub name: String,
     /// Its SI unit.
-    pub unit: &'static str,
+    #[serde(default, deserialize_with = "stored_value::unit")]
+    pub unit: Unit,
     /// SI value.
     pub value: f64,
 }
@@ -101,21 +115,34 @@ fn unit(robot: &Robot, column: usize) -> &'static str {
     parameter.kind.unit(robot.chain()[parameter.joint].kind)
 }
 
+/// Returns the value of a number that an earlier version did not store.
+fn not_stored() -> f64 {
+    f64::NAN
+}
+
 /// Delay of a joint's torque beyond its configured timing.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TorqueDelay {
     /// Delay beyond the configured timing \[s\]; negative if the torque acts earlier.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub delay_s: f64,
     /// Its corrected standard deviation \[s\].
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub standard_deviation_s: f64,
 }
 
 /// The extreme singular values of an observation matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SingularValues {
     /// Largest.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub max: f64,
     /// Smallest.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub min: f64,
 }
 
@@ -133,7 +160,7 @@ impl SingularValues {
 }
 
 /// Source of the reference of the simulated closed loops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceSource {
     /// The reference was recorded.
@@ -143,25 +170,30 @@ pub enum ReferenceSource {
 }
 
 /// One closed-loop simulation and the least-squares step from it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConvergenceStep {
     /// Number of the simulation, from 1; failed simulations count.
     pub simulation: u32,
     /// ‖y − Xθ‖ / ‖y‖ with X from this simulation and θ from the least-squares step that follows
     /// it.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub relative_error: f64,
     /// Change of the relative error since the previous step, divided by the previous relative error
     /// or by 1e-3, whichever is larger.
     pub relative_error_change: Option<f64>,
     /// Largest difference between the parameters of the step and the simulated parameters, in
     /// standard deviations of the step.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub parameter_change: f64,
     /// Number of halvings of the previous step until the simulation succeeded.
     pub halvings: u32,
 }
 
 /// Result of one identification. The command line documents its JSON layout, which is stable.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct Estimate {
     /// Version of this record's layout.
     pub schema: u32,
@@ -193,41 +225,63 @@ pub struct Estimate {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<ParameterCovariance>,
     /// Condition number of the weighted, decimated observation matrix.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub condition_number: f64,
     /// Extreme singular values of the weighted, decimated observation matrix.
     pub singular_values: SingularValues,
     /// Condition number of the same matrix without the weights.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub unweighted_condition_number: f64,
     /// Extreme singular values of the unweighted matrix: the μ of the paper's tables 2 and 5.
     pub unweighted_singular_values: SingularValues,
     /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub relative_error: f64,
     /// ‖y − Xθ‖ / ‖y‖ of each joint, unweighted.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub relative_error_per_joint: Vec<f64>,
     /// ‖y − Xθ‖ / ‖y‖ of each recording over all joints, unweighted; empty for a single recording.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub relative_error_per_recording: Vec<f64>,
     /// Root mean square of the residual per joint \[N·m or N\].
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub rms_error_per_joint_nm: Vec<f64>,
     /// Torque uncertainty of each joint along this motion, caused by the parameters: root mean
     /// square of the standard deviation of X θ, relative to that of the torque.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub relative_prediction_deviation_per_joint: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub durbin_watson_per_joint: Vec<f64>,
     /// Durbin–Watson statistic that white noise has after the decimation filter.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub durbin_watson_expected: f64,
     /// Probability, for each joint, that white noise after the decimation filter has residuals at
     /// least as correlated as the measured ones.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub whiteness_per_joint: Vec<f64>,
     /// Ljung–Box test of each joint, from which `whiteness_per_joint` is taken.
     pub ljung_box_per_joint: Vec<LjungBox>,
     /// Number of independent rows that carry as much information about a mean as the rows of each
     /// joint.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub effective_rows_per_joint: Vec<f64>,
     /// Delay of each joint's torque beyond the configured timing; null if it is not identifiable.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
     /// Estimates of the nuisance parameters, sorted by their torque, the largest first.
-    #[serde(rename = "freedoms")]
+    #[serde(rename = "freedoms", deserialize_with = "known_nuisance_parameters")]
     pub nuisance_parameters: Vec<NuisanceEstimate>,
     /// Torque uncertainty outside the recorded motion.
     #[serde(rename = "elsewhere")]
@@ -261,17 +315,23 @@ pub struct Estimate {
     /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation,
     /// for methods that simulate (the paper's table 3).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_numbers")]
+    #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub relative_position_error_per_joint: Option<Vec<f64>>,
     /// ‖τ − τ_s‖ / ‖τ‖ over the rows of each joint, with τ_s the torques of the last simulation,
     /// for methods that simulate (the paper's table 3). Absent if the logged torques and the
     /// torques of the simulated controller do not act at the same time.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_numbers")]
+    #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub simulated_torque_error_per_joint: Option<Vec<f64>>,
     /// Distance of each joint between the recorded torque and the command that the described
     /// controller computes from the recorded reference and position, relative to the torque and
     /// without noise. `None` without a described controller, or if the distance cannot be
     /// determined.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_numbers")]
+    #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with
     /// instruments: 1 if both span the same space, 0 if a combination of parameters has no

@@ -1,10 +1,12 @@
 //! Torque uncertainty outside the recorded motion.
 
+use crate::stored_value::{number, numbers};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::nuisance_parameters::NuisanceColumns;
 use super::reached::ReachedRange;
@@ -21,13 +23,20 @@ const SEED: u64 = 1;
 /// Torque uncertainty outside the recorded motion, as root mean squares over random states.
 /// Positions are anywhere within the arm's limits, velocities and accelerations within the ranges
 /// of the record.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct Extrapolation {
     /// Torque error over all joints, relative to the torque in these states.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub relative_error: f64,
     /// Torque error of each joint, relative to its torque in these states.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub relative_error_per_joint: Vec<f64>,
     /// Torque error of each joint \[N·m or N\].
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub error_per_joint_nm: Vec<f64>,
 }
 

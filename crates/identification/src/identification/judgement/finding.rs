@@ -1,16 +1,14 @@
 //! Findings of a verdict as data: code, severity, subject, and figure.
 
 use didim_dynamics::robot::{JointIndex, MotorIndex};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::clipped_signal::ClippedSignal;
 use super::finding_code::{FindingCode, Severity};
-use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
-use super::reasons::{Note, Reason};
 use crate::identification::problem::Use;
 
 /// The object of a finding. Joints, motors and links count from 1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "each is named for what it holds")]
 pub enum Subject {
@@ -21,7 +19,7 @@ pub enum Subject {
 }
 
 /// Finding as stored in a result file, which programs can read without parsing a sentence.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Code of the finding, which does not change between versions.
     pub code: FindingCode,
@@ -47,282 +45,18 @@ pub struct Finding {
     pub message: String,
 }
 
-/// Subject of a finding, and its figure with the limit.
-#[derive(Default)]
-struct Facts {
-    subject: Option<Subject>,
-    figure: Option<f64>,
-    limit: Option<f64>,
-    unit: Option<&'static str>,
-}
-
-impl Facts {
-    fn new(subject: Option<Subject>, figure: f64, unit: &'static str) -> Self {
-        Self { subject, figure: Some(figure), limit: None, unit: Some(unit) }
-    }
-
-    fn of_joint(joint: JointIndex, figure: f64, unit: &'static str) -> Self {
-        Self::new(Some(Subject::Joints(vec![joint])), figure, unit)
-    }
-
-    fn about(subject: Subject) -> Self {
-        Self { subject: Some(subject), ..Self::default() }
-    }
-
-    fn with_limit(self, limit: f64) -> Self {
-        Self { limit: Some(limit), ..self }
-    }
-
-    fn finding(
-        self,
-        code: FindingCode,
-        severity: Severity,
-        uses: Vec<Use>,
-        message: String,
-    ) -> Finding {
-        let Self { subject, figure, limit, unit } = self;
-        // JSON cannot represent numbers that are not finite.
-        let [figure, limit] = [figure, limit].map(|of| of.filter(|value| value.is_finite()));
-        let unit = unit.map(str::to_owned);
-        Finding { code, severity, uses, subject, figure, limit, unit, message }
-    }
-}
-
 impl Finding {
-    /// Returns the findings of a verdict: each reason once, with the uses that it blocks or
-    /// explains, then the notes. Each use comes with its reasons, and with those of them that only
-    /// explain others.
-    pub(super) fn list(uses: &[(Use, &[Reason], &[Reason])], notes: &[Note]) -> Vec<Self> {
-        let mut reasons: Vec<&Reason> = Vec::new();
-        for reason in uses.iter().flat_map(|(_, reasons, _)| *reasons) {
-            if !reasons.contains(&reason) {
-                reasons.push(reason);
-            }
+    /// Creates the finding of a sentence in a result of a version without findings.
+    pub(super) fn from_sentence(message: String, severity: Severity) -> Self {
+        Self {
+            code: FindingCode::Other,
+            severity,
+            uses: Vec::new(),
+            subject: None,
+            figure: None,
+            limit: None,
+            unit: None,
+            message,
         }
-        let finding = |reason: &Reason| {
-            let of = uses.iter().filter(|(_, reasons, _)| reasons.contains(reason));
-            let (explained, blocked): (Vec<_>, Vec<_>) =
-                of.partition(|(_, _, explanations)| explanations.contains(reason));
-            let named = |uses: Vec<&(Use, &[Reason], &[Reason])>| {
-                uses.into_iter().map(|(usage, ..)| *usage).collect::<Vec<Use>>()
-            };
-            let (severity, affected) = match blocked.is_empty() {
-                true => (Severity::Explanatory, explained),
-                false => (Severity::Blocking, blocked),
-            };
-            reason.facts().finding(reason.code(), severity, named(affected), reason.to_string())
-        };
-        let is_listed = |note: &&Note| match note {
-            Note::Explanation(reason) => reasons.contains(&reason),
-            _ => false,
-        };
-        let advisory = notes.iter().filter(|note| !is_listed(note)).map(|note| {
-            note.facts().finding(note.code(), Severity::Advisory, Vec::new(), note.to_string())
-        });
-        reasons.iter().copied().map(finding).chain(advisory).collect()
-    }
-}
-
-impl Reason {
-    /// Returns the code of the finding.
-    pub fn code(&self) -> FindingCode {
-        use FindingCode as Code;
-
-        match self {
-            Self::Controller { .. } => Code::Controller,
-            Self::ConditionNumber { .. } => Code::ConditionNumber,
-            Self::PredictionDeviation { .. } => Code::TorqueUncertainty,
-            Self::RelativeError { .. } => Code::RelativeError,
-            Self::JointError { .. } => Code::JointError,
-            Self::FewRows { .. } => Code::FewRows,
-            Self::NotDecimated => Code::NotDecimated,
-            Self::Negative { .. } => Code::NegativeParameter,
-            Self::Indefinite { .. } => Code::IndefiniteMassMatrix,
-            Self::PhysicallyImpossible(_) => Code::NoBodies,
-            Self::OppositeCommand { .. } => Code::OppositeCommand,
-            Self::WrongSigns { .. } => Code::WrongSigns,
-            Self::Swapped { .. } => Code::SwappedMotors,
-            Self::Gravity { .. } => Code::GravityDirection,
-            Self::WrongSignsOfJoint { .. } => Code::WrongSignsOfJoint,
-            Self::ClippedTorque { found } if found.is_constant() => Code::ConstantTorque,
-            Self::ClippedTorque { .. } => Code::ClippedTorque,
-            Self::FrozenSignal { .. } => Code::FrozenPosition,
-            Self::OtherUnit { .. } => Code::OtherUnit,
-            Self::Contradicted { nuisance } => match nuisance.nuisance {
-                NuisanceParameter::TorqueGain(_) | NuisanceParameter::CommonGain => {
-                    Code::TorqueGain
-                }
-                NuisanceParameter::TorqueDelay(_) => Code::TorqueDelay,
-                NuisanceParameter::KnownTorque(_) => Code::KnownTorque,
-                _ => Code::Geometry,
-            },
-            Self::Extrapolation { .. } => Code::Extrapolation,
-            Self::JointExtrapolation { .. } => Code::JointExtrapolation,
-            Self::Unmoved { .. } => Code::JointAtRest,
-            Self::HeldOut { .. } => Code::CrossValidation,
-            Self::TooFewMotions => Code::TooFewMotions,
-            Self::Uncertain { .. } => Code::ParameterUncertainty,
-            Self::OtherParameters { .. } => Code::PositionsDisagree,
-            Self::WeakInstruments { .. } => Code::WeakInstruments,
-            Self::AboveNoise { .. } => Code::LocalMinimum,
-            Self::Insensitive { .. } => Code::Insensitive,
-        }
-    }
-
-    fn facts(&self) -> Facts {
-        match self {
-            Self::Controller { joint, error } => Facts::of_joint(*joint, *error, "1"),
-            Self::OppositeCommand { joint } => Facts::about(Subject::Joints(vec![*joint])),
-            Self::ConditionNumber { value, limit } => {
-                Facts::new(None, *value, "1").with_limit(*limit)
-            }
-            Self::PredictionDeviation { joint, deviation: figure, limit }
-            | Self::JointError { joint, error: figure, limit }
-            | Self::JointExtrapolation { joint, error: figure, limit } => {
-                Facts::of_joint(*joint, *figure, "1").with_limit(*limit)
-            }
-            Self::RelativeError { error: figure, limit }
-            | Self::Extrapolation { error: figure, limit, .. }
-            | Self::HeldOut { error: figure, limit }
-            | Self::FewRows { per_parameter: figure, limit } => {
-                Facts::new(None, *figure, "1").with_limit(*limit)
-            }
-            Self::NotDecimated | Self::TooFewMotions => Facts::default(),
-            Self::Negative { name, value, standard_deviation, .. } => {
-                let subject = Subject::Parameters(vec![name.clone()]);
-                Facts::new(Some(subject), value / standard_deviation, "σ")
-            }
-            Self::Indefinite { deviations, .. } => Facts::new(None, *deviations, "σ"),
-            Self::PhysicallyImpossible(found) => {
-                let names = found.impossible_values.iter().map(|shift| shift.name.clone());
-                let subject = Subject::Parameters(names.collect());
-                Facts::new(Some(subject), found.cost, "1").with_limit(found.threshold)
-            }
-            Self::WrongSigns { negative, of } => {
-                #[expect(clippy::cast_precision_loss, reason = "a few parameters")]
-                let share = *negative as f64 / *of as f64;
-                Facts::new(None, share, "1")
-            }
-            Self::WrongSignsOfJoint { joint, .. } => Facts::about(Subject::Joints(vec![*joint])),
-            Self::Swapped { motors } => Facts::about(Subject::Motors(motors.to_vec())),
-            Self::Gravity { .. } => Facts::default(),
-            Self::ClippedTorque { found } => clipped(found),
-            Self::FrozenSignal { found } => {
-                Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")
-            }
-            Self::OtherUnit { joint, torque, limit } => {
-                Facts::of_joint(*joint, torque / limit, "1").with_limit(1.0)
-            }
-            Self::Contradicted { nuisance } => correction(nuisance),
-            Self::Unmoved { joint, span, unit } => Facts::of_joint(*joint, *span, unit),
-            Self::Uncertain { parameters, limit } => {
-                let worst = parameters.iter().map(|(_, share)| *share).fold(0.0, f64::max);
-                let names = parameters.iter().map(|(name, _)| name.clone()).collect();
-                Facts::new(Some(Subject::Parameters(names)), worst, "1").with_limit(*limit)
-            }
-            Self::OtherParameters { name, deviations } => {
-                Facts::new(Some(Subject::Parameters(vec![name.clone()])), *deviations, "σ")
-            }
-            Self::WeakInstruments { correlation: figure }
-            | Self::AboveNoise { ratio: figure }
-            | Self::Insensitive { deviation: figure, .. } => Facts::new(None, *figure, "1"),
-        }
-    }
-}
-
-impl Note {
-    /// Returns the code of the finding.
-    pub fn code(&self) -> FindingCode {
-        use FindingCode as Code;
-
-        match self {
-            Self::NoReference => Code::NoReference,
-            Self::SlowerLoop { .. } => Code::SlowerLoop,
-            Self::Insignificant { .. } => Code::Insignificant,
-            Self::ColouredResiduals { .. } => Code::ColouredResiduals,
-            Self::PositionFilterUnchecked { .. } => Code::PositionFilterUnchecked,
-            Self::PositionNoiseIgnored | Self::PositionNoiseNotSimulated => {
-                Code::PositionNoiseUnchecked
-            }
-            Self::DelayUnchecked => Code::TorqueDelayUnchecked,
-            Self::ControllerUnchecked { .. } => Code::ControllerUnchecked,
-            Self::PositionBias { bias } if bias.by_filter => Code::FilterBias,
-            Self::PositionBias { .. } => Code::NoiseBias,
-            Self::LowPassed { .. } | Self::AllLowPassed { .. } => Code::LowPassed,
-            Self::ClippedTorque { .. } => Code::ClippedTorque,
-            Self::PerhapsSwapped { .. } => Code::SwappedMotors,
-            Self::FrozenSignal { .. } => Code::FrozenPosition,
-            Self::Outliers { .. } => Code::Outliers,
-            Self::DownweightedThroughout { .. } => Code::DownweightedThroughout,
-            Self::ModelError { .. } => Code::UnmodelledEffect,
-            Self::FarFromNominal { .. } => Code::FarFromNominal,
-            Self::Explanation(reason) => reason.code(),
-            Self::RateUnchecked => Code::RateUnchecked,
-            Self::TorqueLimitOpen { .. } => Code::TorqueLimitOpen,
-        }
-    }
-
-    fn facts(&self) -> Facts {
-        match self {
-            Self::NoReference
-            | Self::PositionNoiseIgnored
-            | Self::PositionNoiseNotSimulated
-            | Self::DelayUnchecked
-            | Self::ControllerUnchecked { .. }
-            | Self::RateUnchecked => Facts::default(),
-            Self::Explanation(reason) => reason.facts(),
-            Self::SlowerLoop { bandwidth_hz: figure }
-            | Self::PositionFilterUnchecked { cutoff_hz: figure } => {
-                Facts::new(None, *figure, "Hz")
-            }
-            Self::Insignificant { names } => Facts::about(Subject::Parameters(names.clone())),
-            Self::ColouredResiduals { joints, .. } | Self::TorqueLimitOpen { joints } => {
-                Facts::about(Subject::Joints(joints.clone()))
-            }
-            Self::PositionBias { bias } => {
-                let subject = Subject::Parameters(vec![bias.parameter.clone()]);
-                Facts::new(Some(subject), bias.deviations, "σ")
-            }
-            Self::LowPassed { motor, time_constant_s, .. } => {
-                Facts::new(Some(Subject::Motors(vec![*motor])), *time_constant_s, "s")
-            }
-            Self::AllLowPassed { time_constant_s } => Facts::new(None, *time_constant_s, "s"),
-            Self::ClippedTorque { found } => clipped(found),
-            Self::PerhapsSwapped { motors, remaining_share } => {
-                Facts::new(Some(Subject::Motors(motors.to_vec())), *remaining_share, "1")
-            }
-            Self::FrozenSignal { found } => {
-                Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")
-            }
-            Self::Outliers { rows, of, .. } => {
-                #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-                let share = *rows as f64 / *of as f64;
-                Facts::new(None, share, "1")
-            }
-            Self::DownweightedThroughout { joints, .. } => {
-                Facts::about(Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect()))
-            }
-            Self::ModelError { nuisance } => {
-                Facts::of_joint(nuisance.joint, nuisance.relative_torque, "1")
-            }
-            Self::FarFromNominal { far } => {
-                Facts::new(Some(Subject::Links(vec![far.link])), far.distance_nats, "1")
-            }
-        }
-    }
-}
-
-fn clipped(found: &ClippedSignal) -> Facts {
-    Facts::new(Some(Subject::Motors(vec![found.motor])), found.share, "1")
-}
-
-/// Returns the correction of a configured value: a factor, or an offset in the unit of the
-/// quantity.
-fn correction(found: &NuisanceEstimate) -> Facts {
-    let subject = Some(Subject::Joints(vec![found.joint]));
-    match (found.correction_factor(), found.quantity) {
-        (Some([factor, _]), _) => Facts::new(subject, factor, "1"),
-        (None, Some(of)) => Facts::new(subject, of.value, of.unit),
-        (None, None) => Facts { subject, ..Facts::default() },
     }
 }

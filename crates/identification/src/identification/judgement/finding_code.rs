@@ -1,9 +1,10 @@
 //! Codes and severities of findings.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Consequence of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// The result is not usable for the uses that the finding names.
@@ -18,19 +19,23 @@ pub enum Severity {
 macro_rules! finding_codes {
     ($($(#[$doc:meta])* $code:ident = $name:literal),* $(,)?) => {
         /// Code of a finding. Its name is part of the result's JSON and does not change.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
         pub enum FindingCode {
             $($(#[$doc])* #[serde(rename = $name)] $code,)*
+            /// A finding of another version of the program, with its message.
+            #[serde(other, rename = "other")]
+            Other,
         }
 
         impl FindingCode {
             /// Every code, in the order of the reference page.
-            pub const ALL: &[Self] = &[$(Self::$code),*];
+            pub const ALL: &[Self] = &[$(Self::$code,)* Self::Other];
 
             /// Returns the name that is used in JSON.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$code => $name,)*
+                    Self::Other => "other",
                 }
             }
         }

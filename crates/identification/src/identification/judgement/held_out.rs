@@ -4,8 +4,10 @@
 //! The regressor is that of the result. The rows of a fold are removed from the equation, and no
 //! loop is simulated again.
 
+use crate::stored_value::numbers;
 use nalgebra::{Cholesky, DMatrix, DVector};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::folds::Folds;
 use super::quantiles::ResidualQuantiles;
@@ -19,12 +21,15 @@ pub(crate) const NEIGHBOUR_ROWS: usize = 10;
 
 /// Prediction error of the held-out folds. Each fold is predicted with parameters that were
 /// identified without it and without similar motion.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct HeldOut {
     /// ‖y − Xθ‖ / ‖y‖ over all joints; `None` if the motion is too short or too poor to hold out
     /// folds.
     pub relative_error: Option<f64>,
     /// ‖y − Xθ‖ / ‖y‖ of each joint.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub relative_error_per_joint: Vec<f64>,
     /// Quantiles of each joint's residuals at the sample rate \[N·m or N\].
     pub quantiles_per_joint: Vec<ResidualQuantiles>,

@@ -11,6 +11,7 @@ mod estimate;
 mod extrapolation;
 mod finding;
 mod finding_code;
+mod finding_facts;
 mod findings;
 mod folds;
 mod frozen_signal;

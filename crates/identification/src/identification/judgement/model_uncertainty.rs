@@ -2,6 +2,7 @@
 //! distinguish model errors from a change of the arm.
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::nuisance_parameters::{NuisanceColumns, NuisanceObservation, Observed};
@@ -11,7 +12,7 @@ use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, Observations, gram_matrix};
 
 /// Joint information of the data on the parameters and on everything that the model assumes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelUncertainty {
     pub(super) observed: Observed,
     /// Prior standard deviation of each nuisance parameter, which is its unit in mean and
@@ -22,10 +23,12 @@ pub struct ModelUncertainty {
     pub(super) mean: Vec<f64>,
     /// Covariance of `mean`, as the rows of its lower triangle. Single precision suffices and saves
     /// space.
+    #[schemars(with = "Vec<String>")]
     pub(super) covariance: MatrixRows<f32>,
     /// K: sensitivity of each parameter to a unit of each nuisance parameter (b × m). Empty in
     /// results of versions that did not store it.
     #[serde(default)]
+    #[schemars(with = "Vec<String>")]
     pub(super) influence: MatrixRows<f32>,
     /// Root mean square of each joint's residual torque with the nuisance parameters \[N·m or N\].
     pub(super) noise_nm: Vec<f64>,

@@ -1,6 +1,7 @@
 //! Correlation of the parameter errors.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rows::MatrixRows;
@@ -8,9 +9,9 @@ use super::rows::MatrixRows;
 /// Covariance of the parameters of a result, in their units and order, corrected for the colour of
 /// the residuals. It is used to find a consistent model and a payload. JSON stores the rows of its
 /// lower triangle, one text each.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
-pub struct ParameterCovariance(MatrixRows<f64>);
+pub struct ParameterCovariance(#[schemars(with = "Vec<String>")] MatrixRows<f64>);
 
 impl ParameterCovariance {
     /// Creates the covariance from a symmetric matrix.

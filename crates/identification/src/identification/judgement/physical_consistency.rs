@@ -1,7 +1,9 @@
 //! Cost of physical consistency.
 
+use crate::stored_value::{number, numbers};
 use nalgebra::DMatrix;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::feasibility::{
     Estimate, FeasibilityLimits, FixedParameter, Judgement, Outcome, Prior, fit_consistent,
@@ -9,19 +11,27 @@ use crate::feasibility::{
 use crate::identification::problem::Context;
 
 /// Cost of physically consistent parameters near the nominal ones of the robot file.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PhysicalConsistency {
     /// Judgement of this cost.
     pub judgement: Judgement,
     /// Squared distance between the estimate and the nearest physically consistent parameters, in
     /// the metric of the estimate's covariance and with a negligible weight of the nominal ones.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub cost: f64,
     /// Limit below which the cost of the true bodies stays in 99 % of cases (χ²).
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub cost_limit: f64,
     /// Shift of each parameter to the physically consistent ones, in its standard deviations and
     /// with the default weight of the nominal ones.
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub shift_per_parameter: Vec<f64>,
     /// Distance of each link's body from the nominal one \[nats\].
+    #[serde(deserialize_with = "numbers")]
+    #[schemars(with = "Vec<Option<f64>>")]
     pub divergence_per_link: Vec<f64>,
 }
 

@@ -1,7 +1,9 @@
 //! Quantiles of the residuals at the sample rate, which distinguish a contact from model errors.
 
+use crate::stored_value::number;
 use nalgebra::DVector;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, delay_samples};
 use crate::identification::problem::{Context, IdentificationError};
@@ -11,16 +13,22 @@ use didim_dynamics::numeric::WIDTH;
 const QUANTILE_LEVELS: [f64; 3] = [0.99, 0.999, 0.9999];
 
 /// Quantiles of the absolute residuals of one joint \[N·m or N\].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ResidualQuantiles {
     /// 99 % quantile.
     #[serde(rename = "99 %")]
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub of_99: f64,
     /// 99.9 % quantile.
     #[serde(rename = "99.9 %")]
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub of_999: f64,
     /// 99.99 % quantile.
     #[serde(rename = "99.99 %")]
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub of_9999: f64,
 }
 

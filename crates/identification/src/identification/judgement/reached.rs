@@ -1,12 +1,13 @@
 //! Range of the motion.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::identification::observation::Motion;
 use crate::identification::problem::Context;
 
 /// Range of a joint's motion over the counted samples: minimum and maximum of each quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReachedRange {
     /// \[rad or m\].
     pub position: [f64; 2],

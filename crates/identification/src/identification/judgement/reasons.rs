@@ -4,10 +4,12 @@ use core::fmt::{self, Display};
 use core::ops::Range;
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::bias::PositionBias;
 use super::clipped_signal::ClippedSignal;
+use super::finding::Finding;
+use super::finding_code::{FindingCode, Severity};
 use super::frozen_signal::FrozenSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use crate::feasibility::{FarBody, PhysicallyImpossible};
@@ -86,6 +88,8 @@ pub enum Reason {
     AboveNoise { ratio: f64 },
     /// The criterion barely depends on the parameters.
     Insensitive { output: Output, deviation: f64, loss: f64, singular_value: f64 },
+    /// Finding of a stored result.
+    Stored(Box<Finding>),
 }
 
 /// Fact that the user of a result must know and that does not speak against its use.
@@ -140,6 +144,8 @@ pub enum Note {
     RateUnchecked,
     /// The robot file does not specify the torque limits of these joints.
     TorqueLimitOpen { joints: Vec<JointIndex> },
+    /// Finding of a stored result.
+    Stored(Box<Finding>),
 }
 
 /// Reason why the described controller could not be compared with the recorded torques.
@@ -187,7 +193,15 @@ impl Display for Output {
 impl Reason {
     /// True if the reason reports something unidentifiable, and nothing against the result.
     pub fn is_unidentifiable(&self) -> bool {
-        matches!(self, Self::TooFewMotions)
+        self.code() == FindingCode::TooFewMotions
+    }
+
+    /// Returns the finding, if it was read from a stored result.
+    pub(super) fn stored(&self) -> Option<&Finding> {
+        match self {
+            Self::Stored(finding) => Some(finding),
+            _ => None,
+        }
     }
 
     /// True if wrong signals or a wrong configuration may be the cause of the reason. Otherwise the
@@ -206,9 +220,9 @@ impl Reason {
 
     /// Returns the failure of the method, if the reason is one.
     pub fn failure(&self) -> Option<Failure> {
-        match self {
-            Self::AboveNoise { .. } => Some(Failure::LocalMinimum),
-            Self::Insensitive { .. } => Some(Failure::Insensitive),
+        match self.code() {
+            FindingCode::LocalMinimum => Some(Failure::LocalMinimum),
+            FindingCode::Insensitive => Some(Failure::Insensitive),
             _ => None,
         }
     }
@@ -340,10 +354,10 @@ impl Display for Reason {
                 f,
                 "combined uncertainty above {:.0} %, from model error and configured values: {}",
                 100.0 * limit,
-                listed(
+                few_listed(
                     parameters
                         .iter()
-                        .map(|(name, share)| { format!("{name} ({:.0} %)", 100.0 * share) })
+                        .map(|(name, share)| format!("{name} ± {:.0} %", 100.0 * share))
                 )
             ),
             Self::OtherParameters { name, deviations } => write!(
@@ -405,6 +419,7 @@ impl Display for Reason {
                     Output::Torque => "identify from the measured motion (idim-ls)",
                 }
             ),
+            Self::Stored(finding) => f.write_str(&finding.message),
         }
     }
 }
@@ -537,7 +552,7 @@ impl Display for Note {
                 f,
                 "not significantly different from zero with this motion: {}; leave them out, or \
                  move the joints concerned more",
-                names.join(", ")
+                few_listed(names)
             ),
             Self::ColouredResiduals { joints, decimated } => write!(
                 f,
@@ -648,6 +663,7 @@ impl Display for Note {
                 listed(joints.iter().map(ToString::to_string))
             ),
             Self::Explanation(reason) => reason.fmt(f),
+            Self::Stored(finding) => f.write_str(&finding.message),
             Self::RateUnchecked => f.write_str(
                 "the sample rate is taken as stated, for the frames or rows count and no time: \
                  neither it nor a lost sample can be checked",
@@ -668,6 +684,20 @@ impl Display for Note {
     }
 }
 
+/// Largest number of names in a message. The finding has all of them.
+const MAX_NAMES: usize = 3;
+
+/// `a, b, c and 25 more`
+fn few_listed(items: impl IntoIterator<Item = impl Display>) -> String {
+    let mut items: Vec<String> = items.into_iter().map(|item| item.to_string()).collect();
+    let more = items.len().saturating_sub(MAX_NAMES);
+    if more < 2 {
+        return items.join(", ");
+    }
+    items.truncate(MAX_NAMES);
+    format!("{} and {more} more", items.join(", "))
+}
+
 /// `a, b, c`
 fn listed(items: impl IntoIterator<Item = impl Display>) -> String {
     let items: Vec<String> = items.into_iter().map(|item| item.to_string()).collect();
@@ -683,5 +713,19 @@ impl Serialize for Reason {
 impl Serialize for Note {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Reason {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let message = String::deserialize(deserializer)?;
+        Ok(Self::Stored(Box::new(Finding::from_sentence(message, Severity::Blocking))))
+    }
+}
+
+impl<'de> Deserialize<'de> for Note {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let message = String::deserialize(deserializer)?;
+        Ok(Self::Stored(Box::new(Finding::from_sentence(message, Severity::Advisory))))
     }
 }

@@ -1,17 +1,20 @@
 //! Verdict for each use: the deciding figure, its limit, and the reasons against the use.
 
-use serde::ser::SerializeStruct;
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::finding::Finding;
+use super::finding_code::Severity;
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
 use crate::identification::problem::{Failure, Use};
+use crate::stored_value::{self, Unit};
 
 /// Verdict on the use of a result, with the reasons against it.
 ///
 /// Its JSON has the reasons and notes as sentences, and both as [`findings`](Self::findings).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(from = "StoredVerdict", into = "StoredVerdict")]
 pub struct Verdict {
     /// True if there is no reason against the uses that the cell requires.
     pub applicable: bool,
@@ -27,8 +30,8 @@ pub struct Verdict {
 }
 
 /// The verdict for each use.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", default)]
 #[expect(missing_docs, reason = "named as the uses")]
 pub struct Uses {
     pub monitoring: UseVerdict,
@@ -39,17 +42,20 @@ pub struct Uses {
 }
 
 /// Verdict for one use.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct UseVerdict {
     /// True if the result is usable for this use; `None` if that cannot be decided.
     pub applicable: Option<bool>,
     /// The deciding figure.
     pub figure: Option<f64>,
     /// Unit of the figure; `1` is a share.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "stored_value::unit")]
+    pub unit: Unit,
     /// Largest permitted figure.
     pub limit: Option<f64>,
     /// Reasons against the use. They are empty if it is applicable.
+    #[schemars(with = "Vec<String>")]
     pub reasons: Vec<Reason>,
     /// Those of the reasons that only explain why a figure exceeds its limit.
     #[serde(skip)]
@@ -96,6 +102,11 @@ impl UseVerdict {
 }
 
 impl Uses {
+    fn all_mut(&mut self) -> [&mut UseVerdict; 5] {
+        let Self { monitoring, prediction, contact_detection, physical_values, rigid_body } = self;
+        [monitoring, prediction, contact_detection, physical_values, rigid_body]
+    }
+
     /// Returns the verdict for one use.
     pub fn get(&self, wanted: Use) -> &UseVerdict {
         match wanted {
@@ -163,21 +174,66 @@ impl Verdict {
     }
 }
 
-impl Serialize for Verdict {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { applicable, reasons, uses, notes, failure } = self;
-        let fields = 4 + usize::from(!notes.is_empty()) + usize::from(failure.is_some());
-        let mut record = serializer.serialize_struct("Verdict", fields)?;
-        record.serialize_field("applicable", applicable)?;
-        record.serialize_field("reasons", reasons)?;
-        record.serialize_field("findings", &self.findings())?;
-        record.serialize_field("uses", uses)?;
-        if !notes.is_empty() {
-            record.serialize_field("notes", notes)?;
+/// Verdict in JSON: reasons and notes are sentences, of which `findings` have the data.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "Verdict")]
+struct StoredVerdict {
+    /// True if there is no reason against the uses that the cell requires.
+    applicable: bool,
+    /// Reasons against the required uses, as sentences.
+    #[serde(default)]
+    #[schemars(with = "Vec<String>")]
+    reasons: Vec<Reason>,
+    /// Every finding as data: the reasons against any use, and the notes. Missing in results of
+    /// earlier versions.
+    #[serde(default)]
+    findings: Vec<Finding>,
+    /// Verdict for each use. Missing in results of earlier versions.
+    #[serde(default)]
+    uses: Uses,
+    /// Notes that do not affect the use, as sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<String>")]
+    notes: Vec<Note>,
+    /// Kind of failure of the method, if it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    failure: Option<Failure>,
+}
+
+impl From<Verdict> for StoredVerdict {
+    fn from(verdict: Verdict) -> Self {
+        let findings = verdict.findings();
+        let Verdict { applicable, reasons, uses, notes, failure } = verdict;
+        Self { applicable, reasons, findings, uses, notes, failure }
+    }
+}
+
+impl From<StoredVerdict> for Verdict {
+    /// Gives each sentence the data of its finding.
+    fn from(stored: StoredVerdict) -> Self {
+        let StoredVerdict { applicable, mut reasons, findings, mut uses, mut notes, failure } =
+            stored;
+        let of_uses = uses.all_mut().into_iter().flat_map(|usage| &mut usage.reasons);
+        for reason in reasons.iter_mut().chain(of_uses) {
+            let message = reason.to_string();
+            let is_same = |of: &&Finding| of.message == message;
+            if let Some(found) = findings.iter().find(is_same) {
+                *reason = Reason::Stored(Box::new(found.clone()));
+            }
         }
-        if failure.is_some() {
-            record.serialize_field("failure", failure)?;
+        for usage in uses.all_mut() {
+            let explains = |of: &&Reason| {
+                of.stored().is_some_and(|found| found.severity == Severity::Explanatory)
+            };
+            usage.explanations = usage.reasons.iter().filter(explains).cloned().collect();
         }
-        record.end()
+        for note in &mut notes {
+            let message = note.to_string();
+            // A possible explanation is a note, too, and has one finding.
+            if let Some(found) = findings.iter().rfind(|of| of.message == message) {
+                *note = Note::Stored(Box::new(found.clone()));
+            }
+        }
+        Self { applicable, reasons, uses, notes, failure }
     }
 }

@@ -10,6 +10,7 @@ use super::uses::{Criteria, UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
 use crate::identification::problem::{Context, Tolerances, VerdictLimits};
+use crate::stored_value;
 use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 
 /// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
@@ -304,10 +305,11 @@ impl VerdictLimits {
         };
         let asked: Vec<usize> = (0..estimate.parameters.len()).filter(|&k| asked(k)).collect();
         let limit = self.parameter_uncertainty;
-        let names: Vec<(String, f64)> = (asked.iter())
+        let mut names: Vec<(String, f64)> = (asked.iter())
             .filter(|&&index| exceeds(uncertain(index), limit))
             .map(|&index| (estimate.parameters[index].name.clone(), uncertain(index)))
             .collect();
+        names.sort_by(|a, b| b.1.total_cmp(&a.1));
         if !names.is_empty() {
             failing.push(Reason::Uncertain { parameters: names, limit });
         }
@@ -326,7 +328,7 @@ impl VerdictLimits {
         let all = indefinite.into_iter().chain(no_bodies.map(Reason::PhysicallyImpossible));
         Criteria {
             figure: Some(figure),
-            unit: "standard deviations below zero",
+            unit: stored_value::BELOW_ZERO,
             limit: Some(limit),
             failing: all.filter(|_| !follows).collect(),
         }

@@ -1,6 +1,7 @@
 //! Nuisance parameters of an arm, and the prior size of each.
 
 use nalgebra::DVector;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::NuisanceParameter;
@@ -109,7 +110,7 @@ impl Direction {
 }
 
 /// Properties of a record that determine the list of nuisance parameters and their prior sizes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub(in super::super) struct Observed {
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) torque_nm: Vec<f64>,

@@ -8,7 +8,12 @@ mod list;
 use core::fmt;
 
 use didim_dynamics::robot::{JointIndex, MotorIndex};
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::de::Error as _;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::stored_value::{self, Unit, number};
 
 pub(super) use along::NuisanceObservation;
 pub(super) use columns::NuisanceColumns;
@@ -75,18 +80,95 @@ impl Serialize for NuisanceParameter {
     }
 }
 
+impl core::str::FromStr for NuisanceParameter {
+    type Err = UnknownNuisanceParameter;
+
+    /// Reads the text that [`Display`](fmt::Display) writes.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let unknown = || UnknownNuisanceParameter(text.to_owned());
+        match text {
+            "torque gain of all joints" => return Ok(Self::CommonGain),
+            "parameters left out" => return Ok(Self::LeftOutParameters),
+            _ => {}
+        }
+        if let Some((joint, neighbour)) =
+            text.strip_prefix("coupling of joint ").and_then(|rest| rest.split_once(" to joint "))
+        {
+            let [joint, neighbour] =
+                [joint, neighbour].map(|number| position(number).map(JointIndex::new));
+            let (joint, neighbour) = joint.zip(neighbour).ok_or_else(unknown)?;
+            return Ok(Self::Coupling { joint, neighbour });
+        }
+        let (words, number) = text.rsplit_once(' ').ok_or_else(unknown)?;
+        let at = position(number).ok_or_else(unknown)?;
+        let joint = JointIndex::new(at);
+        Ok(match words {
+            "friction law of joint" => Self::JointFriction(joint),
+            "friction law of motor" => Self::MotorFriction(MotorIndex::new(at)),
+            "torque gain of joint" => Self::TorqueGain(joint),
+            "torque delay of joint" => Self::TorqueDelay(joint),
+            "zero of joint" => Self::Zero(joint),
+            "twist before joint" => Self::Twist(joint),
+            "axis distance before joint" => Self::Distance(joint),
+            "link offset of joint" => Self::Offset(joint),
+            "known torque on joint" => Self::KnownTorque(joint),
+            _ => return Err(unknown()),
+        })
+    }
+}
+
+/// Returns the position of a number that counts from 1.
+fn position(number: &str) -> Option<usize> {
+    number.parse::<usize>().ok()?.checked_sub(1)
+}
+
+/// Name of a nuisance parameter that this version does not know.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no nuisance parameter of this version")]
+pub struct UnknownNuisanceParameter(String);
+
+impl<'de> Deserialize<'de> for NuisanceParameter {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}
+
+/// Reads nuisance parameters, without those of another version.
+pub(super) fn known_nuisance_parameters<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<NuisanceEstimate>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Entry {
+        Known(NuisanceEstimate),
+        Unknown(IgnoredAny),
+    }
+
+    let entries = Vec::<Entry>::deserialize(deserializer)?;
+    let known = entries.into_iter().filter_map(|entry| match entry {
+        Entry::Known(estimate) => Some(estimate),
+        Entry::Unknown(_) => None,
+    });
+    Ok(known.collect())
+}
+
 /// Estimate of one nuisance parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NuisanceEstimate {
     /// The nuisance parameter.
     #[serde(rename = "freedom")]
+    #[schemars(with = "String")]
     pub nuisance: NuisanceParameter,
     /// Root mean square of the torque that it causes along the motion \[N·m or N\], at the joint
     /// with the largest relative torque.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub torque_nm: f64,
     /// Joint with the largest relative torque.
     pub joint: JointIndex,
     /// The same torque, relative to the torque of that joint.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub relative_torque: f64,
     /// Deviation of the configured quantity, if the nuisance parameter has one and the data
     /// identify it.
@@ -116,15 +198,22 @@ impl NuisanceEstimate {
 }
 
 /// Deviation of a quantity from its configured value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quantity {
     /// Deviation according to the data alone, without the prior of this quantity.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Its standard deviation.
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub standard_deviation: f64,
     /// Tolerance of the configured value, one standard deviation.
     #[serde(rename = "stated")]
+    #[serde(deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub configured: f64,
     /// Unit: `deg`, `m`, `s`, or `1` for a share.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "stored_value::unit")]
+    pub unit: Unit,
 }
