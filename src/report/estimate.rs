@@ -5,7 +5,7 @@ use didim_dynamics::robot::{JointIndex, Robot};
 
 use didim_identification::identification::{Estimate, ParameterEstimate};
 
-use super::uses::UseLine;
+use super::uses::{Headline, UseLine, shown_notes};
 use super::{convergence, uses};
 use crate::text::{align_table, significant_digits, to_uncertainty};
 
@@ -118,35 +118,35 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
         100.0 * estimate.relative_error,
         estimate.condition_number
     );
-    text += "\n";
-    text += &uses_table(estimate);
-    text += "\n";
-    if estimate.verdict.applicable {
-        text += "verdict: applicable\n";
-    } else {
-        text += "verdict: NOT applicable\n";
-    }
+    text + "\n" + &verdict_text(estimate, robot)
+}
+
+/// Formats the verdict: a sentence, a line for each use, and the reasons against the required uses,
+/// the most probable cause first.
+fn verdict_text(estimate: &Estimate, robot: &Robot) -> String {
+    let mut text = format!("{}\n\n", Headline::new(estimate, robot).text());
+    text += &uses_table(estimate, robot);
+    text += match estimate.verdict.applicable {
+        true => "\nverdict: applicable\n",
+        false => "\nverdict: NOT applicable\n",
+    };
     for reason in &estimate.verdict.reasons {
         text += &format!("  - {reason}\n");
     }
-    for note in &estimate.verdict.notes {
+    for note in shown_notes(estimate) {
         text += &format!("  note: {note}\n");
     }
     text
 }
 
-/// Formats a table of the uses. Below each row is the meaning of its figure.
-fn uses_table(estimate: &Estimate) -> String {
-    let lines: Vec<UseLine> = uses::lines(estimate).collect();
-    let row = |line: &UseLine| {
-        vec![line.usage.to_string(), line.answer.into(), line.figure.clone(), line.limit.clone()]
-    };
-    let rows: Vec<Vec<String>> = lines.iter().map(row).collect();
-    let table = align_table(&["use", "usable", "figure", "limit"], &rows);
-    let mut shown = table.lines();
-    let mut text = shown.next().map_or(String::new(), |header| format!("{header}\n"));
-    for (row, UseLine { meaning, .. }) in shown.zip(&lines) {
-        let _ = write!(text, "{row}\n    {meaning}\n");
+/// Formats a table with a line for each use.
+fn uses_table(estimate: &Estimate, robot: &Robot) -> String {
+    let lines: Vec<UseLine> = uses::lines(estimate, robot).collect();
+    let name = |line: &UseLine| line.usage.to_string();
+    let width = lines.iter().map(|line| name(line).chars().count()).max().unwrap_or(0);
+    let mut text = format!("{:width$}  usable     because\n", "use");
+    for line in &lines {
+        let _ = writeln!(text, "{:width$}  {:9}  {}", name(line), line.answer, line.because);
     }
     text
 }

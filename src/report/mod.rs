@@ -16,6 +16,7 @@ mod panel;
 mod payload;
 pub mod reduction;
 pub mod robot;
+mod short_finding;
 mod sweep;
 pub mod terminal;
 mod uses;

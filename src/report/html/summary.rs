@@ -5,7 +5,7 @@ use didim_identification::identification::{ConvergenceStep, Method, Use};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
-use super::super::uses;
+use super::super::uses::{self, Headline, has_refused_use, shown_notes};
 use super::page::to_sentence;
 use super::{Report, chart, number_text, percent_text, section};
 
@@ -26,41 +26,39 @@ pub(super) fn heading(report: &Report<'_>) -> Markup {
 
 pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
-    let verdict = &estimate.verdict;
-    let (class, heading) = if verdict.applicable {
-        ("applicable", "Applicable")
-    } else {
-        ("refused", "Not applicable")
+    let (verdict, robot) = (&estimate.verdict, &report.cell.robot);
+    let headline = Headline::new(estimate, robot);
+    let notes: Vec<String> = shown_notes(estimate).map(ToString::to_string).collect();
+    // Green only if no use is refused.
+    let class = match (verdict.applicable, has_refused_use(estimate)) {
+        (true, false) => "applicable",
+        (true, true) => "partly",
+        (false, _) => "refused",
     };
     html! {
         section.verdict.(class) {
-            h2 { span.what { "Verdict" } (heading) }
-            @if verdict.reasons.is_empty() {
-                p { "No finding contradicts the use of these parameters." }
-            } @else {
-                p { "Do not use these parameters as they are:" }
+            h2 { span.what { "Verdict" } (headline.usable) }
+            @for sentence in &headline.refused { p.no { (sentence) "." } }
+            @if !verdict.reasons.is_empty() {
+                p { "Against the uses that the cell requires:" }
                 ul { @for reason in &verdict.reasons { li { (to_sentence(&reason.to_string())) } } }
             }
             div.scroll { table.uses {
                 thead { tr {
                     th scope="col" { "Use" }
                     th scope="col" { "Usable" }
-                    th.number scope="col" { "Figure" }
-                    th.number scope="col" { "Limit" }
-                    th scope="col" { "Figure means" }
+                    th scope="col" { "Because" }
                 } }
-                tbody { @for line in uses::lines(estimate) { tr {
+                tbody { @for line in uses::lines(estimate, robot) { tr {
                     th scope="row" { (line.usage) }
                     td.refused[line.answer == "no"] { (line.answer) }
-                    td.number { (line.figure) }
-                    td.number { (line.limit) }
-                    td { (line.meaning) }
+                    td { (line.because) }
                 } } }
             } }
             (missing_section(report))
-            @if !verdict.notes.is_empty() {
+            @if !notes.is_empty() {
                 p { "Notes on the result:" }
-                ul { @for note in &verdict.notes { li { (to_sentence(&note.to_string())) } } }
+                ul { @for note in notes { li { (to_sentence(&note)) } } }
             }
         }
     }
@@ -68,6 +66,18 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
 
 /// Share of a joint's highest speed below which the joint hardly moves \[1\].
 const BARELY_MOVING_SHARE: f64 = 0.1;
+
+/// Largest number of parameters in a sentence. The table has all of them.
+const MAX_NAMES: usize = 5;
+
+/// `a, b, c and 25 more`
+fn few_listed(names: &[&str]) -> String {
+    let shown = names.len().min(MAX_NAMES);
+    match names.len() - shown {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..shown].join(", ")),
+    }
+}
 
 /// If a use is refused, lists the parameters whose statistical uncertainty is too large, and the
 /// joints that hardly moved.
@@ -96,7 +106,7 @@ fn missing_section(report: &Report<'_>) -> Markup {
     html! {
         p {
             "Noise alone leaves these uncertain by more than " (percent_text(limit, 2)) ": "
-            (uncertain.join(", ")) "."
+            (few_listed(&uncertain)) "."
             @if !still.is_empty() {
                 " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
             }

@@ -1,0 +1,124 @@
+//! A finding in a few words, with its figure and the parameter or joint that it is about.
+
+use didim_dynamics::robot::Robot;
+use didim_identification::identification::{Finding, FindingCode as Code, Subject};
+
+use crate::text::significant_digits;
+
+/// Largest number of names in a line. The finding has all of them.
+const MAX_NAMES: usize = 3;
+
+/// Describes a finding: `fv_m6 ± 50.1 % and 27 more`.
+pub(super) fn short_text(finding: &Finding, robot: &Robot) -> String {
+    let of = subject_text(finding, robot);
+    let figure = finding.figure.map(|figure| figure_text(finding, figure)).unwrap_or_default();
+    match finding.code {
+        Code::ParameterUncertainty => uncertain_parameters(finding, &figure),
+        Code::ConditionNumber => format!("condition number {figure}"),
+        Code::TorqueUncertainty => format!("torque of {of} ± {figure} along the motion"),
+        Code::RelativeError => format!("relative error {figure}"),
+        Code::JointError => format!("relative error {figure} of {of}"),
+        Code::Extrapolation => format!("torque ± {figure} outside the recorded motion"),
+        Code::JointExtrapolation => {
+            format!("torque of {of} ± {figure} outside the recorded motion")
+        }
+        Code::CrossValidation => format!("cross-validation error {figure}"),
+        Code::FewRows => format!("{figure} independent rows for each parameter"),
+        Code::TooFewMotions => "only one motion".to_owned(),
+        Code::NotDecimated => "no decimation filter".to_owned(),
+        Code::JointAtRest => format!("{of} does not move"),
+        Code::NegativeParameter => format!("{of} is negative ({figure})"),
+        Code::IndefiniteMassMatrix => format!("no positive definite mass matrix ({figure})"),
+        Code::NoBodies => "no physically consistent parameters".to_owned(),
+        Code::Controller => format!("command of {of} {figure} from that of the controller"),
+        Code::OppositeCommand => format!("command of {of} has the opposite sign"),
+        Code::WrongSigns => "torques or positions have the wrong sign".to_owned(),
+        Code::WrongSignsOfJoint => format!("torque or position of {of} has the wrong sign"),
+        Code::OtherUnit => format!("torque of {of} is {figure} times its limit"),
+        Code::ConstantTorque => format!("torque of {of} is constant"),
+        Code::ClippedTorque => format!("torque of {of} looks clipped"),
+        Code::FrozenPosition => format!("position of {of} freezes"),
+        Code::SwappedMotors => format!("drives of {of} may be swapped"),
+        Code::GravityDirection => "another direction of gravity fits better".to_owned(),
+        Code::TorqueGain => format!("torque gain of {of} fits at {figure} times its value"),
+        Code::TorqueDelay => format!("torque delay of {of} does not fit"),
+        Code::KnownTorque => format!("known torque on {of} does not fit"),
+        Code::Geometry => format!("zero or geometry of {of} does not fit"),
+        Code::LocalMinimum => "a local minimum, or another control loop".to_owned(),
+        Code::Insensitive => "the simulation hardly depends on the parameters".to_owned(),
+        Code::PositionsDisagree => format!("torques and positions disagree on {of}"),
+        Code::WeakInstruments => "the simulated motion is not the measured one".to_owned(),
+        _ => first_clause(&finding.message),
+    }
+}
+
+/// Returns the limit of a finding, if a reader can compare its figure with it.
+pub(super) fn limit_text(finding: &Finding) -> Option<String> {
+    let limit = finding.limit.filter(|_| finding.code != Code::OtherUnit)?;
+    finding.figure?;
+    Some(figure_text(finding, limit))
+}
+
+/// Formats a number of a finding. Shares are in percent.
+fn figure_text(finding: &Finding, value: f64) -> String {
+    let is_count = matches!(
+        finding.code,
+        Code::ConditionNumber | Code::FewRows | Code::OtherUnit | Code::TorqueGain
+    );
+    let unit = finding.unit.as_deref().unwrap_or_default();
+    match unit {
+        "1" if finding.code == Code::ConditionNumber => format!("{value:.0}"),
+        "1" if is_count => significant_digits(value, 3),
+        "1" => format!("{} %", significant_digits(100.0 * value, 3)),
+        unit => format!("{} {unit}", significant_digits(value, 2)),
+    }
+}
+
+/// Names the worst parameter, which comes first, and counts the others.
+fn uncertain_parameters(finding: &Finding, figure: &str) -> String {
+    let Some(Subject::Parameters(names)) = &finding.subject else {
+        return format!("a parameter ± {figure}");
+    };
+    let worst = names.first().map_or("a parameter", String::as_str);
+    match names.len() {
+        0 | 1 => format!("{worst} ± {figure}"),
+        count => format!("{worst} ± {figure} and {} more", count - 1),
+    }
+}
+
+fn subject_text(finding: &Finding, robot: &Robot) -> String {
+    match &finding.subject {
+        Some(Subject::Joints(joints)) => {
+            let names = joints.iter().map(|joint| match joint.position() < robot.joints() {
+                true => robot.joint_label(*joint),
+                false => joint.to_string(),
+            });
+            counted("joint", names)
+        }
+        Some(Subject::Motors(motors)) => counted("motor", motors.iter().map(ToString::to_string)),
+        Some(Subject::Links(links)) => counted("link", links.iter().map(ToString::to_string)),
+        Some(Subject::Parameters(names)) => few_listed(names.iter().cloned()),
+        None => "the arm".to_owned(),
+    }
+}
+
+/// `joint 3`, `joints 1, 2 and 4 more`
+fn counted(noun: &str, names: impl ExactSizeIterator<Item = String>) -> String {
+    let plural = if names.len() == 1 { "" } else { "s" };
+    format!("{noun}{plural} {}", few_listed(names))
+}
+
+fn few_listed(names: impl Iterator<Item = String>) -> String {
+    let mut names: Vec<String> = names.collect();
+    let more = names.len().saturating_sub(MAX_NAMES);
+    names.truncate(MAX_NAMES);
+    match more {
+        0 => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
+/// Returns the part of a message before its remedy.
+fn first_clause(message: &str) -> String {
+    message.split(": ").next().unwrap_or(message).to_owned()
+}
