@@ -24,7 +24,7 @@ use crate::live::worker::{
     Configuration, FindLoad, IdentifiedWindow, ResultOptions, TimeOfDay, WindowOptionError,
     WorkerOptions,
 };
-use crate::report::html::{Origin, Report, SampleRange};
+use crate::report::html::{Origin, Report, SampleRange, baseline_section};
 use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
@@ -198,7 +198,8 @@ pub fn build_configuration(
                 further_files: Vec::new(),
                 note: window.note.clone(),
             };
-            Report::new(cell, &identification, &origin).to_html()
+            let report = Report::new(cell, &identification, &origin);
+            Report { has_baseline_place: true, ..report }.to_html()
         });
         let estimate = identification.estimate.clone();
         last.set(LastWindow { window: provenance, identification });
@@ -213,6 +214,7 @@ pub fn build_configuration(
             texts: cell.configuration.clone(),
             regrouping: cell.regrouping_sha256(),
             drift: cell.service.drift,
+            baseline_section: Some(baseline_section),
         },
     })
 }

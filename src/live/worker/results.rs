@@ -6,7 +6,7 @@ use std::path::Path;
 use super::setup::{ResultOptions, WorkerOptions};
 use super::state::EstimationStatus;
 use crate::archive::drift::{
-    AlarmEvent, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
+    AlarmEvent, BASELINE_PLACE, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
     Attachments, HistoryLine, ModelDifference, RECENT_LINES, ResultRecord, Store, StoreError,
@@ -161,8 +161,12 @@ impl Results {
     ) -> Result<Stored, StoreError> {
         // The configuration is written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
-        let attachments =
-            Attachments { against: self.model_difference(record), ..auxiliary.clone() };
+        // The report is written after the comparison with the baseline, which it contains.
+        let attachments = Attachments {
+            against: self.model_difference(record),
+            report: None,
+            ..auxiliary.clone()
+        };
         let stored = self.store.write(record, &attachments, Timestamp::now())?;
         if !stored.line.time.is_set() {
             tracing::warn!(
@@ -174,7 +178,20 @@ impl Results {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
         self.follow_line(stored.line.clone(), options.drift);
+        if let Some(report) = &auxiliary.report {
+            let report = report.replacen(BASELINE_PLACE, &self.comparison(&stored, options), 1);
+            if let Err(problem) = self.store.write_report(stored.number, &report) {
+                tracing::warn!("{} is stored, but: {problem}", stored.path.display());
+            }
+        }
         Ok(stored)
+    }
+
+    /// Describes the comparison of a result with the baseline (HTML). Empty without a baseline.
+    fn comparison(&self, stored: &Stored, options: &ResultOptions) -> String {
+        let tracker = self.tracker.as_ref().filter(|of| of.is_after_baseline(&stored.line));
+        let section = tracker.zip(options.baseline_section);
+        section.map(|(tracker, describe)| describe(&tracker.status())).unwrap_or_default()
     }
 }
 

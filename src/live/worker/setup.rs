@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::options::{WindowOptionError, WindowPlan};
 use super::time_of_day::TimeOfDay;
-use crate::archive::drift::DriftOptions;
+use crate::archive::drift::{DriftOptions, DriftStatus};
 use crate::archive::store::{ConfigurationTexts, StoreError};
 use crate::live::recording::{ArchiverOptions, RecordedWindow};
 use crate::live::stream::{StreamError, StreamOptions};
@@ -65,7 +65,7 @@ pub enum WorkerError {
 }
 
 /// Data stored with the results, so that they can be reproduced and compared.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct ResultOptions {
     /// The files of the configuration as read.
     pub texts: ConfigurationTexts,
@@ -73,4 +73,6 @@ pub struct ResultOptions {
     pub regrouping: String,
     /// Options for drift from the baseline.
     pub drift: DriftOptions,
+    /// Function that describes the comparison with the baseline in a report (HTML).
+    pub baseline_section: Option<fn(&DriftStatus) -> String>,
 }

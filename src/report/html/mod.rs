@@ -5,6 +5,7 @@
 //! date of its creation, so that the same input gives the same bytes. The HTML builder escapes all
 //! text from files, without exception.
 
+mod baseline;
 pub mod chart;
 mod expectation;
 mod friction;
@@ -22,14 +23,16 @@ mod provenance;
 mod summary;
 
 use didim_identification::identification::{Identification, Method};
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
+pub use baseline::baseline_section;
 pub use history::HistoryReport;
 pub use prediction::PredictionReport;
 pub use preview::preview_page;
 pub use provenance::{InputFile, Origin, SampleRange, entries as provenance_entries};
 
 use crate::analysis::ExpectedParameter;
+use crate::archive::drift::BASELINE_PLACE;
 use crate::cell::Cell;
 use page::{
     contents_list, document, number_text, percent_text, probability, section, with_real_minus,
@@ -49,12 +52,22 @@ pub struct Report<'a> {
     /// Insufficient parameters and the motions that improve them, as text
     /// ([`missing_text`](super::missing_text)). Empty if this was not requested.
     pub advice: &'a str,
+    /// True if the report has a place for the comparison with the baseline, which a service makes
+    /// when it stores the result.
+    pub has_baseline_place: bool,
 }
 
 impl<'a> Report<'a> {
     /// Creates a report of a result alone, without predictions and without advice.
     pub fn new(cell: &'a Cell, identification: &'a Identification, origin: &'a Origin) -> Self {
-        Self { cell, identification, origin, expectation: &[], advice: "" }
+        Self {
+            cell,
+            identification,
+            origin,
+            expectation: &[],
+            advice: "",
+            has_baseline_place: false,
+        }
     }
 
     /// Returns the report as HTML.
@@ -82,6 +95,7 @@ impl<'a> Report<'a> {
             main {
                 (summary::verdict_section(self))
                 (contents_list(&sections))
+                @if self.has_baseline_place { (PreEscaped(BASELINE_PLACE)) }
                 (summary::key_figures(self))
                 (sections)
             }

@@ -62,8 +62,30 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         note: None,
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    let options = ResultOptions { drift, ..ResultOptions::default() };
-    results.store_result(&record, &Attachments::default(), &options).unwrap();
+    let baseline_section: fn(&DriftStatus) -> String =
+        |drift| format!("{} alarms of {}", drift.alarms.len(), drift.baseline);
+    let baseline_section = Some(baseline_section);
+    let options = ResultOptions { drift, baseline_section, ..ResultOptions::default() };
+    let report = Some(format!("<main>{BASELINE_PLACE}</main>"));
+    let attachments = Attachments { report, ..Attachments::default() };
+    results.store_result(&record, &attachments, &options).unwrap();
+}
+
+fn report(folder: &Path, result: u64) -> String {
+    std::fs::read_to_string(folder.join(format!("result-{result:08}.html"))).unwrap()
+}
+
+#[test]
+fn the_stored_report_has_the_comparison_and_its_alarms() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = open(folder.path());
+    take(&mut results, 6.48);
+    assert_eq!(report(folder.path(), 0), "<main></main>", "there is no baseline");
+    set_baseline(folder.path(), 0);
+    assert!(results.poll_baseline());
+    [7.5, 7.5, 7.5].into_iter().for_each(|fc3| take(&mut results, fc3));
+    assert_eq!(report(folder.path(), 1), "<main>0 alarms of 0</main>");
+    assert_eq!(report(folder.path(), 3), "<main>1 alarms of 0</main>");
 }
 
 fn set_baseline(folder: &Path, result: usize) {
