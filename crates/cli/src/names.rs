@@ -27,6 +27,26 @@ pub(super) fn use_parser() -> impl TypedValueParser<Value = Use> {
     one_of(DECIDED_USES, |usage| PossibleValue::new(usage.name()))
 }
 
+/// A requirement on a running service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ServiceRequirement {
+    /// Its last result is usable for this.
+    Use(Use),
+    /// Its health is good.
+    Healthy,
+}
+
+/// Returns a parser for a requirement on a service.
+pub(super) fn service_requirement_parser() -> impl TypedValueParser<Value = ServiceRequirement> {
+    let [a, b, c, d] = DECIDED_USES.map(ServiceRequirement::Use);
+    one_of([a, b, c, d, ServiceRequirement::Healthy], |requirement| match requirement {
+        ServiceRequirement::Use(usage) => PossibleValue::new(usage.name()),
+        ServiceRequirement::Healthy => {
+            PossibleValue::new("healthy").help("the service reports no reason for bad health")
+        }
+    })
+}
+
 fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     all: [T; N],
     shown: fn(T) -> PossibleValue,

@@ -35,10 +35,6 @@ impl RequiredUses {
     /// # Errors
     /// See [`Self::check`].
     pub(super) fn check_estimate(&self, estimate: &Estimate) -> Result<(), CliError> {
-        self.check(|usage| {
-            let verdict = estimate.verdict.uses.get(usage);
-            let reasons = verdict.reasons.iter().map(ToString::to_string).collect();
-            JudgedUse { usage, applicable: verdict.applicable, reasons }
-        })
+        self.check(|usage| JudgedUse::new(usage, estimate.verdict.uses.get(usage)))
     }
 }

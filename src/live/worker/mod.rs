@@ -30,7 +30,7 @@ pub use load_status::{LoadState, LoadStatus};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd};
 pub use setup::{ResultOptions, WorkerError, WorkerOptions};
-pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
+pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, UseSummary, WindowState};
 pub use time_of_day::TimeOfDay;
 pub use window::{Loss, RejectedWindow, Rejection, WindowEvent};
 pub use windower::{CommandError, Windower};

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
-use didim_identification::identification::Estimate;
+use didim_identification::identification::{Estimate, Use};
 use serde::{Deserialize, Serialize};
 
 use super::load_status::LoadStatus;
@@ -56,12 +56,36 @@ pub struct EstimateSummary {
     /// Reasons why the estimate is not usable for monitoring.
     #[serde(default)]
     pub monitoring_reasons: Vec<String>,
+    /// Verdict for each use. Empty in the status of versions without this key.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uses: Vec<UseSummary>,
     /// Payload during the window. `None` if it is not identifiable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
     /// Additional drive readings during the counted samples.
     #[serde(flatten)]
     pub readings: DriveReadings,
+}
+
+/// Verdict of the last estimate for one use.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UseSummary {
+    /// The use.
+    #[serde(rename = "use")]
+    pub usage: Use,
+    /// True if the estimate is usable for it; `None` if that is undecided.
+    pub applicable: Option<bool>,
+    /// Reasons against the use.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<String>,
+}
+
+impl UseSummary {
+    fn new(usage: Use, estimate: &Estimate) -> Self {
+        let verdict = estimate.verdict.uses.get(usage);
+        let reasons = verdict.reasons.iter().map(ToString::to_string).collect();
+        Self { usage, applicable: verdict.applicable, reasons }
+    }
 }
 
 impl EstimateSummary {
@@ -80,6 +104,7 @@ impl EstimateSummary {
             monitoring_reasons: (estimate.verdict.uses.monitoring.reasons.iter())
                 .map(ToString::to_string)
                 .collect(),
+            uses: Use::ALL.map(|usage| UseSummary::new(usage, estimate)).into(),
             load,
             readings: window.readings(),
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use didim_identification::identification::Method;
+use didim_identification::identification::{IdentificationError, Method, Use};
 use didim_sim::Scenario;
 use indicatif::{MultiProgress, ProgressBar};
 
@@ -12,18 +12,21 @@ use crate::CliError;
 use crate::choices::DataChoices;
 use crate::input::{CountedPiece, Samples};
 use crate::names::{DEFAULT_CELL, method_parser};
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
+use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{print_for_terminal, width};
+use didim::analysis::JudgedUse;
 use didim::analysis::identify::law_of_commands;
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::report::html::{InputFile, Origin, SampleRange};
 use didim_formats::Piece;
 use didim_lab::comparison::{
-    Comparison, ComparisonInput, LimitOutcome, Limits, Progress, Published, Task, compare,
-    list_tasks, trials,
+    Comparison, ComparisonInput, Framework, LimitOutcome, Limits, Progress, Published, Task, Trial,
+    compare, list_tasks, trials,
 };
 use didim_lab::report::html::{ComparisonReport, SimulatedInput};
 use didim_lab::report::{View, autocorrelation_figure, markdown, terminal};
@@ -78,12 +81,14 @@ pub(crate) struct Arguments {
     report: Option<PathBuf>,
     #[command(flatten)]
     samples: Samples,
+    #[command(flatten)]
+    required: RequiredUses,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
-    let trials = trials(methods, arguments.strict);
+    let mut trials = trials(methods, arguments.strict);
     let base_names = cell.base.names();
     let published =
         read_toml(arguments.published.as_deref(), |text| Published::from_toml(text, base_names))?;
@@ -107,6 +112,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if source.is_some() {
         use_law_of_commands(&mut cell, &experiment, label);
     }
+    leave_out_simulating(arguments, &cell, &mut trials)?;
 
     let bars = TaskProgress::new(&list_tasks(&trials, arguments.folds));
     let input = ComparisonInput {
@@ -155,7 +161,62 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &report.to_html())?;
     }
     check_limits(&outcomes)?;
-    without_result(&comparison)
+    without_result(&comparison)?;
+    arguments.required.check(|usage| judged_use(usage, &comparison, &arguments.methods))
+}
+
+/// Leaves out the methods that simulate the closed loop if there is no controller, with a note.
+///
+/// # Errors
+/// [`CliError::Configuration`] if the command line names such a method.
+fn leave_out_simulating(
+    arguments: &Arguments,
+    cell: &Cell,
+    trials: &mut Vec<Trial>,
+) -> Result<(), CliError> {
+    if cell.options.controller.is_some() {
+        return Ok(());
+    }
+    let simulates = |method: Method| method != Method::IdimLs;
+    let cell_file = arguments.cell.display();
+    if let Some(method) = arguments.methods.iter().copied().find(|method| simulates(*method)) {
+        let error = IdentificationError::NoController { method };
+        return Err(CliError::from_configuration(format!("{cell_file}: {error}")));
+    }
+    let is_left_out = |trial: &Trial| simulates(trial.method);
+    let left_out: Vec<String> =
+        trials.iter().filter(|trial| is_left_out(trial)).map(ToString::to_string).collect();
+    trials.retain(|trial| !is_left_out(trial));
+    print_note(&format!(
+        "note: {cell_file} has no [controller], which {} need: they are left out; describe it to \
+         compare them\n",
+        left_out.join(", ")
+    ));
+    Ok(())
+}
+
+/// Returns the first verdict on a use that is not yes, of the methods that the command line names,
+/// or of all. Methods without the decimation filter are for comparison only and do not count.
+fn judged_use(usage: Use, comparison: &Comparison, named: &[Method]) -> JudgedUse {
+    let is_counted = |trial: Trial| {
+        let is_named = named.is_empty() || named.contains(&trial.method);
+        trial.framework == Framework::Decimated && is_named
+    };
+    let counted = comparison.methods.iter().filter(|of| is_counted(of.trial));
+    let judged = counted.map(|of| {
+        let judged = match &of.estimate {
+            Some(estimate) => JudgedUse::new(usage, estimate.verdict.uses.get(usage)),
+            None => JudgedUse {
+                usage,
+                applicable: Some(false),
+                reasons: of.failure.iter().cloned().collect(),
+            },
+        };
+        let reasons = judged.reasons.iter().map(|reason| format!("{}: {reason}", of.trial));
+        JudgedUse { reasons: reasons.collect(), ..judged }
+    });
+    let usable = JudgedUse { usage, applicable: Some(true), reasons: Vec::new() };
+    judged.into_iter().find(|of| of.applicable != Some(true)).unwrap_or(usable)
 }
 
 /// Takes the controller from the commands of a recording, if the commands contain a control law and

@@ -93,13 +93,31 @@ fn without_a_controller_only_the_reference_runs() {
     let (_, last) = rest.split_once("[service]").unwrap();
     std::fs::write(&cell, format!("{before}[window]{after}[service]{last}")).unwrap();
     let log = &data().packed_log;
-    let text = didim(&["compare", "--cell", &cell, "--input", log, "--folds", "0"]).done();
-    let verdicts = text.split_once("\n\n").unwrap().0;
-    assert!(verdicts.starts_with("IDIM-LS  applicable\n"), "{text}");
-    let counts = ["FAILED", "[controller]"].map(|word| verdicts.matches(word).count());
-    assert_eq!(counts, [4, 4], "{text}");
-    assert!(verdicts.lines().all(|line| line.chars().count() <= 100), "{text}");
-    assert!(text.contains("\nzz1r ") && !text.contains("strict output error framework"));
+    let compare = ["compare", "--cell", &cell, "--input", log, "--folds", "0"];
+    let outcome = didim(&compare);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("IDIM-IV, CLIE, CLOE, DIDIM"), "{}", outcome.stderr);
+    assert_eq!(outcome.stderr.matches("[controller]").count(), 1, "{}", outcome.stderr);
+    let text = &outcome.stdout;
+    assert!(text.starts_with("IDIM-LS  applicable\n"), "{text}");
+    assert!(text.contains("\nzz1r ") && !text.contains("FAILED"), "{text}");
+    // A method that the command line names cannot be left out.
+    let named = [&compare[..], &["--methods", "idim-ls,didim"]].concat();
+    didim(&named).refused(78, &["didim simulates the closed loop", "[controller]"]);
+}
+
+/// Exit code 3 if the result of a named method is not usable.
+#[test]
+fn a_use_of_the_compared_results_is_required() {
+    let (cell, log) = (packed_cell(), &data().packed_log);
+    let compare = ["compare", "--cell", &cell, "--input", log, "--folds", "0", "--json"];
+    let required = |usage: &str| {
+        didim(&[&compare[..], &["--methods", "idim-ls", "--require", usage]].concat())
+    };
+    assert_eq!(required("monitoring").code, Some(0));
+    let refused = required("physical-values");
+    assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+    assert!(refused.stderr.contains("not usable for physical-values: IDIM-LS: "));
 }
 
 /// A twentieth of a second has fewer rows than parameters.

@@ -103,6 +103,7 @@ fn snapshot() -> Snapshot {
             applicable: true,
             reasons: vec![],
             monitoring_reasons: vec![],
+            uses: Vec::new(),
             load: None,
             readings: example(),
         }),

@@ -130,6 +130,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
             applicable: true,
             reasons: vec![],
             monitoring_reasons: Vec::new(),
+            uses: Vec::new(),
             load: None,
             readings: Default::default(),
         }),
