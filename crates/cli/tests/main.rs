@@ -31,6 +31,7 @@ mod real_arms;
 mod recording;
 mod recordings;
 mod reload;
+mod result_schema;
 mod results;
 mod seven_axes;
 mod stored;

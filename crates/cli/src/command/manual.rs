@@ -15,10 +15,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap_complete::Shell;
+use didim::archive::store::ResultRecord;
+use schemars::schema_for;
 
 use self::commands::{CommandPage, PAGES};
 use self::page::{man_example, man_files, man_see_also, roff};
 use self::reference::Reference;
+use self::schema::FileSchema;
 use crate::CliError;
 use crate::output::write_text;
 
@@ -65,22 +68,32 @@ pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
 }
 
 /// Creates the pages of `docs/reference` that have the same content as the man pages of the
-/// reference.
+/// reference, and the JSON Schema of a result.
 ///
 /// # Errors
 /// A page names a table that its file does not have. A test excludes this error.
 pub fn documents() -> io::Result<Vec<Generated>> {
     let document =
         |page: &page::Page| (format!("docs/reference/{}", page.document), page.markdown());
-    Ok(references()?.iter().map(document).collect())
+    let mut documents: Vec<Generated> = references()?.iter().map(document).collect();
+    documents.push(("docs/reference/result.schema.json".to_owned(), result_schema()));
+    Ok(documents)
 }
 
-/// Creates the JSON Schemas of cell and robot files, with which editors complete and check keys.
+/// Creates the JSON Schemas: those of cell and robot files, with which editors complete and check
+/// keys, and that of a result.
 pub fn schemas() -> Vec<Generated> {
     let schema = |file: Reference| {
         (format!("schema/{}.schema.json", file.name), file.schema.json(file.title()))
     };
-    files().map(schema).into()
+    let mut schemas: Vec<Generated> = files().map(schema).into();
+    schemas.push(("schema/didim-result.schema.json".to_owned(), result_schema()));
+    schemas
+}
+
+/// Creates the JSON Schema of a stored result. `identify --json` prints its `estimate`.
+fn result_schema() -> String {
+    FileSchema::new(schema_for!(ResultRecord)).without_defaults().json("Result of didim")
 }
 
 fn files() -> [Reference; 2] {

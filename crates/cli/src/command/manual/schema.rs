@@ -55,6 +55,12 @@ impl FileSchema {
         Self(schema.to_value())
     }
 
+    /// Removes the default values, which only serve results of earlier versions.
+    pub(super) fn without_defaults(mut self) -> Self {
+        remove_defaults(&mut self.0);
+        self
+    }
+
     /// Formats the schema for editors: descriptions without the marks of the documentation.
     pub(super) fn json(&self, title: &str) -> String {
         let mut schema = self.0.clone();
@@ -302,6 +308,19 @@ impl Description {
 /// Removes the marks that only rustdoc needs: escapes, and the brackets of links.
 fn without_marks(text: &str) -> String {
     text.replace("\\[", "[").replace("\\]", "]").replace("[`", "`").replace("`]", "`")
+}
+
+/// Removes the default values from a schema. A property that is called `default` has a schema and
+/// stays.
+fn remove_defaults(schema: &mut Value) {
+    match schema {
+        Value::Object(map) => {
+            map.retain(|key, value| key != "default" || value.get("type").is_some());
+            map.values_mut().for_each(remove_defaults);
+        }
+        Value::Array(values) => values.iter_mut().for_each(remove_defaults),
+        _ => {}
+    }
 }
 
 fn clean_descriptions(schema: &mut Value) {
