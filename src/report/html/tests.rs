@@ -187,3 +187,72 @@ fn numbers_as_people_write_them() {
     }
     assert_eq!((percent_text(0.0564, 3), probability(0.0)), ("5.64 %".into(), "< 0.0001".into()));
 }
+
+/// The section of the verdict, with these verdicts and findings.
+fn verdict_section(uses: &serde_json::Value, findings: &serde_json::Value) -> String {
+    let (cell, mut identification) = (cell(), identification());
+    let verdict = serde_json::json!({ "applicable": true, "reasons": [], "uses": uses,
+        "findings": findings });
+    identification.estimate.verdict = serde_json::from_value(verdict).unwrap();
+    let html = Report::new(&cell, &identification, &origin()).to_html();
+    let section = html.split_once("<section class=\"verdict").unwrap().1;
+    section.split_once("</section>").unwrap().0.to_owned()
+}
+
+#[test]
+fn a_refused_use_names_the_worst_parameter_and_counts_the_others() {
+    let names: Vec<String> = (1..=28).map(|k| format!("fc{k}")).collect();
+    let uses = serde_json::json!({
+        "monitoring": { "applicable": true, "figure": 0.02, "unit": "1", "limit": 0.1 },
+        "physical-values": { "applicable": false, "reasons": ["too uncertain"] },
+    });
+    let findings = serde_json::json!([{ "code": "parameter-uncertainty", "severity": "blocking",
+        "uses": ["physical-values"], "subject": { "parameters": names }, "figure": 0.5,
+        "limit": 0.1, "unit": "1", "message": "too uncertain" }]);
+    let section = verdict_section(&uses, &findings);
+    assert!(section.starts_with(" partly\""), "not green: {section}");
+    assert!(section.contains("Usable for monitoring</h2>"), "{section}");
+    assert!(section.contains("Not for physical values: fc1 ± 50.0 % and 27 more."), "{section}");
+    assert!(section.contains("torque ± 2.00 % along the motion (limit 10.0 %)"), "{section}");
+    assert!(!section.contains("fc28"), "{section}");
+}
+
+#[test]
+fn a_refused_use_names_the_worst_joint_and_the_probable_cause() {
+    let error = |joint: usize, figure: f64| {
+        serde_json::json!({ "code": "joint-error", "severity": "blocking", "limit": 0.25,
+            "uses": ["prediction"], "subject": { "joints": [joint] }, "figure": figure,
+            "unit": "1", "message": format!("joint {joint}") })
+    };
+    let gain = serde_json::json!({ "code": "torque-gain", "severity": "explanatory",
+        "uses": ["prediction"], "subject": { "joints": [6] }, "figure": 0.83, "unit": "1",
+        "message": "gain" });
+    let uses = serde_json::json!({ "prediction": { "applicable": false,
+        "reasons": ["gain", "joint 2", "joint 6"] } });
+    let findings = serde_json::json!([gain, error(2, 0.26), error(6, 0.5)]);
+    let section = verdict_section(&uses, &findings);
+    assert!(section.contains("Not usable</h2>"), "{section}");
+    assert!(section.contains("Not for prediction: relative error 50.0 % of joint 6."), "{section}");
+    let line = "relative error 50.0 % of joint 6 (limit 25.0 %); 1 more; perhaps: torque gain of \
+                joint 6 fits at 0.830 times its value";
+    assert!(section.contains(line), "{section}");
+}
+
+#[test]
+fn the_comparison_with_the_baseline_has_its_alarms_and_the_largest_changes() {
+    let parameter = |k: u32| {
+        serde_json::json!({ "parameter": format!("p{k}"), "relative_change": 0.1,
+            "deviation_sigma": 3.0, "band_share": f64::from(k) / 10.0 })
+    };
+    let parameters: Vec<_> = (1..=12).map(parameter).collect();
+    let drift = serde_json::json!({ "baseline": 4, "time": "2026-11-22T07:17:29Z",
+        "compared": true, "parameters": parameters, "alarms": [{ "parameter": "p12",
+        "relative_change": 0.1, "deviation_sigma": 3.0, "slope_per_day": null, "slope_sd": null,
+        "since": "2026-11-23T07:17:29Z", "text": "p12 has grown" }] });
+    let html = baseline_section(&serde_json::from_value(drift).unwrap());
+    assert_closed(&document("", "", &maud::PreEscaped(html.clone())));
+    assert!(html.contains("Alarm: </strong>p12 has grown."), "{html}");
+    assert_eq!(html.matches("<td class=\"number refused\">").count(), 2, "{html}");
+    assert!(html.contains(">p3<") && !html.contains(">p2<"), "{html}");
+    assert!(html.contains("The other 2 parameters"), "{html}");
+}
