@@ -101,6 +101,12 @@ impl Samples {
 }
 
 impl CountedPiece {
+    /// Returns true if another piece has the same signals in its samples that count.
+    pub(super) fn has_same_signals(&self, other: &Self) -> bool {
+        self.counted_range == other.counted_range
+            && self.piece.measurement.signals == other.piece.measurement.signals
+    }
+
     /// Returns the times of the first and the last sample that count \[s after the first of the
     /// file\].
     fn times_s(&self) -> [f64; 2] {

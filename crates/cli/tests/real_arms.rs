@@ -8,7 +8,7 @@ use core::ops::Range;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use crate::program::{didim, identify_arm, json, repository, succeed};
+use crate::program::{changed, didim, identify_arm, identify_arm_with, json, repository, succeed};
 use didim::cell::Cell;
 use didim_formats::{Side, read_csv};
 use didim_identification::identification::{
@@ -257,6 +257,34 @@ fn figure(estimate: &Value, name: &str) -> f64 {
     estimate[name].as_f64().unwrap()
 }
 
+/// Folds and margins are times: the cross-validation error, relative to the fit, does not depend on
+/// the decimation, and neither does a verdict.
+#[test]
+fn the_cross_validation_of_real_arms_does_not_depend_on_the_decimation() {
+    let kr300 = motions_of("abc");
+    let arms = [
+        ("kr300", kr300.as_slice(), ["1.8", "8.2"]),
+        ("tiago", &["motion.csv".to_owned()], ["9.2", "67.9"]),
+    ];
+    for (arm, recordings, [from_s, to_s]) in arms {
+        let found = [5, 10, 20].map(|factor| {
+            let (_place, cell) =
+                copied_cell(arm, &[("factor = 10", &format!("factor = {factor}"))]);
+            json(&identify_arm_with(&cell, arm, recordings, from_s, to_s))
+        });
+        let ratios = found.each_ref().map(|of| {
+            of["held_out"]["relative_error"].as_f64().unwrap() / figure(of, "relative_error")
+        });
+        let [least, most] = [f64::min, f64::max].map(|of| ratios.into_iter().reduce(of).unwrap());
+        assert!(most / least < 4.0 / 3.0, "{arm}: {ratios:?}");
+        for usage in ["monitoring", "prediction", "physical-values"] {
+            let answers = found.each_ref().map(|of| &of["verdict"]["uses"][usage]["applicable"]);
+            assert!(answers[0].is_boolean(), "{arm}, {usage}");
+            assert!(answers.iter().all(|of| *of == answers[0]), "{arm}, {usage}: {answers:?}");
+        }
+    }
+}
+
 /// Two motions predict the third with an error of 3.5 to 5.5 %, and their results expect that
 /// error. One motion alone reports that it knows little.
 #[test]
@@ -421,18 +449,23 @@ fn the_measured_torques_of_a_tiago_as_the_independent_implementation() {
     );
 }
 
-/// The cell of the KR 300 with a line more in `[identification]`, in a folder of its own.
-fn changed_cell(line: &str) -> (tempfile::TempDir, std::path::PathBuf) {
-    let folder = repository("tests/data/kr300");
+/// The cell of an arm with a changed text, in a folder of its own.
+fn copied_cell(arm: &str, changes: &[(&str, &str)]) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = repository("tests/data").join(arm);
     let text = std::fs::read_to_string(folder.join("cell.toml")).unwrap();
-    let text = text
-        .replacen("[identification]\n", &format!("[identification]\n{line}\n"), 1)
+    let text = changed(&text, changes)
         .replace("\"robot.toml\"", &format!("{:?}", folder.join("robot.toml")))
+        .replace("\"eight_axes.dbc\"", &format!("{:?}", folder.join("eight_axes.dbc")))
         .replace("../../../config", repository("config").to_str().unwrap());
     let place = tempfile::tempdir().unwrap();
     let cell = place.path().join("cell.toml");
     std::fs::write(&cell, text).unwrap();
     (place, cell)
+}
+
+/// The cell of the KR 300 with a line more in `[identification]`, in a folder of its own.
+fn changed_cell(line: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+    copied_cell("kr300", &[("[identification]\n", &format!("[identification]\n{line}\n"))])
 }
 
 const COUNTED: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];

@@ -295,15 +295,29 @@ fn not_identified(error: IdentifyError, cell_file: &Path, recording: &Path) -> C
     }
 }
 
-/// Reads the recordings of all inputs, each with its entry in the result.
+/// Reads the recordings of all inputs, each with its entry in the result. A recording that is given
+/// again counts once: its noise is the same, so that it says nothing new.
 fn read_recordings(
     arguments: &Arguments,
     cell: &Cell,
     inputs: &[InputFileOrStream],
 ) -> Result<(Vec<CountedPiece>, Vec<RecordingEntry>), CliError> {
-    let (mut parts, mut reported) = (Vec::new(), Vec::new());
+    let (mut parts, mut reported): (Vec<CountedPiece>, Vec<RecordingEntry>) = Default::default();
     for (index, input) in inputs.iter().enumerate() {
-        let of_file = arguments.samples.read(input, cell)?;
+        let mut of_file = arguments.samples.read(input, cell)?;
+        of_file.retain(|piece| {
+            let same = parts.iter().position(|earlier| earlier.has_same_signals(piece));
+            if let Some(same) = same {
+                let (path, earlier) = (input.displayed_path(), reported[same].input);
+                let earlier = inputs[earlier].displayed_path();
+                tracing::warn!(
+                    "{}: the same recording as {}; it counts once",
+                    path.display(),
+                    earlier.display()
+                );
+            }
+            same.is_none()
+        });
         reported.extend(
             of_file.iter().map(|piece| RecordingEntry::new(index, input.displayed_path(), piece)),
         );

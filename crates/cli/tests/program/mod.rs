@@ -77,8 +77,19 @@ pub(crate) fn identify_arm(
     from_s: &str,
     to_s: &str,
 ) -> String {
+    let cell = repository("tests/data").join(arm).join("cell.toml");
+    identify_arm_with(&cell, arm, recordings, from_s, to_s)
+}
+
+/// The same with another cell.
+pub(crate) fn identify_arm_with(
+    cell: &Path,
+    arm: &str,
+    recordings: &[impl AsRef<Path>],
+    from_s: &str,
+    to_s: &str,
+) -> String {
     let folder = repository("tests/data").join(arm);
-    let cell = folder.join("cell.toml");
     let inputs: Vec<_> = recordings.iter().map(|recording| folder.join(recording)).collect();
     let mut arguments: Vec<&dyn AsRef<OsStr>> =
         vec![&"identify", &"--json", &"--cell", &cell, &"--from", &from_s, &"--to", &to_s];

@@ -5,7 +5,7 @@ use core::ops::Range;
 use nalgebra::DVector;
 
 use super::identify::identify;
-use super::judgement::{Estimate, NEIGHBOUR_ROWS};
+use super::judgement::{Estimate, margin_samples};
 use super::observation::{filtered_motion, filtered_torque, fitted_matrix, torque_equation};
 use super::prediction::PredictionError;
 use super::problem::{Context, Experiment, IdentificationError, Method, Options};
@@ -46,7 +46,7 @@ pub fn cross_validate(
     blocks: usize,
 ) -> Result<CrossValidation, IdentificationError> {
     let counted = experiment.counted();
-    let guard = NEIGHBOUR_ROWS * options.decimation_filter.factor;
+    let guard = margin_samples(experiment.sample_rate_hz(), options.decimation_filter.factor);
     let length = counted.len() / blocks.max(1);
     if blocks < 2 || length <= guard {
         return Err(IdentificationError::Blocks { blocks, samples: counted.len(), guard });

@@ -1,6 +1,7 @@
 //! Joint estimation of parameters and of nuisance parameters with prior knowledge.
 
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
@@ -39,6 +40,29 @@ impl JointSolution {
         let prior_covariance = self.covariance.view((0, own), (own, nuisance));
         let white = self.covariance.view((0, 0), (own, own));
         white * square - prior_covariance * prior_covariance.transpose() * (square - 1.0)
+    }
+
+    /// Returns the probability that noise alone causes nuisance parameters at least as large as
+    /// these, if their true values are 0.
+    ///
+    /// With the covariance P of the nuisance parameters, their estimate then has the covariance
+    /// `c² (P − P P)`, because the prior adds no noise. Its quadratic form is χ²-distributed.
+    /// Combinations on which the data have no information do not count.
+    pub(crate) fn probability(&self, nuisance: &[usize]) -> f64 {
+        let (own, all) = (self.parameter_change.len(), self.covariance.ncols());
+        let posterior = self.covariance.view((own, own), (all - own, all - own));
+        let rows = posterior.select_rows(nuisance);
+        let of_group = rows.select_columns(nuisance);
+        let eigen = of_group.clone().symmetric_eigen();
+        let informed: Vec<usize> = (0..nuisance.len())
+            .filter(|k| 1.0 - eigen.eigenvalues[*k] > RegressionLimits::DEFAULT.min_certainty)
+            .collect();
+        let basis = eigen.eigenvectors.select_columns(&informed);
+        let noise = basis.tr_mul(&((of_group - &rows * rows.transpose()) * &basis));
+        let estimates = basis.tr_mul(&self.nuisance_parameters.select_rows(nuisance));
+        let Some(factor) = Cholesky::new(noise) else { return 1.0 };
+        let square = estimates.dot(&factor.solve(&estimates)) / self.colour_factor.powi(2);
+        ChiSquared::new(informed.len() as f64).map_or(1.0, |of| of.sf(square))
     }
 
     /// Removes the priors of nuisance parameters that the data contradict by more than `limit`

@@ -93,7 +93,7 @@ fn blocks_that_the_filters_would_mix_are_refused() {
     let case = case(1500);
     let options = options(40.0, 0.8, 10);
     let (robot, base) = (&case.arm.robot, &case.arm.base);
-    for blocks in [0, 1, 14] {
+    for blocks in [0, 1, 40] {
         let error = cross_validate(Method::IdimLs, robot, base, &case.experiment, &options, blocks)
             .unwrap_err();
         assert!(matches!(error, IdentificationError::Blocks { .. }), "{error}");

@@ -3,8 +3,8 @@
 use didim_dynamics::control::{ControlLaw, ControlTiming, SimulatedController};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
-    ControllerUnchecked, Estimate, Experiment, FindingCode, Method, Note, Options, Start, Subject,
-    identify,
+    ControllerUnchecked, Estimate, Experiment, FindingCode, Method, Note, NuisanceParameter,
+    Options, Start, Subject, identify,
 };
 
 use super::loops::{cascade, pid};
@@ -192,6 +192,64 @@ fn wrong_gains_are_reported_whatever_the_method() {
             );
         }
     }
+}
+
+/// A position that one drive scales wrongly leaves the described law far from the recorded command,
+/// and the check reports how far, with every law and scale.
+#[test]
+fn a_wrong_scale_of_a_position_shows_with_its_size() {
+    let mut sizes = Vec::new();
+    for (name, law) in LAWS {
+        for (timing, torque_timing) in TIMINGS {
+            let looped = Looped::random(85, 2, timing, law);
+            for scale in [1.01, 1.03, 1.1] {
+                let experiment = looped.record_with(torque_timing, |signals: &mut Signals| {
+                    let mut random = Random(85);
+                    signals
+                        .torque_nm
+                        .iter_mut()
+                        .flatten()
+                        .for_each(|t| *t += 0.1 * random.normal());
+                    signals.position_rad[1].iter_mut().for_each(|q| *q *= scale);
+                });
+                let estimate = estimated(&looped, Method::IdimLs, &experiment, &options(&looped));
+                let found = estimate.controller_error_per_joint.clone().unwrap();
+                assert!(found[1] > 0.05, "{name}, {scale}: {found:?}");
+                assert_eq!(joints_of_controller(&estimate), [2], "{name}, {scale}: {found:?}");
+                sizes.push(found[1]);
+            }
+        }
+    }
+    assert_eq!(sizes.len(), 18);
+    // A larger error of the scale has a larger size.
+    assert!(sizes.chunks(3).all(|of| of.is_sorted()), "{sizes:?}");
+}
+
+/// A substitute controller does not identify the torque gains of the drives.
+#[test]
+fn a_substitute_controller_identifies_no_torque_gain() {
+    let looped = Looped::random(86, 2, sampled(0.0), pd);
+    let experiment = recorded(&looped, ZERO_ORDER_HOLD, NONE);
+    let mut substitute = options(&looped);
+    substitute.controller = Some(SimulatedController::Bandwidth {
+        timing: sampled(0.0),
+        bandwidth_hz: vec![8.0; 2],
+        damping: 0.8,
+        acceleration_feed_forward: true,
+    });
+    let mut gains = 0;
+    for method in [Method::IdimIv, Method::Didim, Method::Clie] {
+        let estimate = estimated(&looped, method, &experiment, &substitute);
+        for found in &estimate.nuisance_parameters {
+            let is_gain = matches!(
+                found.nuisance,
+                NuisanceParameter::CommonGain | NuisanceParameter::TorqueGain(_)
+            );
+            gains += usize::from(is_gain);
+            assert!(!is_gain || found.quantity.is_none(), "{method}: {found:?}");
+        }
+    }
+    assert_eq!(gains, 3 * 3);
 }
 
 /// A result that depends on the controller says why it was not checked, and no other.

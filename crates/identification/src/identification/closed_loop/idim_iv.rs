@@ -66,6 +66,8 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let unweighted =
         SingularValues::new(&instruments.projected_equation.solve_ordinary().map_err(named)?);
     let correlation = instruments.smallest_correlation;
+    // The nuisance parameters are not projected on the instruments: they belong to this equation.
+    let own = fit.observations.solve_weighted(&levels).map_err(named)?;
     let findings = Findings {
         method: Method::IdimIv,
         motion: &fit.motion,
@@ -75,7 +77,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         torque: Some(TorqueRows {
             observations: &fit.observations,
             residuals: &solution.residuals,
-            own: None,
+            own: Some(&own),
         }),
         solution: &solution,
         unweighted,

@@ -325,14 +325,17 @@ pub struct Estimate {
     #[serde(deserialize_with = "optional_numbers")]
     #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub simulated_torque_error_per_joint: Option<Vec<f64>>,
-    /// Distance of each joint between the recorded torque and the command that the described
+    /// Difference of each joint between the recorded torque and the command that the described
     /// controller computes from the recorded reference and position, relative to the torque and
-    /// without noise. `None` without a described controller, or if the distance cannot be
-    /// determined.
+    /// without the part that noise explains on average. `None` without a described controller, or
+    /// if the difference cannot be determined.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "optional_numbers")]
     #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub controller_error_per_joint: Option<Vec<f64>>,
+    /// Probability, for each joint, that noise alone explains at least as large a difference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller_probability_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with
     /// instruments: 1 if both span the same space, 0 if a combination of parameters has no
     /// instrument.

@@ -102,6 +102,8 @@ impl Findings<'_> {
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
         let pieces = Folds::from_context(context, self.motion);
+        // Figures count repeated motion once, because model errors repeat with it.
+        let distinct_covariance = &covariance * pieces.mean_repeats;
         let (counted, left) = match self.downweighted {
             Some(_) => (*observations, &solution.residuals),
             None => (torque, residuals),
@@ -121,11 +123,13 @@ impl Findings<'_> {
             Some(own) => {
                 let analysis = ResidualAnalysis::new(torque, own, &filter);
                 let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
-                other = limits.other_parameters(
-                    context.selection.names(),
-                    &(&own.parameters - &solution.parameters),
-                    &own_deviations.zip_map(&deviations, f64::hypot),
-                );
+                if self.method.fits_positions() {
+                    other = limits.other_parameters(
+                        context.selection.names(),
+                        &(&own.parameters - &solution.parameters),
+                        &own_deviations.zip_map(&deviations, f64::hypot),
+                    );
+                }
                 self.checks(
                     context,
                     torque,
@@ -171,7 +175,10 @@ impl Findings<'_> {
             relative_error_per_joint: statistics.relative_error_per_joint,
             relative_error_per_recording: per_recording(context, torque, residuals),
             rms_error_per_joint_nm: statistics.rms_per_joint,
-            relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
+            relative_prediction_deviation_per_joint: prediction_deviations(
+                torque,
+                &distinct_covariance,
+            ),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
             whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
@@ -192,7 +199,10 @@ impl Findings<'_> {
                 .map(|rows| rows.iter().map(Vec::len).collect()),
             relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
             simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
-            controller_error_per_joint: checks.controller_error_per_joint,
+            controller_error_per_joint: (checks.controller_error_per_joint.as_ref())
+                .map(|found| found.iter().map(|of| of.size).collect()),
+            controller_probability_per_joint: (checks.controller_error_per_joint.as_ref())
+                .map(|found| found.iter().map(|of| of.probability).collect()),
             smallest_instrument_correlation: iteration.instrument_correlation,
             link_bodies: None,
             verdict: Verdict::default(),
@@ -215,7 +225,7 @@ impl Findings<'_> {
             &context.model,
             &context.selection,
             &solution.parameters,
-            &covariance,
+            &distinct_covariance,
         )?;
         let errors = &estimate.relative_error_per_joint;
         let transmission = context.robot.transmission();

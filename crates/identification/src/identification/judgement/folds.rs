@@ -18,13 +18,17 @@ const MIN_RECORDINGS: usize = 3;
 const MAX_FOLDS: usize = 32;
 
 /// Two states are the same if every position and speed agrees within the sum of two tolerances:
-/// `SAME_STATE_STEP_SHARE` of its change between rows, and a share of its standard deviation along
+/// `SAME_STATE_STEP_SHARE` of its change between instants, and a share of its standard deviation along
 /// the motion (`REPEATABLE_SHARES`, for positions and speeds).
 const SAME_STATE_STEP_SHARE: f64 = 0.6;
 const REPEATABLE_SHARES: [f64; 2] = [0.02, 0.05];
 
-/// Largest distance of rows that belong to the same passage through a state.
-const PASSAGE_ROWS: usize = 25;
+/// Time between the instants at which states are compared \[s\], if the sample rate allows. It does
+/// not depend on the decimation.
+const INSTANT_S: f64 = 0.04;
+
+/// Longest time between instants that belong to the same passage through a state \[s\].
+const PASSAGE_S: f64 = 1.0;
 
 /// Largest cell number; higher ones are limited to it.
 const MAX_CELL_NUMBER: f64 = 1e15;
@@ -37,13 +41,11 @@ const MOVING_SHARE: f64 = 0.1;
 pub(super) struct Folds {
     /// Fold of each row of a joint.
     pub(super) fold_of_row: Vec<usize>,
-    /// First row with the same state, for each row.
-    first_equal_row: Vec<usize>,
     /// Number of folds.
     pub(super) count: usize,
-    /// Number of rows that differ from all earlier rows.
-    pub(super) distinct_rows: usize,
-    /// Mean number of times that the arm repeats a state, over the rows where it moves.
+    /// Duration of the motion without repetitions \[s\].
+    pub(super) distinct_s: f64,
+    /// Mean number of times that the arm repeats a state, over the time when it moves.
     pub(super) mean_repeats: f64,
 }
 
@@ -51,63 +53,117 @@ impl Folds {
     /// Splits the rows of a context into folds: by recording if there are enough different
     /// recordings, otherwise into parts of equal length.
     pub(super) fn from_context(context: &Context<'_>, motion: &Motion) -> Self {
-        let cut = Self::new(motion, &context.samples, context.rows_hz());
-        let recording = |row: usize| context.experiment.recording_of(context.samples[row]);
+        let instants = instants(context);
+        let repetitions = Repetitions::new(motion, &instants, context.experiment.sample_rate_hz());
+        let recording = |instant: &usize| context.experiment.recording_of(instants[*instant]);
         // Repeated motion belongs to the recording where it first occurred.
-        let of_row: Vec<usize> = cut.first_equal_row.iter().map(|&row| recording(row)).collect();
-        let mut recordings = of_row.clone();
+        let recording_of: Vec<usize> = repetitions.first_equal.iter().map(recording).collect();
+        let mut recordings = recording_of.clone();
         recordings.sort_unstable();
         recordings.dedup();
-        if recordings.len() < MIN_RECORDINGS {
-            return cut;
-        }
-        let count = recordings.len().min(MAX_FOLDS);
-        let number = |of: usize| recordings.partition_point(|before| *before < of) % count;
-        Self { fold_of_row: of_row.into_iter().map(number).collect(), count, ..cut }
-    }
-
-    /// Splits rows into parts of equal length. `samples` are the samples of the rows, `rows_hz` is
-    /// the number of rows per second.
-    pub(super) fn new(motion: &Motion, samples: &[usize], rows_hz: f64) -> Self {
-        let states = States::new(motion, samples, rows_hz);
-        let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-        // For each row the first row with the same state, as an index into `firsts`.
-        let (mut firsts, mut like) = (Vec::new(), Vec::with_capacity(samples.len()));
-        let (mut moving, mut moving_first) = (0.0, 0.0);
-        for row in 0..samples.len() {
-            let [a, b] = states.cell_of_row(row);
-            let around = (a - 1..=a + 1).flat_map(|a| (b - 1..=b + 1).map(move |b| [a, b]));
-            let before = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
-            let matching = before.filter(|&first| {
-                row - firsts[first] > PASSAGE_ROWS && states.is_same_state(firsts[first], row)
-            });
-            let match_of = matching.min();
-            if states.is_moving(row) {
-                moving += 1.0;
-                moving_first += if match_of.is_none() { 1.0 } else { 0.0 };
-            }
-            like.push(match_of.unwrap_or_else(|| {
-                cells.entry([a, b]).or_default().push(firsts.len());
-                firsts.push(row);
-                firsts.len() - 1
-            }));
-        }
-        let distinct = firsts.len();
-        let of_row = like.iter().map(|first| first * FOLD_COUNT / distinct.max(1)).collect();
-        let first_like = like.into_iter().map(|first| firsts[first]).collect();
-        let repeat_count =
-            if moving_first > 0.0 { f64::max(moving / moving_first, 1.0) } else { 1.0 };
+        let (count, fold_of_instant) = if recordings.len() < MIN_RECORDINGS {
+            repetitions.equal_parts()
+        } else {
+            let count = recordings.len().min(MAX_FOLDS);
+            let number = |of: usize| recordings.partition_point(|before| *before < of) % count;
+            (count, recording_of.into_iter().map(number).collect())
+        };
+        // The first instant of a recording is its first counted sample.
+        let before = |sample: &usize| instants.partition_point(|of| of <= sample).max(1) - 1;
+        let of_row = |sample: &usize| fold_of_instant[before(sample)];
         Self {
-            fold_of_row: of_row,
-            first_equal_row: first_like,
-            count: FOLD_COUNT,
-            distinct_rows: distinct,
-            mean_repeats: repeat_count,
+            fold_of_row: context.samples.iter().map(of_row).collect(),
+            count,
+            distinct_s: repetitions.distinct_s(),
+            mean_repeats: repetitions.mean_repeats,
         }
     }
 }
 
-/// Positions and speeds at the rows.
+/// Returns the samples at which states are compared: those that count, [`INSTANT_S`] apart.
+fn instants(context: &Context<'_>) -> Vec<usize> {
+    let experiment = context.experiment;
+    let step = samples_within(INSTANT_S, experiment.sample_rate_hz()).max(1);
+    let counted = experiment.recordings().iter().map(|of| of.counted_samples.clone());
+    counted
+        .flat_map(|samples| samples.step_by(step))
+        .filter(|sample| !experiment.is_held_out(*sample))
+        .collect()
+}
+
+/// Returns the number of samples in a time, rounded.
+pub(crate) fn samples_within(time_s: f64, sample_rate_hz: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "above 0, and casts saturate"
+    )]
+    let samples = (time_s * sample_rate_hz).round() as usize;
+    samples
+}
+
+/// Repetitions of states among the instants of a motion.
+#[derive(Clone, Debug, PartialEq)]
+struct Repetitions {
+    /// First instant with the same state, for each instant.
+    first_equal: Vec<usize>,
+    /// Number of instants that differ from all earlier ones, up to and including each instant.
+    distinct_until: Vec<usize>,
+    /// Time between instants \[s\].
+    period_s: f64,
+    /// Mean number of times that the arm repeats a state, over the time when it moves.
+    mean_repeats: f64,
+}
+
+impl Repetitions {
+    /// Compares the states at all instants, which are samples of the motion.
+    fn new(motion: &Motion, instants: &[usize], sample_rate_hz: f64) -> Self {
+        let step = samples_within(INSTANT_S, sample_rate_hz).max(1);
+        let period_s = step as f64 / sample_rate_hz;
+        let passage = samples_within(PASSAGE_S, sample_rate_hz) / step;
+        let states = States::new(motion, instants, period_s);
+        let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+        let mut first_equal = Vec::with_capacity(instants.len());
+        let mut distinct_until = Vec::with_capacity(instants.len());
+        let (mut distinct, mut moving, mut moving_first) = (0, 0.0, 0.0);
+        for instant in 0..instants.len() {
+            let [a, b] = states.cell_of_instant(instant);
+            let around = (a - 1..=a + 1).flat_map(|a| (b - 1..=b + 1).map(move |b| [a, b]));
+            let before = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
+            let matching = before
+                .filter(|&first| instant - first > passage && states.is_same_state(first, instant));
+            let match_of = matching.min();
+            if states.is_moving(instant) {
+                moving += 1.0;
+                moving_first += if match_of.is_none() { 1.0 } else { 0.0 };
+            }
+            if match_of.is_none() {
+                cells.entry([a, b]).or_default().push(instant);
+                distinct += 1;
+            }
+            first_equal.push(match_of.unwrap_or(instant));
+            distinct_until.push(distinct);
+        }
+        let mean_repeats =
+            if moving_first > 0.0 { f64::max(moving / moving_first, 1.0) } else { 1.0 };
+        Self { first_equal, distinct_until, period_s, mean_repeats }
+    }
+
+    /// Returns the duration of the motion without repetitions \[s\].
+    fn distinct_s(&self) -> f64 {
+        self.distinct_until.last().map_or(0.0, |count| *count as f64 * self.period_s)
+    }
+
+    /// Returns the number of folds and the fold of each instant. The distinct instants are split
+    /// into parts of equal length.
+    fn equal_parts(&self) -> (usize, Vec<usize>) {
+        let distinct = self.distinct_until.last().copied().unwrap_or_default();
+        let part = |first: &usize| (self.distinct_until[*first] - 1) * FOLD_COUNT / distinct;
+        (FOLD_COUNT, self.first_equal.iter().map(part).collect())
+    }
+}
+
+/// Positions and speeds at the instants.
 struct States {
     /// One column for each position and speed.
     values: DMatrix<f64>,
@@ -121,7 +177,7 @@ struct States {
 }
 
 impl States {
-    fn new(motion: &Motion, samples: &[usize], rows_hz: f64) -> Self {
+    fn new(motion: &Motion, samples: &[usize], period_s: f64) -> Self {
         let (rows, joints) = (samples.len(), motion.position.ncols());
         let mut moving = vec![false; rows];
         let (mut values, mut reach) = (Vec::new(), Vec::new());
@@ -142,7 +198,7 @@ impl States {
                 let repeatable = share * signals[k].variance().sqrt();
                 reach.push(
                     signals[k + 1]
-                        .map(|rate| SAME_STATE_STEP_SHARE * rate.abs() / rows_hz + repeatable),
+                        .map(|rate| SAME_STATE_STEP_SHARE * rate.abs() * period_s + repeatable),
                 );
             }
             let [position, velocity, _] = signals;
@@ -166,8 +222,8 @@ impl States {
         }
     }
 
-    fn is_moving(&self, row: usize) -> bool {
-        self.moving_joints[row]
+    fn is_moving(&self, instant: usize) -> bool {
+        self.moving_joints[instant]
     }
 
     fn is_same_state(&self, a: usize, b: usize) -> bool {
@@ -177,12 +233,12 @@ impl States {
         })
     }
 
-    /// Returns the cell of a row. Equal states are in the same cell or in an adjacent one.
-    fn cell_of_row(&self, row: usize) -> [i64; 2] {
+    /// Returns the cell of an instant. Equal states are in the same cell or in an adjacent one.
+    fn cell_of_instant(&self, instant: usize) -> [i64; 2] {
         self.finest_columns.map(|column| {
             let widest = self.largest_tolerances[column];
             #[expect(clippy::cast_possible_truncation, reason = "casts saturate, and far inside")]
-            let cell = (self.values[(row, column)] / widest)
+            let cell = (self.values[(instant, column)] / widest)
                 .floor()
                 .clamp(-MAX_CELL_NUMBER, MAX_CELL_NUMBER) as i64;
             // All values of a constant column are in the same cell.
@@ -210,20 +266,17 @@ mod tests {
     }
 
     #[test]
-    fn what_recurs_is_the_same_piece() {
+    fn repeated_motion_is_found_once() {
         let once: Vec<usize> = (0..500).collect();
-        let alone = Folds::new(&motion(500, 500), &once, 100.0);
-        assert!(alone.distinct_rows > 450 && alone.mean_repeats < 1.1, "{alone:?}");
+        let alone = Repetitions::new(&motion(500, 500), &once, 25.0);
+        assert!(alone.distinct_s() > 18.0 && alone.mean_repeats < 1.1, "{alone:?}");
         let thrice: Vec<usize> = (0..1500).collect();
-        let again = Folds::new(&motion(1500, 500), &thrice, 100.0);
-        assert_eq!(again.distinct_rows, alone.distinct_rows);
-        assert_eq!(again.fold_of_row[..500], alone.fold_of_row[..]);
-        assert_eq!(again.fold_of_row[500..1000], again.fold_of_row[1000..]);
-        assert!(
-            (again.mean_repeats / alone.mean_repeats - 3.0).abs() < 1e-12,
-            "{}",
-            again.mean_repeats
-        );
+        let again = Repetitions::new(&motion(1500, 500), &thrice, 25.0);
+        assert!((again.distinct_s() - alone.distinct_s()).abs() < 1e-12);
+        let (parts, parts_again) = (alone.equal_parts().1, again.equal_parts().1);
+        assert_eq!(parts_again[..500], parts[..]);
+        assert_eq!(parts_again[500..1000], parts_again[1000..]);
+        assert!((again.mean_repeats / alone.mean_repeats - 3.0).abs() < 1e-12);
     }
 
     #[test]
@@ -231,10 +284,12 @@ mod tests {
         let samples: Vec<usize> = (0..1000).collect();
         let position = DMatrix::from_fn(1000, 2, |k, _| k as f64);
         let velocity = DMatrix::from_element(1000, 2, 1.0);
-        let acceleration = DMatrix::zeros(1000, 2);
-        let motion = Motion::from_matrices(position, velocity, acceleration);
-        let folds = Folds::new(&motion, &samples, 1.0);
-        assert_eq!((folds.distinct_rows, folds.mean_repeats), (1000, 1.0));
-        assert!(folds.fold_of_row.iter().enumerate().all(|(row, piece)| *piece == row / 200));
+        let motion = Motion::from_matrices(position, velocity, DMatrix::zeros(1000, 2));
+        let repetitions = Repetitions::new(&motion, &samples, 25.0);
+        assert_eq!(repetitions.mean_repeats, 1.0);
+        assert!((repetitions.distinct_s() - 40.0).abs() < 1e-12);
+        let (count, parts) = repetitions.equal_parts();
+        assert_eq!(count, FOLD_COUNT);
+        assert!(parts.iter().enumerate().all(|(instant, part)| *part == instant / 200));
     }
 }

@@ -9,15 +9,26 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::folds::Folds;
+use super::folds::{Folds, samples_within};
 use super::quantiles::ResidualQuantiles;
 use crate::identification::observation::Motion;
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{Observations, relative_errors};
 
-/// Number of rows on either side of a sample over which the filters spread it. A spike of one
-/// sample shows in about eight rows.
-pub(crate) const NEIGHBOUR_ROWS: usize = 10;
+/// Time on either side of a fold that is not fitted either \[s\].
+const MARGIN_S: f64 = 0.2;
+
+/// Smallest number of rows on either side: the filters mix a row mainly with these.
+const MIN_MARGIN_ROWS: usize = 2;
+
+/// Shortest fold \[s\].
+const MIN_FOLD_S: f64 = 2.0 * MARGIN_S;
+
+/// Returns the number of samples on either side of a fold that are not fitted, with this number of
+/// samples per row.
+pub(crate) fn margin_samples(sample_rate_hz: f64, samples_per_row: usize) -> usize {
+    samples_within(MARGIN_S, sample_rate_hz).max(MIN_MARGIN_ROWS * samples_per_row)
+}
 
 /// Prediction error of the held-out folds. Each fold is predicted with parameters that were
 /// identified without it and without similar motion.
@@ -47,7 +58,8 @@ impl HeldOut {
         parameters: &DVector<f64>,
         residuals: &DVector<f64>,
     ) -> Result<(Self, Option<DVector<f64>>), IdentificationError> {
-        let Some(changes) = without_each(folds, torque, residuals) else {
+        let margin = margin_samples(context.rows_hz(), 1);
+        let Some(changes) = without_each(folds, margin, torque, residuals) else {
             return Ok((Self::default(), None));
         };
         let (rows, measured) = (torque.rows_per_joint(), torque.measured_values());
@@ -94,22 +106,22 @@ fn jackknife_deviations(changes: &[DVector<f64>]) -> DVector<f64> {
 }
 
 /// Returns the change of the parameters without each fold; `None` if a fold cannot be left out.
+/// `margin` is the number of rows on either side of a fold that are left out as well.
 fn without_each(
     folds: &Folds,
+    margin: usize,
     torque: &Observations,
     residuals: &DVector<f64>,
 ) -> Option<Vec<DVector<f64>>> {
-    if folds.distinct_rows < folds.count * NEIGHBOUR_ROWS {
+    if folds.distinct_s < folds.count as f64 * MIN_FOLD_S {
         return None;
     }
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
     // Bit mask of the folds that contain each row or are close to it.
     let mut near = vec![0_u64; rows];
     for (row, piece) in folds.fold_of_row.iter().enumerate() {
-        let end = rows.min(row + NEIGHBOUR_ROWS + 1);
-        near[row.saturating_sub(NEIGHBOUR_ROWS)..end]
-            .iter_mut()
-            .for_each(|near| *near |= 1 << piece);
+        let end = rows.min(row + margin + 1);
+        near[row.saturating_sub(margin)..end].iter_mut().for_each(|near| *near |= 1 << piece);
     }
     let levels = torque.noise_levels(residuals);
     // Normal equation of all rows with the same bit mask, which several folds share.

@@ -52,7 +52,7 @@ pub use finding_code::{FindingCode, Severity};
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use frozen_signal::FrozenSignal;
 pub use held_out::HeldOut;
-pub(crate) use held_out::NEIGHBOUR_ROWS;
+pub(crate) use held_out::margin_samples;
 pub use information::Information;
 pub use model_uncertainty::{ModelUncertainty, PredictedError};
 pub use nuisance_parameters::{NuisanceEstimate, NuisanceParameter, Quantity};

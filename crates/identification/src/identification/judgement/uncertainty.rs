@@ -71,7 +71,10 @@ impl Uncertainty {
         let auxiliary = fitted.auxiliary_columns;
         let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
         let observed = Observed::new(context, motion, auxiliary, observations);
-        let columns = NuisanceColumns::new(context, parameters, observed);
+        let mut columns = NuisanceColumns::new(context, parameters, observed);
+        if fitted.has_substitute_controller() {
+            columns = columns.with_configured_gains();
+        }
         // Rows that the M-estimate removed from the equation contain no information on the nuisance
         // parameters either.
         let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?

@@ -261,17 +261,24 @@ impl VerdictLimits {
     /// Returns the joints whose described controller did not command the recorded torques.
     fn controller(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
         let errors = estimate.controller_error_per_joint.iter().flatten();
-        // Without a simulated loop, the controller only checks the torques, as precisely as their
-        // gain is configured.
-        let limit = match estimate.simulations {
-            0 => self.controller_error.max(known.context.options.tolerances.torque_gain),
-            _ => self.controller_error,
+        let probabilities = estimate.controller_probability_per_joint.as_deref().unwrap_or(&[]);
+        let is_real = |joint: JointIndex| {
+            self.is_significant(probabilities[joint.position()], probabilities.len())
         };
+        // A smaller error is within the combined uncertainty, which includes the torque gain.
+        let limit = self.controller_error.max(known.context.options.tolerances.torque_gain);
         let reason = |(joint, error): (JointIndex, f64)| match OPPOSITE.contains(&error) {
             true => Reason::OppositeCommand { joint },
             false => Reason::Controller { joint, error },
         };
-        exceeding(errors, limit).map(reason).collect()
+        exceeding(errors, limit).filter(|(joint, _)| is_real(*joint)).map(reason).collect()
+    }
+
+    /// Returns true if noise alone is too improbable as the cause of an effect. `tests` is the
+    /// number of effects that are tested, each of which may appear by chance.
+    fn is_significant(&self, probability: f64, tests: usize) -> bool {
+        // A probability that is not a number is no proof.
+        probability * tests as f64 <= self.model_probability
     }
 
     /// Returns the negative friction coefficients and drive inertias.
@@ -381,8 +388,9 @@ impl VerdictLimits {
         if !names.is_empty() {
             notes.push(Note::Insignificant { names });
         }
+        let tests = estimate.whiteness_per_joint.len();
         let joints: Vec<JointIndex> = numbered(&estimate.whiteness_per_joint)
-            .filter(|(_, probability)| exceeds(self.model_probability, **probability))
+            .filter(|(_, probability)| self.is_significant(**probability, tests))
             .map(|(joint, _)| joint)
             .collect();
         if !joints.is_empty() {
@@ -390,11 +398,13 @@ impl VerdictLimits {
             notes.push(Note::ColouredResiduals { joints, decimated });
         }
         // A contradicted configured value already has a reason.
-        let most = estimate.nuisance_parameters.first().filter(|found| found.quantity.is_none());
-        notes.extend(
-            most.filter(|found| found.relative_torque >= LACKING)
-                .map(|freedom| Note::ModelError { nuisance: freedom.clone() }),
-        );
+        let effects = &estimate.nuisance_parameters;
+        let largest = effects.iter().find(|found| {
+            found.relative_torque >= LACKING
+                && self.is_significant(found.probability, effects.len())
+        });
+        let largest = largest.filter(|found| found.nuisance.is_model_error());
+        notes.extend(largest.map(|found| Note::ModelError { nuisance: found.clone() }));
         notes
     }
 }

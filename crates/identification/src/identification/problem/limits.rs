@@ -41,8 +41,8 @@ pub struct VerdictLimits {
     /// With CLOE \[σ\]: largest distance between the parameters from positions and those from
     /// torques.
     pub model_shift_deviations: f64,
-    /// A note is given if white residuals would have this correlation with less than this
-    /// probability \[share\].
+    /// Largest probability of a false finding about the model or its controller \[share\]: noise
+    /// alone causes such an effect, among all effects that are tested, at most this often.
     pub model_probability: f64,
     /// Largest difference between the command of the described controller and the recorded torque,
     /// relative to it and without noise \[share\].

@@ -54,6 +54,11 @@ impl Method {
         self != Self::IdimLs
     }
 
+    /// Returns true if the method fits positions; the others fit torques.
+    pub fn fits_positions(self) -> bool {
+        self == Self::Cloe
+    }
+
     /// Returns true if the method uses the sensitivities of the simulated loop. A few DIDIM steps
     /// may then bring the start closer to the minimum.
     pub fn uses_sensitivities(self) -> bool {

@@ -1,9 +1,10 @@
-//! Whether the described controller is the one that was recorded.
+//! Comparison of the described controller with the recorded one.
 //!
-//! A controller makes its command of the reference and the measured position, and all three are
-//! recorded: what the described law makes of them is the command, but for noise of the recording,
-//! and as well as gain and delay of the torque are known. Noise does not know the motion, a wrong
-//! law does: of the difference, the part counts that the motion explains.
+//! A controller computes its command from the reference and the measured position, and all three
+//! are recorded. The command of the described law equals the recorded command, except for noise of
+//! the recording and within the tolerances of the torque's gain and delay. Noise is independent of
+//! the motion, but the error of a wrong law is not. So the part of the difference that the motion
+//! explains has a size, and a probability that noise alone explains as much.
 
 use core::ops::Range;
 use didim_dynamics::robot::JointIndex;
@@ -11,7 +12,7 @@ use didim_dynamics::robot::JointIndex;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::reasons::ControllerUnchecked;
-use super::{ControllerError, FittedModel};
+use super::{ControllerError, Difference, FittedModel};
 use crate::identification::observation::{
     InverseDynamics, MotionGroup, delay_samples, find_reference, motion_along,
 };
@@ -29,9 +30,6 @@ use didim_dynamics::trajectory::Reference;
 /// Two periods this close, relative to each other, are the same: rates are written with few digits.
 const SAME_PERIOD: f64 = 1e-6;
 
-/// What noise explains more often than this is noise. It is asked of every joint of every result.
-const LEVEL: f64 = 1e-4;
-
 /// Gain and delay explain an error where they leave this share of the limit at most: other gains of
 /// a controller look much like another torque gain.
 const LEFT: f64 = 0.1;
@@ -40,15 +38,16 @@ const LEFT: f64 = 0.1;
 const SAME_SIGNAL: f64 = 1e-6;
 
 impl FittedModel<'_> {
-    /// Of every joint the size of what the motion explains of `F(τ_law − τ)`, over `‖F τ‖`, both
-    /// filtered and decimated; 0 where noise explains as much. A gain and a delay of the recorded
-    /// torque that are within their tolerances are no error of the law. Samples that outliers reach
-    /// do not count.
+    /// Returns for each joint the part of `F(τ_law − τ)` that the motion explains, relative to
+    /// `‖F τ‖`, both filtered and decimated. A gain and a delay of the recorded torque within their
+    /// tolerances are no error of the law. Samples with outliers do not count.
     ///
-    /// The motion is that of the reference, which has no noise: the torques of all joints that the
-    /// estimate predicts for it and the rate of the own one, which is what wrong gains of feedback
-    /// multiply, the joint's speed and acceleration, and the integral of its lag, in which noise
-    /// averages out.
+    /// The motion is that of the reference, which has no noise. Its signals are the inputs of a
+    /// linear law: positions and speeds of all joints, whose shares a wrong scale, zero or order of
+    /// the axes changes; the torques that the estimate predicts for them and the rate of the
+    /// joint's own torque, which wrong gains multiply; the joint's acceleration, and the integral
+    /// of its tracking error, in which noise averages out. With an integrating law, also the
+    /// integral of the joint's position and the time.
     pub(super) fn controller_error(&self) -> Result<ControllerError, IdentificationError> {
         let (context, n) = (self.context, self.context.robot.joints());
         let Some(controller) = &context.options.controller else {
@@ -84,24 +83,25 @@ impl FittedModel<'_> {
         let of = |signal: &DVector<f64>, joint: usize| signal.rows(joint * rows, rows).into_owned();
         let mut errors = Vec::with_capacity(n);
         for (joint, controller) in config.joints.iter().enumerate() {
-            let torques = along.column_iter().take(n);
-            let own = [rates.column(joint), along.column(n + joint), along.column(2 * n + joint)];
+            let of_all = along.column_iter().take(3 * n);
+            let own = [rates.column(joint), along.column(3 * n + joint)];
             let mut motion: Vec<DVector<f64>> =
-                torques.chain(own).map(|signal| signal.into_owned()).collect();
+                of_all.chain(own).map(|signal| signal.into_owned()).collect();
             motion.push(of(&lag, joint));
             let integrates = integrates(&controller.law);
             if integrates {
+                motion.extend(self.integrals(&along.column(n + joint).into_owned()));
                 motion.iter_mut().for_each(|signal| self.without_means(signal));
             } else {
                 motion.push(DVector::from_element(rows, 1.0));
             }
             let basis = orthonormal(motion);
             let size_of = |error: DVector<f64>| {
-                let whole = error.norm();
+                let size = error.norm();
                 match explained(error, &basis, &filter) {
                     Err(RegressionError::TooFewRows { .. }) => None,
                     // Too small for a covariance, or too large.
-                    size => Some(size.unwrap_or(whole)),
+                    found => Some(found.unwrap_or(Difference { size, probability: 0.0 })),
                 }
             };
             let few = ControllerError::Unknown(ControllerUnchecked::TooFewRows);
@@ -111,9 +111,9 @@ impl FittedModel<'_> {
                 // What the integral was before the first sample is not known.
                 self.without_means(&mut error);
             }
-            let Some(mut size) = size_of(error.clone()) else { return Ok(few) };
+            let Some(mut found) = size_of(error.clone()) else { return Ok(few) };
             let limit = context.options.limits.controller_error * torque;
-            if size > limit {
+            if found.size > limit {
                 let parts = match &mut parts {
                     Some(parts) => parts,
                     none => none.insert(MotorParts::new(context, &recorded)?),
@@ -126,18 +126,19 @@ impl FittedModel<'_> {
                 if let Some(left) = beyond_tolerances(&error, &signals, &context.options.tolerances)
                 {
                     let Some(left) = size_of(left) else { return Ok(few) };
-                    if left <= LEFT * limit {
-                        size = left;
+                    if left.size <= LEFT * limit {
+                        found = left;
                     }
                 }
             }
-            errors.push(if torque > 0.0 { size / torque } else { 0.0 });
+            let size = if torque > 0.0 { found.size / torque } else { 0.0 };
+            errors.push(Difference { size, ..found });
         }
         Ok(ControllerError::PerJoint(errors))
     }
 
-    /// The torques that are predicted along references, their speeds and accelerations, in the rows
-    /// (rows × 3n), and how much each grows there.
+    /// Returns the torques that are predicted along references, their positions, speeds and
+    /// accelerations, in the rows (rows × 4n), and the change of each there.
     fn along(&self, references: &DMatrix<f64>) -> Result<[DMatrix<f64>; 2], IdentificationError> {
         let Self { context, parameters, .. } = self;
         let n = context.robot.joints();
@@ -147,19 +148,40 @@ impl FittedModel<'_> {
         let mut read = |first: usize, signals: &mut [Group]| {
             let states = group.read(&motion, first);
             signals[..n].copy_from_slice(&dynamics.torque(&context.model, states)[..n]);
-            signals[n..2 * n].copy_from_slice(states.dq);
-            signals[2 * n..].copy_from_slice(states.ddq);
+            signals[n..2 * n].copy_from_slice(states.q);
+            signals[2 * n..3 * n].copy_from_slice(states.dq);
+            signals[3 * n..].copy_from_slice(states.ddq);
         };
-        let rows = context.decimate_with_differences(3 * n, &mut read);
+        let rows = context.decimate_with_differences(4 * n, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)
+    }
+
+    /// Returns the rows of each recording.
+    fn rows_of_recordings(&self) -> impl Iterator<Item = Range<usize>> {
+        let row = |sample: usize| self.context.samples.partition_point(|at| *at < sample);
+        let recordings = self.context.experiment.recordings().iter();
+        recordings.map(move |of| row(of.samples.start)..row(of.samples.end))
+    }
+
+    /// Returns the integral of a joint's rows over time, and the time, both in rows since the start
+    /// of each recording.
+    fn integrals(&self, rows: &DVector<f64>) -> [DVector<f64>; 2] {
+        let mut integrals = [DVector::zeros(rows.len()), DVector::zeros(rows.len())];
+        for own in self.rows_of_recordings() {
+            let mut sum = 0.0;
+            for (count, row) in own.enumerate() {
+                sum += rows[row];
+                integrals[0][row] = sum;
+                integrals[1][row] = count as f64;
+            }
+        }
+        integrals
     }
 
     /// Takes the mean of each recording from the rows of a joint.
     fn without_means(&self, rows: &mut DVector<f64>) {
-        let (samples, experiment) = (&self.context.samples, self.context.experiment);
-        for of in experiment.recordings() {
-            let row = |sample: usize| samples.partition_point(|at| *at < sample);
-            let mut own = rows.rows_range_mut(row(of.samples.start)..row(of.samples.end));
+        for own in self.rows_of_recordings() {
+            let mut own = rows.rows_range_mut(own);
             let mean = own.sum() / own.len().max(1) as f64;
             own.add_scalar_mut(-mean);
         }
@@ -229,15 +251,15 @@ fn beyond_tolerances(
     within.then(|| error - parts * found)
 }
 
-/// The size of what these orthonormal signals explain of an error, less what they would of its
-/// noise; 0 where that may be all. The noise is as coloured as what they leave.
+/// Returns the part of an error that these orthonormal signals explain, without the part that they
+/// would explain of its noise. The noise has the spectrum of the rest.
 fn explained(
     error: DVector<f64>,
     columns: &[DVector<f64>],
     filter: &RowFilter,
-) -> Result<f64, RegressionError> {
+) -> Result<Difference, RegressionError> {
     if columns.is_empty() || error.norm_squared() <= 0.0 {
-        return Ok(0.0);
+        return Ok(Difference { size: 0.0, probability: 1.0 });
     }
     let equation = Observations::new(DMatrix::from_columns(columns), error, 1)?;
     let left = equation.solve_ordinary()?.residuals;
@@ -248,7 +270,7 @@ fn explained(
     let all: Vec<usize> = (0..columns.len()).collect();
     let probability = analysis.test_exclusion(&all, &covariance)?.probability;
     let size = solution.parameters.norm_squared() - covariance.trace();
-    Ok(if probability > LEVEL { 0.0 } else { size.max(0.0).sqrt() })
+    Ok(Difference { size: size.max(0.0).sqrt(), probability })
 }
 
 /// Orthonormal signals that span what these do.

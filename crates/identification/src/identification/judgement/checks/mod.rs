@@ -17,6 +17,7 @@ use crate::identification::observation::{
 };
 use crate::identification::problem::{Context, IdentificationError, Method, PositionFilter};
 use crate::regression::{Observations, ResidualAnalysis};
+use didim_dynamics::control::SimulatedController;
 
 /// The position filter is held against one with so many times its cut-off, where the sample rate
 /// allows, and one in between.
@@ -76,17 +77,25 @@ pub(super) struct Checks {
     pub(super) position_bias: Option<PositionBias>,
     /// Of each joint; none where the motion does not tell it.
     pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// How far the described controller is from the recorded one, where there is one and it is
-    /// known.
-    pub(super) controller_error_per_joint: Option<Vec<f64>>,
+    /// Differences of the described controller's commands from the recorded ones, if they are known.
+    pub(super) controller_error_per_joint: Option<Vec<Difference>>,
     /// What has not been checked, and why.
     pub(super) notes: Vec<Note>,
 }
 
-/// How far the described controller is from the recorded torques.
+/// Part of a difference that the motion explains.
+#[derive(Clone, Copy)]
+pub(super) struct Difference {
+    /// Its size, relative to the torque.
+    pub(super) size: f64,
+    /// Probability that noise alone explains at least as much.
+    pub(super) probability: f64,
+}
+
+/// Differences of the described controller from the recorded torques.
 enum ControllerError {
-    /// Of each joint, relative to its torque.
-    PerJoint(Vec<f64>),
+    /// One for each joint.
+    PerJoint(Vec<Difference>),
     /// It cannot be told.
     Unknown(ControllerUnchecked),
     /// Nothing says what controls the arm.
@@ -131,6 +140,12 @@ impl FittedModel<'_> {
             controller_error_per_joint,
             notes,
         })
+    }
+
+    /// Returns true if the simulated loop has a substitute controller.
+    pub(super) fn has_substitute_controller(&self) -> bool {
+        let controller = &self.context.options.controller;
+        self.method.simulates() && !matches!(controller, Some(SimulatedController::Cabinet { .. }))
     }
 
     /// The parameter that a bias moves furthest in its standard deviations, and by how many.

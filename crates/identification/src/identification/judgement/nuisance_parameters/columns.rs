@@ -31,6 +31,8 @@ pub(in super::super) struct NuisanceColumns<'a> {
     left_out: Vec<usize>,
     pub(super) parameters: &'a DVector<f64>,
     observed: Observed,
+    /// False if only a substitute controller would identify the torque gains.
+    are_gains_identifiable: bool,
 }
 
 impl<'a> NuisanceColumns<'a> {
@@ -46,7 +48,22 @@ impl<'a> NuisanceColumns<'a> {
         let sizes = PriorSizes { context, parameters, observed: &observed };
         let directions = sizes.motion_directions();
         let columns = sizes.columns(&directions);
-        Self { context, columns, directions, left_out, parameters, observed }
+        let are_gains_identifiable = true;
+        Self {
+            context,
+            columns,
+            directions,
+            left_out,
+            parameters,
+            observed,
+            are_gains_identifiable,
+        }
+    }
+
+    /// Keeps the configured torque gains, whatever the equation says of them. A simulated loop
+    /// relates torques to a controller; a substitute controller is not that of the drives.
+    pub(in super::super) fn with_configured_gains(self) -> Self {
+        Self { are_gains_identifiable: false, ..self }
     }
 
     /// Replaces the prior standard deviations; returns `None` if their number differs.
@@ -190,6 +207,7 @@ impl<'a> NuisanceColumns<'a> {
                 torque_nm: rms[joint],
                 joint: JointIndex::new(joint),
                 relative_torque: relative(joint),
+                probability: solution.probability(&own_part),
                 quantity,
             });
         }
@@ -207,7 +225,8 @@ impl<'a> NuisanceColumns<'a> {
     fn unit(&self, acts: &NuisanceEffect) -> Option<(f64, &'static str)> {
         let degrees = 1.0_f64.to_degrees();
         match acts {
-            NuisanceEffect::Gain(_) | NuisanceEffect::KnownTorque { .. } => Some((1.0, "1")),
+            NuisanceEffect::Gain(_) => self.are_gains_identifiable.then_some((1.0, "1")),
+            NuisanceEffect::KnownTorque { .. } => Some((1.0, "1")),
             NuisanceEffect::Delay(_) => Some((1.0, "s")),
             NuisanceEffect::Zero(joint) => match self.context.model.chain()[*joint].kind {
                 JointKind::Revolute => Some((degrees, "deg")),

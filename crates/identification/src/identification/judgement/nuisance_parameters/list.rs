@@ -253,6 +253,20 @@ impl PriorSizes<'_> {
             .collect()
     }
 
+    /// Returns true if a parameter of a motor that is geared to both joints describes this coupling.
+    fn is_modelled(&self, by: CouplingKind, joints: [usize; 2]) -> bool {
+        let kind = match by {
+            CouplingKind::Speed => ParameterKind::FvMotor,
+            CouplingKind::Sign => ParameterKind::FcMotor,
+            CouplingKind::Acceleration => ParameterKind::Ia,
+        };
+        let transmission = self.context.robot.transmission();
+        let is_geared =
+            |motor: usize| joints.iter().all(|joint| transmission.direction(motor)[*joint] != 0.0);
+        (0..self.context.robot.joints())
+            .any(|motor| is_geared(motor) && self.parameter_value(kind, motor).is_some())
+    }
+
     /// Returns all columns.
     pub(super) fn columns(&self, directions: &[Direction]) -> Vec<Column> {
         let context = self.context;
@@ -289,6 +303,7 @@ impl PriorSizes<'_> {
                     (CouplingKind::Sign, value(ParameterKind::Fc)),
                     (CouplingKind::Acceleration, value(ParameterKind::Ia)),
                 ];
+                let sizes = sizes.into_iter().filter(|(by, _)| !self.is_modelled(*by, [row, of]));
                 for (by, size) in sizes {
                     add(nuisance, COUPLING_SHARE * size, NuisanceEffect::Neighbour { row, of, by });
                 }

@@ -53,6 +53,19 @@ pub enum NuisanceParameter {
     LeftOutParameters,
 }
 
+impl NuisanceParameter {
+    /// Returns true if no configured value stands for it, so that it is an error of the model.
+    pub(super) fn is_model_error(self) -> bool {
+        matches!(
+            self,
+            Self::JointFriction(_)
+                | Self::MotorFriction(_)
+                | Self::Coupling { .. }
+                | Self::LeftOutParameters
+        )
+    }
+}
+
 impl fmt::Display for NuisanceParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -170,6 +183,8 @@ pub struct NuisanceEstimate {
     #[serde(deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub relative_torque: f64,
+    /// Probability that noise alone causes an estimate at least as large.
+    pub probability: f64,
     /// Deviation of the configured quantity, if the nuisance parameter has one and the data
     /// identify it.
     #[serde(skip_serializing_if = "Option::is_none")]
