@@ -35,6 +35,11 @@ pub(crate) fn unit<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Unit, D
     Ok(UNITS.into_iter().find(|unit| *unit == text).unwrap_or_default())
 }
 
+/// Returns the value of a number that earlier versions did not store.
+pub(crate) fn not_stored() -> f64 {
+    f64::NAN
+}
+
 /// Reads a number; null is NaN.
 pub(crate) fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))

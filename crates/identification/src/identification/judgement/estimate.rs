@@ -42,21 +42,21 @@ pub struct ParameterEstimate {
     #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
-    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[serde(default = "stored_value::not_stored", deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub standard_deviation: f64,
     /// Combined standard uncertainty, in the unit of the value. It includes model errors and the
     /// tolerances of the configured values.
-    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[serde(default = "stored_value::not_stored", deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub combined_standard_deviation: f64,
     /// Classical standard deviation, in the unit of the value, which assumes white residuals
     /// (equation 10).
-    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[serde(default = "stored_value::not_stored", deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
-    #[serde(default = "not_stored", deserialize_with = "number")]
+    #[serde(default = "stored_value::not_stored", deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub relative_standard_deviation: f64,
 }
@@ -114,12 +114,6 @@ fn unit(robot: &Robot, column: usize) -> &'static str {
     let parameter = robot.parameters().parameters()[column];
     parameter.kind.unit(robot.chain()[parameter.joint].kind)
 }
-
-/// Returns the value of a number that an earlier version did not store.
-fn not_stored() -> f64 {
-    f64::NAN
-}
-
 /// Delay of a joint's torque beyond its configured timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TorqueDelay {
@@ -335,6 +329,8 @@ pub struct Estimate {
     pub controller_error_per_joint: Option<Vec<f64>>,
     /// Probability, for each joint, that noise alone explains at least as large a difference.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "optional_numbers")]
+    #[schemars(with = "Option<Vec<Option<f64>>>")]
     pub controller_probability_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with
     /// instruments: 1 if both span the same space, 0 if a combination of parameters has no

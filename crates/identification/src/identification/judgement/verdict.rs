@@ -263,7 +263,8 @@ impl VerdictLimits {
         let errors = estimate.controller_error_per_joint.iter().flatten();
         let probabilities = estimate.controller_probability_per_joint.as_deref().unwrap_or(&[]);
         let is_real = |joint: JointIndex| {
-            self.is_significant(probabilities[joint.position()], probabilities.len())
+            let probability = probabilities.get(joint.position());
+            probability.is_some_and(|of| self.is_significant(*of, probabilities.len()))
         };
         // A smaller error is within the combined uncertainty, which includes the torque gain.
         let limit = self.controller_error.max(known.context.options.tolerances.torque_gain);

@@ -183,7 +183,10 @@ pub struct NuisanceEstimate {
     #[serde(deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub relative_torque: f64,
-    /// Probability that noise alone causes an estimate at least as large.
+    /// Probability that noise alone causes an estimate at least as large. Results of earlier
+    /// versions lack it.
+    #[serde(default = "stored_value::not_stored", deserialize_with = "number")]
+    #[schemars(with = "Option<f64>")]
     pub probability: f64,
     /// Deviation of the configured quantity, if the nuisance parameter has one and the data
     /// identify it.
