@@ -6,7 +6,8 @@ use super::regressor_columns::RegressorColumns;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::{
-    Hysteresis, Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
+    Hysteresis, Joint, JointIndex, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot,
+    SignModel,
 };
 
 /// Source of the load that friction grows with.
@@ -35,6 +36,8 @@ pub struct Model {
     pub(super) all_columns: RegressorColumns,
     /// Hysteresis state before a motion; `None` without friction with hysteresis.
     history: Option<Hysteresis>,
+    /// Joints without a recorded torque, ascending.
+    missing_torques: Vec<JointIndex>,
 }
 
 impl Model {
@@ -64,6 +67,7 @@ impl Model {
             known_torques,
             all_columns,
             history: Hysteresis::from_robot(robot),
+            missing_torques: robot.recorded_torque().missing_joints().to_vec(),
         }
     }
 
@@ -119,6 +123,12 @@ impl Model {
     pub fn with_joint(mut self, index: usize, joint: Joint) -> Self {
         self.chain[index] = joint;
         self
+    }
+
+    /// Returns the joints without a recorded torque, ascending. The model has their torque, but no
+    /// record does.
+    pub fn missing_torques(&self) -> &[JointIndex] {
+        &self.missing_torques
     }
 
     /// Returns the hysteresis of the friction before a motion; `None` if no joint has any.

@@ -7,6 +7,7 @@ use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
 use super::nominal::NominalParameters;
 use super::parameters::ParameterTable;
+use super::recorded_torque::{RecordedTorque, TorqueTerm};
 use super::transmission::Transmission;
 
 /// A serial arm of 1 to [`MAX_JOINTS`](crate::MAX_JOINTS) revolute and prismatic joints, as read
@@ -28,6 +29,8 @@ pub struct Robot {
     pub(super) capsules: Vec<Vec<Capsule>>,
     pub(super) parameters: ParameterTable,
     pub(super) nominal: Option<NominalParameters>,
+    /// Content of the torques that are recorded of this robot.
+    pub(super) recorded_torque: RecordedTorque,
 }
 
 impl Robot {
@@ -54,6 +57,50 @@ impl Robot {
         );
         self.nominal = self.nominal.map(|nominal| nominal.for_table(&self.parameters));
         self
+    }
+
+    /// Returns the same robot with recorded torques of these joints alone. The equations of the
+    /// other joints cannot be used, but their motion still acts on these joints.
+    #[must_use]
+    pub fn with_torque_joints(mut self, joints: &[JointIndex]) -> Self {
+        let all = (0..self.joints()).map(JointIndex::new);
+        self.recorded_torque.missing_joints = all.filter(|joint| !joints.contains(joint)).collect();
+        self
+    }
+
+    /// Returns the same robot with recorded torques that lack these terms. The model of such
+    /// torques has no gravity or no friction; offsets stay.
+    #[must_use]
+    pub fn without_torque_terms(mut self, terms: &[TorqueTerm]) -> Self {
+        let excluded = &mut self.recorded_torque.excluded_terms;
+        excluded.extend(terms);
+        excluded.sort_unstable();
+        excluded.dedup();
+        if terms.contains(&TorqueTerm::Gravity) {
+            let configured = core::mem::take(&mut self.gravity_m_s2);
+            self.recorded_torque.configured_gravity_m_s2.get_or_insert(configured);
+        }
+        if terms.contains(&TorqueTerm::Friction) {
+            self.friction = FrictionTerms { viscous: false, coulomb: false, ..self.friction };
+            let friction = self.own_friction.clone().into_iter();
+            let plain = friction.map(|own| JointFriction { laws: Vec::new(), ..own }).collect();
+            return self.with_friction(plain);
+        }
+        self
+    }
+
+    /// Returns the same robot with a recorded torque of every joint, which contains gravity.
+    /// Friction terms that were removed do not come back.
+    #[must_use]
+    pub fn with_complete_torque(mut self) -> Self {
+        let recorded = core::mem::take(&mut self.recorded_torque);
+        self.gravity_m_s2 = recorded.configured_gravity_m_s2.unwrap_or(self.gravity_m_s2);
+        self
+    }
+
+    /// Returns the content of the recorded torques.
+    pub fn recorded_torque(&self) -> &RecordedTorque {
+        &self.recorded_torque
     }
 
     /// Returns the same robot with each nominal parameter, if it has any, multiplied by

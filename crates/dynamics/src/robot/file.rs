@@ -12,7 +12,7 @@ use super::known_torque::RawKnownTorque;
 use super::limit::RawLimit;
 use super::{
     Angle, Capsule, FrictionTerms, Joint, JointFriction, JointIndex, JointKind, Limits,
-    NominalParameters, ParameterTable, Robot, RobotError, SignModel, Transmission,
+    NominalParameters, ParameterTable, RecordedTorque, Robot, RobotError, SignModel, Transmission,
 };
 use crate::MAX_JOINTS;
 
@@ -322,6 +322,7 @@ impl Robot {
             capsules,
             parameters,
             nominal,
+            recorded_torque: RecordedTorque::default(),
         })
     }
 }

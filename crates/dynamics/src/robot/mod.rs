@@ -15,6 +15,7 @@ mod limit;
 mod nominal;
 mod parameter_kind;
 mod parameters;
+mod recorded_torque;
 mod transmission;
 
 pub use angle::Angle;
@@ -29,4 +30,5 @@ pub use known_torque::{Counterbalance, KnownTorque};
 pub use nominal::NominalParameters;
 pub use parameter_kind::ParameterKind;
 pub use parameters::{Parameter, ParameterTable};
+pub use recorded_torque::{RecordedTorque, TorqueTerm};
 pub use transmission::{Transmission, TransmissionError};

@@ -27,12 +27,16 @@ pub(super) struct Information {
 impl Information {
     /// Creates the information of the parameters with these regressor columns. `before` is the
     /// prior information (b × b), `weights` are the square roots of the row weight of each joint.
+    /// Rows of joints without a recorded torque have no weight.
     pub(super) fn new(
         model: Model,
         columns: Vec<usize>,
         before: DMatrix<f64>,
-        weights: Vec<f64>,
+        mut weights: Vec<f64>,
     ) -> Self {
+        for joint in model.missing_torques() {
+            weights[*joint] = 0.0;
+        }
         let mut once = columns.clone();
         once.sort_unstable();
         once.dedup();

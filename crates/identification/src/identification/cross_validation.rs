@@ -159,7 +159,11 @@ impl FoldErrors {
 
     fn relative_error(&self) -> PredictionError {
         let (relative_error, relative_error_per_joint) = relative_errors(&self.sums_of_squares);
-        let rms = |[errors, _]: &[f64; 2]| (errors / self.row_counts as f64).sqrt();
+        // A joint without a recorded torque has no error.
+        let rms = |[errors, torques]: &[f64; 2]| match *torques > 0.0 {
+            true => (errors / self.row_counts as f64).sqrt(),
+            false => f64::NAN,
+        };
         PredictionError {
             relative_error,
             relative_error_per_joint,

@@ -31,6 +31,10 @@ pub fn choose_friction(
 ) -> Result<ChosenFriction, IdentificationError> {
     let motion = filtered_motion(robot, experiment, &options.position_filter)?;
     let highest = |joint: usize| {
+        // Without a recorded torque, a joint shows no friction.
+        if !robot.recorded_torque().has_joint(JointIndex::new(joint)) {
+            return 0.0;
+        }
         let speeds = experiment.counted_samples().map(|k| motion.velocity(k, joint).abs());
         speeds.fold(0.0, f64::max)
     };

@@ -18,6 +18,8 @@ pub struct ObservationMatrix {
     /// Values (N × entries): one column for each pair of a joint and a column of X that acts on it.
     values: DMatrix<f64>,
     joints: Vec<Vec<Entry>>,
+    /// Joints without an equation, ascending.
+    left_out_joints: Vec<usize>,
 }
 
 /// A column of X in the rows of one joint.
@@ -48,7 +50,7 @@ impl ObservationMatrix {
         for entries in &mut of_joints {
             entries.sort_by_key(|entry| entry.column);
         }
-        Self { columns, values, joints: of_joints }
+        Self { columns, values, joints: of_joints, left_out_joints: Vec::new() }
     }
 
     /// Creates the matrix from a dense one, whose number of rows is a multiple of the number of
@@ -66,7 +68,40 @@ impl ObservationMatrix {
                 candidates.filter(acts).collect()
             })
             .collect();
-        Self { columns, values, joints: of_joints }
+        Self { columns, values, joints: of_joints, left_out_joints: Vec::new() }
+    }
+
+    /// Returns the matrix without the equations of these joints, counted from 0. Their rows stay,
+    /// so that every joint has the same number of rows, and are 0.
+    #[must_use]
+    pub fn without_joints(mut self, joints: impl IntoIterator<Item = usize>) -> Self {
+        for joint in joints {
+            self.joints[joint].clear();
+            self.left_out_joints.push(joint);
+        }
+        self.left_out_joints.sort_unstable();
+        self.left_out_joints.dedup();
+        self
+    }
+
+    /// Returns the joints without an equation, ascending.
+    pub fn left_out_joints(&self) -> &[usize] {
+        &self.left_out_joints
+    }
+
+    /// Returns true if a joint has an equation.
+    pub fn has_equation(&self, joint: usize) -> bool {
+        !self.left_out_joints.contains(&joint)
+    }
+
+    /// Returns the number of joints with an equation.
+    pub fn joints_with_equation(&self) -> usize {
+        self.joints.len() - self.left_out_joints.len()
+    }
+
+    /// Returns the number of rows that belong to an equation.
+    pub fn equation_rows(&self) -> usize {
+        self.rows_per_joint() * self.joints_with_equation()
     }
 
     /// Returns the dense matrix, including its zeros (r × b).

@@ -57,7 +57,8 @@ impl Observations {
         Self::from_dense(ObservationMatrix::from_dense(matrix, joints), measurements)
     }
 
-    /// Creates the equation from a matrix that is stored without its zeros.
+    /// Creates the equation from a matrix that is stored without its zeros. Joints without an
+    /// equation have measurements of 0 and no figures.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -70,7 +71,8 @@ impl Observations {
             let measurements = measurements.len();
             return Err(RegressionError::Shape { rows, columns, measurements, joints });
         }
-        if rows <= columns {
+        if matrix.equation_rows() <= columns {
+            let rows = matrix.equation_rows();
             return Err(RegressionError::TooFewRows { rows, columns });
         }
         if let Some((joint, row)) = matrix.bad_row().or_else(|| {
@@ -86,7 +88,7 @@ impl Observations {
             if !square.is_finite() {
                 return Err(RegressionError::OutOfRange);
             }
-            if square <= 0.0 {
+            if square <= 0.0 && system.matrix.has_equation(joint) {
                 return Err(RegressionError::NoMeasurement { joint: JointIndex::new(joint) });
             }
         }
@@ -182,17 +184,25 @@ impl Observations {
     /// joint.
     ///
     /// A level is never below the rounding errors of the joint's measurements, so that an exact fit
-    /// has a finite weight.
+    /// has a finite weight. It is 1 for a joint without an equation.
     pub fn noise_levels(&self, residuals: &DVector<f64>) -> Vec<f64> {
         let rows = self.rows_per_joint() as f64;
-        let divisor = rows - self.matrix.ncols() as f64 / self.joints as f64;
+        let divisor = rows - self.parameters_per_joint();
         (0..self.joints)
             .map(|joint| {
+                if !self.matrix.has_equation(joint) {
+                    return 1.0;
+                }
                 let rounding = self.joint_of(&self.measurements, joint).norm() / rows.sqrt();
                 let level = self.joint_of(residuals, joint).norm() / divisor.sqrt();
                 level.max(f64::EPSILON * rounding).max(f64::MIN_POSITIVE)
             })
             .collect()
+    }
+
+    /// Returns the number of parameters divided by the number of joints with an equation.
+    pub(super) fn parameters_per_joint(&self) -> f64 {
+        self.matrix.ncols() as f64 / self.matrix.joints_with_equation() as f64
     }
 
     pub(super) fn joint_of<'a>(

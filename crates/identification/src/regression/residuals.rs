@@ -4,7 +4,8 @@ use nalgebra::DVector;
 
 use super::observations::Observations;
 
-/// Statistics of unweighted residuals `ρ = y − X θ`.
+/// Statistics of unweighted residuals `ρ = y − X θ`. A joint without an equation has no figures:
+/// they are NaN, which is `null` in JSON.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualStatistics {
     /// ‖ρ‖/‖y‖ over all joints, with the measured values y.
@@ -28,11 +29,22 @@ impl Observations {
         (0..self.joints()).map(|joint| (square(joint) / count).sqrt()).collect()
     }
 
+    /// Returns a figure of every joint, NaN for joints without an equation.
+    pub(crate) fn figures_per_joint(&self, mut figures: Vec<f64>) -> Vec<f64> {
+        for joint in self.matrix().left_out_joints() {
+            figures[*joint] = f64::NAN;
+        }
+        figures
+    }
+
     /// Returns the statistics of residuals of this system.
     pub fn residual_statistics(&self, residuals: &DVector<f64>) -> ResidualStatistics {
         let y = &*self.measured_values();
         let per_joint = |figure: &dyn Fn(&[f64], &[f64]) -> f64| -> Vec<f64> {
             let figures = (0..self.joints()).map(|joint| {
+                if !self.matrix().has_equation(joint) {
+                    return f64::NAN;
+                }
                 let (rho, y) = (self.joint_of(residuals, joint), self.joint_of(y, joint));
                 figure(rho.as_slice(), y.as_slice())
             });
@@ -41,7 +53,7 @@ impl Observations {
         ResidualStatistics {
             relative_error: residuals.norm() / y.norm(),
             relative_error_per_joint: per_joint(&|rho, y| (sum_sq(rho) / sum_sq(y)).sqrt()),
-            rms_per_joint: self.rms_per_joint(residuals),
+            rms_per_joint: self.figures_per_joint(self.rms_per_joint(residuals)),
             durbin_watson_per_joint: per_joint(&|rho, _| durbin_watson(rho)),
         }
     }

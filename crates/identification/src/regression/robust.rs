@@ -225,6 +225,9 @@ impl Observations {
         joint: usize,
         residuals: &DVector<f64>,
     ) -> Result<Scaling, RegressionError> {
+        if !self.matrix().has_equation(joint) {
+            return Ok(Scaling { scale: 1.0, factor: 1.0 });
+        }
         let own_rows = self.joint_of(residuals, joint);
         let rows = self.rows_per_joint() as f64;
         let measured = self.joint_of(self.measurements(), joint).norm() / rows.sqrt();
@@ -236,7 +239,7 @@ impl Observations {
             return Err(RegressionError::NotSettled { steps: 0 });
         }
         let variance = slopes.map(|slope| (slope - mean).powi(2)).sum::<f64>() / rows;
-        let parameters = self.matrix().ncols() as f64 / self.joints() as f64;
+        let parameters = self.parameters_per_joint();
         let correction = 1.0 + parameters / rows * variance / (mean * mean);
         Ok(Scaling { scale, factor: correction / mean })
     }

@@ -28,6 +28,8 @@ pub struct ResidualSpectrum<'a> {
     joints: Vec<JointSpectrum>,
     /// Correlation between the joints' errors at the same instant (n × n).
     correlation: DMatrix<f64>,
+    /// Number of joints with an equation.
+    joints_with_equation: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -90,6 +92,10 @@ impl<'a> ResidualSpectrum<'a> {
             if shape.at_zero() < least.at_zero() {
                 shape = least;
             }
+            // A joint without an equation has no residuals, and its power does not matter.
+            if !system.matrix().has_equation(joint) {
+                shape = SmoothSpectrum::flat(1.0);
+            }
             let shape_values = shape.values(&filter.band);
             let power: Arc<[f64]> =
                 filter.power.iter().zip(shape_values).map(|(filtered, g)| filtered * g).collect();
@@ -108,7 +114,8 @@ impl<'a> ResidualSpectrum<'a> {
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
         });
-        Self { rows, filter, joints, correlation }
+        let joints_with_equation = system.matrix().joints_with_equation();
+        Self { rows, filter, joints, correlation, joints_with_equation }
     }
 
     /// Returns the covariance `ZᵀVZ` of `Zᵀε` (c × c), with Z = Ω^{-1/2} C of the transformed
@@ -196,7 +203,7 @@ impl<'a> ResidualSpectrum<'a> {
     /// Returns the number of independent rows of all joints. Only the filter is taken into account:
     /// rows times the passband.
     pub(super) fn independent_rows(&self) -> f64 {
-        self.filter.independent_rows(self.rows) * self.joints.len() as f64
+        self.filter.independent_rows(self.rows) * self.joints_with_equation as f64
     }
 
     /// Returns the number of independent rows that determine a mean as well as each joint's rows:

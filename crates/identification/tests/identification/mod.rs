@@ -5,6 +5,7 @@ mod cross_validation;
 mod exact;
 mod friction;
 mod noise;
+mod recorded_torque;
 mod recording;
 mod recordings;
 mod refusals;

@@ -27,7 +27,8 @@ impl SplitMix64 {
     }
 }
 
-/// Returns the stacked regressors of random motions, as many as there are parameters.
+/// Returns the stacked regressors of random motions, as many as there are parameters. Rows of
+/// joints without a recorded torque are 0.
 pub(super) fn random_observation(model: &Model) -> DMatrix<f64> {
     let model = model.clone().with_plain_friction();
     let (n, p) = (model.joints(), model.parameter_names().len());
@@ -47,6 +48,9 @@ pub(super) fn random_observation(model: &Model) -> DMatrix<f64> {
         let share = |joint: usize| ((sample * n + joint) as f64).sin();
         workspace.set_hysteresis(Some(core::array::from_fn(share)));
         model.regressor(&mut workspace, &q, &dq, &ddq, &mut regressor);
+        for joint in model.missing_torques() {
+            regressor[joint.position() * p..][..p].fill(0.0);
+        }
         stacked.rows_mut(sample * n, n).copy_from(&DMatrix::from_row_slice(n, p, &regressor));
     }
     stacked

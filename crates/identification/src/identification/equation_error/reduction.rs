@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::fit::EquationErrorFit;
 use super::loads::settle_loads;
 use crate::identification::problem::{Context, Experiment, IdentificationError, Method, Options};
-use crate::regression::{Observations, ResidualAnalysis};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
 
@@ -76,7 +76,9 @@ pub fn essential_parameters(
     let (mut out, mut left_out, mut fixed_part) = (Vec::new(), Vec::new(), None);
     while essential.len() > 1 {
         let matrix = full.matrix().dense().select_columns(&essential);
-        let reduced = Observations::new(matrix, full.measurements().clone(), full.joints());
+        let matrix = ObservationMatrix::from_dense(matrix, full.joints())
+            .without_joints(full.matrix().left_out_joints().iter().copied());
+        let reduced = Observations::from_dense(matrix, full.measurements().clone());
         let reduced = reduced.map_err(named)?;
         let solution = reduced.solve_weighted(levels).map_err(named)?;
         let deviations = ResidualAnalysis::new(&reduced, &solution, &filter).covariance();

@@ -20,6 +20,16 @@ pub enum GainsError {
         /// Configured centre \[m\].
         centre_m: [f64; 3],
     },
+    /// The torque of some joints is not used, so that their gains cannot be found. Use the torques
+    /// of all joints.
+    #[error(
+        "no torque is used of joint {}, and gains are found of all drives together; leave `joints` \
+         out", joints.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    )]
+    MissingTorques {
+        /// Joints whose torque is not used.
+        joints: Vec<JointIndex>,
+    },
     /// The robot file has a known torque in N·m, but without a load no gain is known in N·m.
     #[error(
         "this robot has an additional known torque in N·m, and without a load nothing else is in \

@@ -62,6 +62,14 @@ pub struct Gains {
     pub relative_error_per_joint: Vec<f64>,
 }
 
+/// Checks that the torque of every joint is used.
+fn check_every_torque(robot: &Robot) -> Result<(), GainsError> {
+    match robot.recorded_torque().missing_joints() {
+        [] => Ok(()),
+        missing => Err(GainsError::MissingTorques { joints: missing.to_vec() }),
+    }
+}
+
 /// Identifies the torque gains of all drives and the base parameters χ. The data are one record of
 /// the arm without load and, optionally, one with a load of known mass and centre:
 ///
@@ -88,6 +96,7 @@ pub fn find_gains(
     transmission: Option<&Transmission>,
     options: &Options,
 ) -> Result<Gains, GainsError> {
+    check_every_torque(robot)?;
     let load = load_rows.map(|(_, load)| load);
     if let Some(KnownLoad { mass_kg, centre_m }) = load
         && !(mass_kg.is_finite() && mass_kg > 0.0 && centre_m.iter().all(|of| of.is_finite()))

@@ -324,6 +324,14 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         remedy: "Check reference and controller",
     },
     CatalogueRow {
+        code: Code::IncompleteTorque,
+        severity: Blocking,
+        messages: &["no torque is recorded of joint N: …"],
+        uses: &[RigidBody],
+        meaning: "the inertia of a joint without a torque is not known; the use is undecided",
+        remedy: "Record the torque of every joint, or use the result for the other joints alone",
+    },
+    CatalogueRow {
         code: Code::NoReference,
         severity: Advisory,
         messages: &["no reference was recorded: …"],
@@ -491,6 +499,15 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         meaning: "the unit of the torques is not checked, and small torques count as a share of \
              the largest torque of any joint",
         remedy: "Set `torque_max_nm` in the robot file",
+    },
+    CatalogueRow {
+        code: Code::IncompleteTorque,
+        severity: Advisory,
+        messages: &["no torque of joint N is used: …", "the recorded torques do not contain …: …"],
+        uses: &[],
+        meaning: "`joints` or `excludes` of the cell: parameters that only this torque shows are \
+             not identifiable",
+        remedy: "Record complete torques, if you need these parameters",
     },
     CatalogueRow {
         code: Code::Other,

@@ -54,7 +54,8 @@ impl ClippedSignal {
             };
             Some(Self { motor: MotorIndex::new(motor), torque, share })
         };
-        (0..joints).filter_map(of_motor).collect()
+        let motors = (0..joints).filter(|motor| context.has_motor_torque(*motor));
+        motors.filter_map(of_motor).collect()
     }
 
     /// Whether it is never another.

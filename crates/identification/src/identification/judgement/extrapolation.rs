@@ -71,7 +71,12 @@ impl Extrapolation {
         Ok(Self {
             relative_error,
             relative_error_per_joint,
-            error_per_joint_nm: squares.iter().map(|[error, _]| error.sqrt()).collect(),
+            error_per_joint_nm: (squares.iter().enumerate())
+                .map(|(joint, [error, _])| match context.has_torque(joint) {
+                    true => error.sqrt(),
+                    false => f64::NAN,
+                })
+                .collect(),
         })
     }
 }

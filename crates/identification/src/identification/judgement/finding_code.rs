@@ -146,4 +146,6 @@ finding_codes! {
     RateUnchecked = "rate-unchecked",
     /// The unit of the torques was not checked.
     TorqueLimitOpen = "torque-limit-open",
+    /// The recorded torques lack joints or terms, so some parameters are not identifiable.
+    IncompleteTorque = "incomplete-torque",
 }

@@ -135,6 +135,7 @@ impl Reason {
             Self::WeakInstruments { .. } => Code::WeakInstruments,
             Self::AboveNoise { .. } => Code::LocalMinimum,
             Self::Insensitive { .. } => Code::Insensitive,
+            Self::MissingTorque { .. } => Code::IncompleteTorque,
             Self::Stored(finding) => finding.code,
         }
     }
@@ -184,6 +185,7 @@ impl Reason {
                 Facts::of_joint(*joint, torque / limit, "1").with_limit(1.0)
             }
             Self::Contradicted { nuisance } => correction(nuisance),
+            Self::MissingTorque { joints } => Facts::about(Subject::Joints(joints.clone())),
             Self::Unmoved { joint, span, unit } => Facts::of_joint(*joint, *span, unit),
             Self::Uncertain { parameters, limit } => {
                 let worst = parameters.iter().map(|(_, share)| *share).fold(0.0, f64::max);
@@ -230,6 +232,7 @@ impl Note {
             Self::Explanation(reason) => reason.code(),
             Self::RateUnchecked => Code::RateUnchecked,
             Self::TorqueLimitOpen { .. } => Code::TorqueLimitOpen,
+            Self::IncompleteTorque { .. } => Code::IncompleteTorque,
             Self::Stored(finding) => finding.code,
         }
     }
@@ -248,7 +251,10 @@ impl Note {
             | Self::PositionFilterUnchecked { cutoff_hz: figure } => {
                 Facts::new(None, *figure, "Hz")
             }
-            Self::Insignificant { names } => Facts::about(Subject::Parameters(names.clone())),
+            Self::Insignificant { names: parameters }
+            | Self::IncompleteTorque { parameters, .. } => {
+                Facts::about(Subject::Parameters(parameters.clone()))
+            }
             Self::ColouredResiduals { joints, .. } | Self::TorqueLimitOpen { joints } => {
                 Facts::about(Subject::Joints(joints.clone()))
             }

@@ -1,6 +1,7 @@
 //! From a solved equation to the record that leaves the library.
 
 use core::ops::Range;
+use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::MotorIndex;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -145,7 +146,11 @@ impl Findings<'_> {
         };
 
         let statistics = torque.residual_statistics(residuals);
-        let ljung_box = analysis.spectrum().ljung_box_per_joint();
+        let mut ljung_box = analysis.spectrum().ljung_box_per_joint();
+        for joint in context.model.missing_torques() {
+            ljung_box[*joint] = LjungBox { statistic: f64::NAN, lag_count: 0 };
+        }
+        let whiteness = ljung_box.iter().map(LjungBox::probability).collect();
         let own_statistics = observations.residual_statistics(&solution.residuals);
         let downweighted = self.downweighted.map(DownweightedRows::per_joint);
         let mut estimate = Estimate {
@@ -153,7 +158,7 @@ impl Findings<'_> {
             method: self.method.name().to_owned(),
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
-            rows: observations.matrix().nrows(),
+            rows: observations.matrix().equation_rows(),
             reached_per_joint: ReachedRange::from_context(context, self.motion),
             position_cutoff: None,
             friction: None,
@@ -181,9 +186,10 @@ impl Findings<'_> {
             ),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
-            whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
+            whiteness_per_joint: observations.figures_per_joint(whiteness),
             ljung_box_per_joint: ljung_box,
-            effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
+            effective_rows_per_joint: observations
+                .figures_per_joint(analysis.spectrum().effective_rows_per_joint()),
             torque_delay_per_joint: checks.torque_delay_per_joint,
             position_bias: checks.position_bias,
             nuisance_parameters: uncertainty.nuisance_parameters,
@@ -220,13 +226,17 @@ impl Findings<'_> {
         );
         estimate.link_bodies =
             bodies.as_ref().map(|of| PhysicalConsistency::new(of, estimate.parameters.len()));
-        let indefinite = indefinite_posture(
-            context.robot,
-            &context.model,
-            &context.selection,
-            &solution.parameters,
-            &distinct_covariance,
-        )?;
+        // Without a torque, the inertia of a joint is not known.
+        let indefinite = match context.model.missing_torques() {
+            [] => indefinite_posture(
+                context.robot,
+                &context.model,
+                &context.selection,
+                &solution.parameters,
+                &distinct_covariance,
+            )?,
+            _ => None,
+        };
         let errors = &estimate.relative_error_per_joint;
         let transmission = context.robot.transmission();
         // What is not explained may follow from it.
@@ -267,6 +277,7 @@ impl Findings<'_> {
         let (uses, explanations) = limits.uses(&known, &estimate);
         let time_s = context.time_s();
         let mut notes = limits.notes(&known, &estimate);
+        notes.extend(incomplete_torque(context));
         notes.extend(checks.notes);
         notes.extend(uncertainty.notes);
         notes.extend(beside_cut_off.into_iter().map(|found| Note::ClippedTorque { found }));
@@ -324,6 +335,26 @@ impl Findings<'_> {
     }
 }
 
+/// Returns the note on recorded torques that lack joints or terms, with the base parameters that
+/// complete torques would identify.
+fn incomplete_torque(context: &Context<'_>) -> Option<Note> {
+    let recorded = context.robot.recorded_torque();
+    if recorded.is_complete() {
+        return None;
+    }
+    let complete = Model::new(&context.robot.clone().with_complete_torque());
+    // A model whose base parameters are not found has been refused before.
+    let complete = BaseParameters::compute(&complete).ok();
+    let columns = complete.iter().flat_map(|base| base.columns());
+    let lost = columns.filter(|column| context.base.columns().binary_search(column).is_err());
+    let names = context.robot.parameters().names();
+    Some(Note::IncompleteTorque {
+        joints: recorded.missing_joints().to_vec(),
+        terms: recorded.excluded_terms().to_vec(),
+        parameters: lost.map(|column| names[*column].clone()).collect(),
+    })
+}
+
 /// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
 fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
     let (x, y) = (observations.matrix(), observations.measured_values());
@@ -333,7 +364,7 @@ fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>)
         let torque = y.rows_range(observations.joint_rows(joint)).norm();
         x.gram_matrix(joint).dot(&own).max(0.0).sqrt() / torque
     };
-    (0..observations.joints()).map(deviation).collect()
+    observations.figures_per_joint((0..observations.joints()).map(deviation).collect())
 }
 
 /// ‖y − Xθ‖ / ‖y‖ of each recording, where there are several.

@@ -158,7 +158,7 @@ fn without_each(
                 right += right_of_kind;
                 count += rows;
             }
-            if count * torque.joints() <= columns {
+            if count * torque.matrix().joints_with_equation() <= columns {
                 return None;
             }
             // Scaling of the parameters, whose magnitudes differ.

@@ -51,11 +51,17 @@ impl FittedModel<'_> {
         // Sum over the joints of squared residuals, each relative to the joint's level.
         let squares = |left: &DVector<f64>| -> f64 {
             let left = observations.rms_per_joint(left);
-            left.iter().zip(levels).map(|(left, own)| (left / own).powi(2)).sum()
+            (left.iter().zip(levels).enumerate())
+                .filter(|(joint, _)| self.context.has_torque(*joint))
+                .map(|(_, (left, own))| (left / own).powi(2))
+                .sum()
         };
+        let recorded = observations.matrix().joints_with_equation();
         let (joints, silent) = (levels.len(), self.analysis.rows_without_equation());
         let tried = |motor: usize| {
-            let acts_on = |joint: &usize| transmission.row(motor)[*joint] != 0.0;
+            let acts_on = |joint: &usize| {
+                transmission.row(motor)[*joint] != 0.0 && self.context.has_torque(*joint)
+            };
             let own = (0..joints).filter(acts_on).count() as f64;
             let torque = self.torque_of(motor);
             let mut best: Option<LowPassed> = None;
@@ -70,7 +76,7 @@ impl FittedModel<'_> {
                     silent.iter().for_each(|row| of_all[*row] = 0.0);
                     let moved = self.analysis.estimate_shift(&of_all);
                     let left = residuals + of_all - observations.matrix().times_parameters(&moved);
-                    let explains = (joints as f64 - squares(&left)) / own;
+                    let explains = (recorded as f64 - squares(&left)) / own;
                     if explains > best.as_ref().map_or(EXPLAINS, |best| best.explains) {
                         let note = Note::LowPassed {
                             motor: MotorIndex::new(motor),
@@ -86,7 +92,11 @@ impl FittedModel<'_> {
         let is_asked = |motor: &usize| {
             (0..joints).any(|joint| unexplained[joint] && transmission.row(*motor)[joint] != 0.0)
         };
-        let together = unexplained.iter().all(|of| *of).then(|| self.all_low_passed()).flatten();
+        let mut recorded_joints = (0..joints).filter(|joint| self.context.has_torque(*joint));
+        let together = recorded_joints
+            .all(|joint| unexplained[joint])
+            .then(|| self.all_low_passed())
+            .flatten();
         together.into_iter().chain((0..joints).filter(is_asked).filter_map(tried)).collect()
     }
 

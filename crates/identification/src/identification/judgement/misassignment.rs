@@ -49,7 +49,8 @@ pub(super) fn misassignment(
     measured: &DVector<f64>,
     errors: &[f64],
 ) -> Option<Misassignment> {
-    let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+    let recorded = (0..errors.len()).filter(|joint| context.has_torque(*joint));
+    let worst = recorded.max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
     let is_asked = |worst: &usize| errors[*worst] > UNEXPLAINED && !context.decimation.is_none();
     let worst = worst.filter(is_asked)?;
     let screening_fit = ScreeningFit::along(context, motion, measured);
@@ -63,7 +64,7 @@ fn swapped(context: &Context<'_>, glance: &ScreeningFit, worst: usize) -> Option
     let as_stated = glance.remaining(context, columns)?.of_joints;
     let ranges = glance.ranges(transmission);
     let is_asked = |motors: &[usize; 2]| {
-        motors.iter().all(|motor| ranges[*motor] > MOVES)
+        motors.iter().all(|motor| ranges[*motor] > MOVES && context.has_motor_torque(*motor))
             && motors.iter().any(|motor| transmission.row(*motor)[worst] != 0.0)
     };
     let all = 0..ranges.len();

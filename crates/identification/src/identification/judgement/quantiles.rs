@@ -72,8 +72,12 @@ impl ResidualQuantiles {
         }
         Ok(residuals
             .into_iter()
-            .map(|residuals: LargestValues| {
-                let [of_99, of_999, of_9999] = residuals.quantiles();
+            .enumerate()
+            .map(|(joint, residuals): (usize, LargestValues)| {
+                let [of_99, of_999, of_9999] = match context.has_torque(joint) {
+                    true => residuals.quantiles(),
+                    false => [f64::NAN; QUANTILE_LEVELS.len()],
+                };
                 ResidualQuantiles { of_99, of_999, of_9999 }
             })
             .collect())

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 use core::ops::Range;
-use didim_dynamics::robot::{JointIndex, MotorIndex};
+use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -86,6 +86,8 @@ pub enum Reason {
     WeakInstruments { correlation: f64 },
     /// The simulated torques differ by this many times the noise of IDIM-LS.
     AboveNoise { ratio: f64 },
+    /// The torque of these joints is not recorded, so their inertia is not known.
+    MissingTorque { joints: Vec<JointIndex> },
     /// The criterion barely depends on the parameters.
     Insensitive { output: Output, deviation: f64, loss: f64, singular_value: f64 },
     /// Finding of a stored result.
@@ -144,6 +146,9 @@ pub enum Note {
     RateUnchecked,
     /// The robot file does not specify the torque limits of these joints.
     TorqueLimitOpen { joints: Vec<JointIndex> },
+    /// The recorded torques lack joints or terms. The parameters are those that complete torques
+    /// would identify.
+    IncompleteTorque { joints: Vec<JointIndex>, terms: Vec<TorqueTerm>, parameters: Vec<String> },
     /// Finding of a stored result.
     Stored(Box<Finding>),
 }
@@ -193,7 +198,7 @@ impl Display for Output {
 impl Reason {
     /// True if the reason reports something unidentifiable, and nothing against the result.
     pub fn is_unidentifiable(&self) -> bool {
-        self.code() == FindingCode::TooFewMotions
+        [FindingCode::TooFewMotions, FindingCode::IncompleteTorque].contains(&self.code())
     }
 
     /// Returns the finding, if it was read from a stored result.
@@ -215,6 +220,7 @@ impl Reason {
                 | Self::NotDecimated
                 | Self::Unmoved { .. }
                 | Self::TooFewMotions
+                | Self::MissingTorque { .. }
         )
     }
 
@@ -402,6 +408,12 @@ impl Display for Reason {
                  {correlation:.2} only: the simulated motion is not the measured one; check \
                  reference and controller"
             ),
+            Self::MissingTorque { joints } => write!(
+                f,
+                "no torque is recorded of joint {}: the mass matrix is not known there; record it, \
+                 or use the result for the other joints alone",
+                listed(joints)
+            ),
             Self::AboveNoise { ratio } => write!(
                 f,
                 "the simulated torques differ by {ratio:.1} times the noise of IDIM-LS: a local \
@@ -511,6 +523,37 @@ impl Note {
             nuisance.nuisance,
             NuisanceParameter::JointFriction(_) | NuisanceParameter::MotorFriction(_)
         )
+    }
+}
+
+/// Number of parameters that a message names.
+const NAMED_PARAMETERS: usize = 6;
+
+/// Writes the content that recorded torques lack, and the parameters that are not identifiable
+/// without it.
+fn incomplete(
+    f: &mut fmt::Formatter<'_>,
+    joints: &[JointIndex],
+    terms: &[TorqueTerm],
+    parameters: &[String],
+) -> fmt::Result {
+    if !joints.is_empty() {
+        write!(f, "no torque of joint {} is used", listed(joints))?;
+    }
+    if !terms.is_empty() {
+        let and = if joints.is_empty() { "" } else { ", and " };
+        write!(f, "{and}the recorded torques do not contain {}", listed(terms))?;
+    }
+    match parameters.len() {
+        0 => Ok(()),
+        count => {
+            let named = listed(parameters.iter().take(NAMED_PARAMETERS));
+            write!(f, ": without it {count} base parameters are not identifiable: {named}")?;
+            match count.saturating_sub(NAMED_PARAMETERS) {
+                0 => Ok(()),
+                more => write!(f, " and {more} more"),
+            }
+        }
     }
 }
 
@@ -662,6 +705,9 @@ impl Display for Note {
                  any joint; state torque_max_nm in the robot file",
                 listed(joints.iter().map(ToString::to_string))
             ),
+            Self::IncompleteTorque { joints, terms, parameters } => {
+                incomplete(f, joints, terms, parameters)
+            }
             Self::Explanation(reason) => reason.fmt(f),
             Self::Stored(finding) => f.write_str(&finding.message),
             Self::RateUnchecked => f.write_str(

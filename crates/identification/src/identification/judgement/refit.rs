@@ -31,7 +31,8 @@ impl Refit {
         let levels = equation.noise_levels(&ordinary.residuals);
         let solution = equation.solve_weighted(&levels).map_err(IdentificationError::Regression)?;
         let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
-        let left = errors.iter().map(|error| error * error).sum();
+        // Joints without a recorded torque have no error.
+        let left = errors.iter().filter(|error| !error.is_nan()).map(|error| error * error).sum();
         Ok(Self { parameters: solution.parameters, remaining: left })
     }
 }

@@ -64,6 +64,11 @@ pub(super) struct Known<'a> {
 }
 
 impl Known<'_> {
+    /// Returns true if the torque of a joint is recorded.
+    fn has_torque(&self, joint: JointIndex) -> bool {
+        self.context.has_torque(joint.position())
+    }
+
     /// Returns the torque limit of a joint, if there is one that its recorded torques do not exceed
     /// \[N·m or N\].
     fn torque_limit(&self, joint: JointIndex) -> Option<f64> {
@@ -92,8 +97,10 @@ impl Known<'_> {
 
     /// Returns the error of each joint \[N·m or N\], relative to its divisor.
     fn relative_errors(&self, errors: &[f64], torque: impl Fn(JointIndex) -> f64) -> Vec<f64> {
-        let relative =
-            |(joint, error): (JointIndex, &f64)| error / self.divisor(joint, torque(joint));
+        let relative = |(joint, error): (JointIndex, &f64)| match self.has_torque(joint) {
+            true => error / self.divisor(joint, torque(joint)),
+            false => 0.0,
+        };
         numbered(errors).map(relative).collect()
     }
 }
@@ -147,6 +154,7 @@ impl VerdictLimits {
         let joints = numbered(known.largest_torque.iter().zip(limits));
         reasons.extend(
             joints
+                .filter(|(joint, _)| known.has_torque(*joint))
                 .filter_map(|(joint, (&torque, limit))| Some((joint, torque, limit?)))
                 .filter(|(_, torque, limit)| *torque > OTHER_UNIT * limit)
                 .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
@@ -187,7 +195,10 @@ impl VerdictLimits {
         let shares = &estimate.relative_prediction_deviation_per_joint;
         let relative = |(joint, share): (JointIndex, &f64)| {
             let torque = known.torque[joint];
-            share * (torque / known.divisor(joint, torque))
+            match known.has_torque(joint) {
+                true => share * (torque / known.divisor(joint, torque)),
+                false => 0.0,
+            }
         };
         let deviations: Vec<f64> = numbered(shares).map(relative).collect();
         let limit = self.prediction_deviation;
@@ -334,8 +345,12 @@ impl VerdictLimits {
             .map(|found| Reason::Indefinite { posture: found.posture.clone(), deviations: figure });
         let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
         let all = indefinite.into_iter().chain(no_bodies.map(Reason::PhysicallyImpossible));
+        let missing = known.context.model.missing_torques();
+        let undecided =
+            (!missing.is_empty()).then(|| Reason::MissingTorque { joints: missing.to_vec() });
+        let all = all.chain(undecided);
         Criteria {
-            figure: Some(figure),
+            figure: missing.is_empty().then_some(figure),
             unit: stored_value::BELOW_ZERO,
             limit: Some(limit),
             failing: all.filter(|_| !follows).collect(),
@@ -366,7 +381,7 @@ impl VerdictLimits {
         notes.extend(far.map(|far| Note::FarFromNominal { far }));
         let joints: Vec<JointIndex> = (0..context.robot.joints())
             .map(JointIndex::new)
-            .filter(|joint| known.torque_limit(*joint).is_none())
+            .filter(|joint| known.has_torque(*joint) && known.torque_limit(*joint).is_none())
             .collect();
         if !joints.is_empty() {
             notes.push(Note::TorqueLimitOpen { joints });

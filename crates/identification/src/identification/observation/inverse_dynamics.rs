@@ -24,7 +24,8 @@ impl InverseDynamics {
     }
 
     /// Returns the torque of every joint \[N·m or N\] at these states; entries beyond the number of
-    /// joints are 0. The model is that of the estimate, or one with another geometry.
+    /// joints are 0, and those of joints without a recorded torque. The model is that of the
+    /// estimate, or one with another geometry.
     pub(crate) fn torque(
         &mut self,
         model: &Model,
@@ -41,6 +42,9 @@ impl InverseDynamics {
             ddq,
             of_joints,
         );
+        for joint in model.missing_torques() {
+            torque[*joint] = Lanes::zero();
+        }
         torque
     }
 }

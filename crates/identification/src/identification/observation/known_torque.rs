@@ -11,7 +11,8 @@ use crate::regression::{ObservationMatrix, Observations};
 use crate::signal::{Group, ParallelDecimation};
 
 /// Returns the equation of these torques and their observation matrix along a motion. Both are
-/// filtered and decimated. The known part of the torques is subtracted.
+/// filtered and decimated. The known part of the torques is subtracted. Joints without a recorded
+/// torque have no equation.
 ///
 /// # Errors
 /// Those of [`Observations::new`], with the parameters' names, and
@@ -22,9 +23,16 @@ pub(crate) fn torque_equation(
     mut torque: DVector<f64>,
     motion: &Motion,
 ) -> Result<Observations, IdentificationError> {
-    let known_torque = known_rows(context, motion)?;
+    let mut known_torque = known_rows(context, motion)?;
     if let Some(known_sum) = &known_torque {
         torque -= known_sum;
+    }
+    // A joint without a recorded torque has no equation.
+    for joint in context.model.missing_torques() {
+        let rows = matrix.rows_per_joint();
+        for column in known_torque.iter_mut().chain([&mut torque]) {
+            column.rows_mut(joint.position() * rows, rows).fill(0.0);
+        }
     }
     let observations = Observations::from_dense(matrix, torque);
     let observations = observations.map_err(|error| context.selection.regression_failure(error))?;

@@ -29,7 +29,7 @@ pub fn observation_matrix(
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(selection.columns());
     let entries = entries(model, &columns, motion, decimation, counted)?;
-    Ok(matrix_of(&columns, model.joints(), entries))
+    Ok(matrix_of(model, &columns, entries))
 }
 
 /// Returns the observation matrix of the fitted rows.
@@ -58,7 +58,9 @@ pub(crate) fn fitted_matrix_of(
         .decimate_signals(columns.entries().len(), &mut read)
         .map_err(IdentificationError::of_regressor)?;
     let base_entries = columns.entries().iter().copied();
-    Ok(ObservationMatrix::of_entries(model.joints(), columns.width(), base_entries, entries))
+    let matrix =
+        ObservationMatrix::of_entries(model.joints(), columns.width(), base_entries, entries);
+    Ok(matrix.without_joints(unrecorded(model)))
 }
 
 /// Returns these regressor columns at the states of a motion, with the rows of each joint together
@@ -74,7 +76,7 @@ pub(crate) fn regressor_rows(
     let columns = model.regressor_entries(columns);
     let (all, none) = (0..states.position.nrows(), ParallelDecimation::identity());
     let entries = entries(model, &columns, states, &none, all)?;
-    Ok(matrix_of(&columns, model.joints(), entries))
+    Ok(matrix_of(model, &columns, entries))
 }
 
 /// Columns of all base parameters along a motion, filtered and decimated, at the fitted rows.
@@ -108,9 +110,11 @@ impl BaseColumns {
             columns.entries()[count..].iter().map(|(joint, column)| (*joint, column - width)),
             entries.columns_range(count..).into_owned(),
         );
+        let left_out = left_out.without_joints(unrecorded(model));
         entries = entries.resize_horizontally(count, 0.0);
         let base_entries = columns.entries()[..count].iter().copied();
         let selected = ObservationMatrix::of_entries(model.joints(), width, base_entries, entries);
+        let selected = selected.without_joints(unrecorded(model));
         Ok(Self { selected, auxiliary: AuxiliaryObservation { left_out } })
     }
 }
@@ -145,7 +149,14 @@ fn entries_along<'a>(
 }
 
 /// Arranges the rows of the entries so that the rows of each joint are together.
-fn matrix_of(columns: &RegressorColumns, joints: usize, entries: DMatrix<f64>) -> DMatrix<f64> {
+fn matrix_of(model: &Model, columns: &RegressorColumns, entries: DMatrix<f64>) -> DMatrix<f64> {
     let all_entries = columns.entries().iter().copied();
-    ObservationMatrix::of_entries(joints, columns.width(), all_entries, entries).dense()
+    let matrix =
+        ObservationMatrix::of_entries(model.joints(), columns.width(), all_entries, entries);
+    matrix.without_joints(unrecorded(model)).dense()
+}
+
+/// Returns the joints of a model without a recorded torque, counted from 0.
+fn unrecorded(model: &Model) -> impl Iterator<Item = usize> {
+    model.missing_torques().iter().map(|joint| joint.position())
 }

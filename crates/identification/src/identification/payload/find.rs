@@ -239,7 +239,9 @@ impl<'a> Equation<'a> {
             matrix.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
             unexplained.rows_mut(rows.start, rows.len()).scale_mut(REST_ROW_FACTOR);
         }
-        let system = Observations::new(sums.sum_torques(&matrix), unexplained, arm.joints());
+        let of_sums = ObservationMatrix::from_dense(sums.sum_torques(&matrix), arm.joints())
+            .without_joints(arm.matrix().left_out_joints().iter().copied());
+        let system = Observations::from_dense(of_sums, unexplained);
         let system = system.map_err(|error| sums.regression_failure(error))?;
         Ok(Self { sums, matrix, system })
     }

@@ -87,7 +87,16 @@ impl<'a> Context<'a> {
             None => rows_kept,
             Some(fitted) => fitted.iter().map(|&row| rows_kept[row]).collect(),
         };
-        let (rows, parameters) = (samples.len() * experiment.joints(), selection.names().len());
+        let recorded = robot.recorded_torque();
+        let joints = experiment.joints() - recorded.missing_joints().len();
+        if joints == 0 {
+            return Err(IdentificationError::NoRecordedTorque);
+        }
+        if method.simulates() && !recorded.missing_joints().is_empty() {
+            let joints = recorded.missing_joints().to_vec();
+            return Err(IdentificationError::MissingTorques { method, joints });
+        }
+        let (rows, parameters) = (samples.len() * joints, selection.names().len());
         if rows <= parameters {
             return Err(IdentificationError::TooFewRows { rows, parameters });
         }
@@ -106,6 +115,18 @@ impl<'a> Context<'a> {
             samples,
             fitted_rows: fitted,
         })
+    }
+
+    /// Returns true if the torque of a joint, counted from 0, is recorded.
+    pub(crate) fn has_torque(&self, joint: usize) -> bool {
+        self.robot.recorded_torque().has_joint(JointIndex::new(joint))
+    }
+
+    /// Returns true if the torques of all joints that a motor, counted from 0, acts on are
+    /// recorded.
+    pub(crate) fn has_motor_torque(&self, motor: usize) -> bool {
+        let row = self.robot.transmission().row(motor).iter().enumerate();
+        row.filter(|(_, ratio)| **ratio != 0.0).all(|(joint, _)| self.has_torque(joint))
     }
 
     /// Returns the context with the loads of a final estimate, which are used to judge this

@@ -283,6 +283,22 @@ pub enum IdentificationError {
         /// The method.
         method: Method,
     },
+    /// No joint has a recorded torque. Remedy: name the joints whose torque is recorded.
+    #[error("no torque is recorded of any joint; name the joints with a torque in `joints`")]
+    NoRecordedTorque,
+    /// The method simulates every joint, but the torque of some joints is not recorded, so their
+    /// friction and inertia are unknown. Remedy: choose IDIM-LS, or use all joints.
+    #[error(
+        "{method} simulates every joint, and no torque is recorded of joint {}, so friction and \
+         inertia there are unknown; choose idim-ls, or leave `joints` out",
+        listed(joints)
+    )]
+    MissingTorques {
+        /// The method.
+        method: Method,
+        /// Joints without a recorded torque.
+        joints: Vec<JointIndex>,
+    },
     /// The list of required uses is empty. Remedy: name a use, or leave `required_uses` out.
     #[error("required_uses is empty; name a use, or leave it out for monitoring and prediction")]
     NoUse,
@@ -348,4 +364,9 @@ impl IdentificationError {
             _ => None,
         }
     }
+}
+
+/// Returns the numbers of joints, with commas between them.
+fn listed(joints: &[JointIndex]) -> String {
+    joints.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }

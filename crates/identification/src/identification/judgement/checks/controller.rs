@@ -83,6 +83,10 @@ impl FittedModel<'_> {
         let of = |signal: &DVector<f64>, joint: usize| signal.rows(joint * rows, rows).into_owned();
         let mut errors = Vec::with_capacity(n);
         for (joint, controller) in config.joints.iter().enumerate() {
+            if !context.has_torque(joint) {
+                errors.push(Difference { size: f64::NAN, probability: f64::NAN });
+                continue;
+            }
             let of_all = along.column_iter().take(3 * n);
             let own = [rates.column(joint), along.column(3 * n + joint)];
             let mut motion: Vec<DVector<f64>> =

@@ -109,6 +109,9 @@ impl<'a> NuisanceObservation<'a> {
 
     /// Returns true if a column acts on a joint.
     fn acts_on(&self, column: &Column, joint: usize) -> bool {
+        if !self.columns.context.has_torque(joint) {
+            return false;
+        }
         match &column.effect {
             NuisanceEffect::Bend { direction, .. } | NuisanceEffect::Curvature { direction } => {
                 self.columns.directions[*direction].joint_shares[joint] != 0.0

@@ -181,7 +181,10 @@ impl<'a> NuisanceColumns<'a> {
                 (shares.dot(&(part * &shares)).max(0.0) / rows as f64).sqrt()
             };
             let rms: Vec<f64> = squares.iter().map(rms).collect();
-            let relative = |joint: usize| rms[joint] / self.torque()[joint];
+            let relative = |joint: usize| match self.context.has_torque(joint) {
+                true => rms[joint] / self.torque()[joint],
+                false => 0.0,
+            };
             let Some(joint) = (0..rms.len()).max_by(|&a, &b| relative(a).total_cmp(&relative(b)))
             else {
                 continue;
@@ -297,6 +300,9 @@ impl ColumnsAtStates<'_> {
             NuisanceEffect::PreslidingDistance { .. }
             | NuisanceEffect::Delay(_)
             | NuisanceEffect::LeftOut(_) => return None,
+        }
+        for joint in model.missing_torques() {
+            torque[*joint] = Lanes::zero();
         }
         Some(torque)
     }
